@@ -1,0 +1,1 @@
+"""Recordings and pictures, read through importlib.resources."""

@@ -1,0 +1,1 @@
+"""The device: from capacitance to command."""

@@ -1,0 +1,326 @@
+"""The command line: read what the user asks for, build the parts, and run the loop."""
+
+import argparse
+import json
+import logging
+import math
+import os
+import platform
+import secrets
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from types import FrameType
+
+from controller import bundle as bundles
+from controller import mapping as mappings
+from controller import recording as recordings
+from controller import sensors
+from controller.bundle import Bundle, BundleError
+from controller.links import Link, LinkError, open_link
+from controller.loop import ORPHAN_S, Device, Loop, steady
+from controller.mapping import Mapping, MappingError
+from controller.pipeline import Pipeline
+from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Perform, Welcome
+from controller.recognizer import Recognizer, engine
+from controller.recorder import Recorder
+from controller.recording import Origin, RecordingError
+from controller.sensors import Sensor, SensorError, SensorOptions
+from controller.sensors.replay import Replay
+from controller.sensors.virtual import show
+
+TOKEN = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb that it started
+PRINT = "-"  # the link that prints commands
+
+_log = logging.getLogger("controller")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    options = _parser().parse_args(argv)
+    logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
+    try:
+        parts = _prepare(options)
+    except (BundleError, MappingError, RecordingError, SensorError, LinkError) as error:
+        print(f"controller: {error}", file=sys.stderr)
+        return 2
+    try:
+        with _signals() as stopped:
+            _run(parts, stopped)
+    except (RecordingError, SensorError) as error:
+        print(f"controller: {error}", file=sys.stderr)
+        return 1
+    finally:
+        parts.link.close()
+    return 0
+
+
+@dataclass
+class _Parts:
+    """Everything that a run needs, checked."""
+
+    options: argparse.Namespace
+    bundle: Bundle
+    recognizer: Recognizer
+    mapping: Mapping
+    sensor: Sensor  # at its first frame, for the first session
+    link: Link
+    owned: bool  # by the host that started this process
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    parser = argparse.ArgumentParser(
+        prog="controller",
+        description="Recognise gestures on the soft sensor and send them as commands.",
+        epilog="Try it without hardware: controller --sensor virtual --link -",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = parser.add_argument
+    add(
+        "--sensor",
+        metavar="NAME",
+        default="virtual",
+        help=f"where frames come from: {', '.join(sensors.names())} (default: virtual)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        default=1,
+        help="which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--bundle",
+        metavar="FILE",
+        type=Path,
+        default=bundles.default_path(),
+        help="the trained networks and their settings (default: the one that ships)",
+    )
+    add(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="gestures to commands, in place of the bundle's: docs/mapping.md",
+    )
+    add(
+        "--link",
+        metavar="URL",
+        default=PRINT,
+        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, "
+        "else a serial port or a pyserial URL (default: -)",
+    )
+    add(
+        "--record",
+        metavar="FILE",
+        type=Path,
+        help="keep the session in a new .npz; written when the program ends",
+    )
+    add(
+        "--replay",
+        metavar="FILE",
+        type=Path,
+        help="a recording in place of a sensor: as fast as it can, or, over a link, as recorded",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=_rate,
+        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
+    )
+    return parser  # fmt: skip
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if not 0 <= value < 2**32:
+        raise ValueError
+    return value
+
+
+def _rate(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError
+    return value
+
+
+_seed.__name__, _rate.__name__ = "seed", "rate"  # argparse shows them: "invalid seed value"
+
+
+# --- before the first frame -----------------------------------------------------------------------
+
+
+def _prepare(options: argparse.Namespace) -> _Parts:
+    """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
+    if options.replay is not None:
+        _exclude(options)
+    bundle = bundles.read(options.bundle)
+    mapping = bundle.mapping
+    if options.mapping is not None:
+        mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
+    sensor = _sensor(options, bundle)
+    recognizer = Recognizer(bundle)
+    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
+    if options.record is not None:  # the file is not written yet, but it must be possible
+        Recorder(options.record, _origin(sensor, bundle), {})
+    _log.info(
+        "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
+        recordings.software(), platform.python_version(), engine(), bundle.hash,
+        sensor.device_id, sensor.rate_hz,
+    )  # fmt: skip
+    token = os.environ.pop(TOKEN, "")
+    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
+    return _Parts(options, bundle, recognizer, mapping, sensor, link, bool(token))
+
+
+def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
+    """Return what the device says of itself."""
+    return Welcome(
+        version=VERSION,
+        boot_nonce=secrets.randbits(32),
+        device_id=sensor.device_id,
+        name="OrbTouch",
+        virtual=sensor.virtual,
+        rows=bundle.rows,
+        columns=bundle.columns,
+        pitch_mm=sensor.geometry.pitch_mm,
+        rate_hz=sensor.rate_hz,
+        heartbeat_ms=HEARTBEAT_MS,
+        deadman_ms=DEADMAN_MS,
+        labels=bundle.labels,
+        commands=mapping.commands,
+    )
+
+
+def _exclude(options: argparse.Namespace) -> None:
+    """Refuse what has no meaning beside a recording."""
+    if options.record is not None:
+        raise RecordingError("a replay is a recording already; leave out --record")
+    if options.rate is not None:
+        raise RecordingError("a recording has its own rate; leave out --rate")
+
+
+def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
+    """Return the sensor that was asked for; the bundle must have been trained for its like."""
+    wanted_hz = bundle.rate_hz if options.rate is None else options.rate
+    if abs(wanted_hz / bundle.rate_hz - 1.0) > recordings.RATE_TOLERANCE:
+        raise SensorError(
+            f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
+            "choose a bundle that was trained for it"
+        )
+    name = options.sensor if options.replay is None else "replay"
+    sensor = sensors.load(name, SensorOptions(wanted_hz, options.seed, options.replay))
+    if isinstance(sensor, Replay):
+        recordings.check(sensor.source, bundle)
+    grid = sensor.geometry
+    if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
+        raise SensorError(
+            f"the sensor has {grid.rows}×{grid.columns} taxels, the bundle is for "
+            f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
+        )
+    return sensor
+
+
+def _origin(sensor: Sensor, bundle: Bundle) -> Origin:
+    """Return what a recording will say of where it comes from."""
+    grid = sensor.geometry
+    return Origin(
+        device_id=sensor.device_id,
+        rows=grid.rows,
+        columns=grid.columns,
+        pitch_mm=grid.pitch_mm,
+        rate_hz=sensor.rate_hz,
+        labels=bundle.labels,
+        bundle=bundle.hash,
+        engine=engine(),
+        software=recordings.software(),
+    )
+
+
+# --- the run --------------------------------------------------------------------------------------
+
+
+def _run(parts: _Parts, stopped: Callable[[], bool]) -> None:
+    """Run until stopped, or until the recording ends."""
+    printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
+    if url := getattr(parts.link, "url", None):
+        print(json.dumps({"listening": url}), flush=True)
+    if printing and replaying:
+        _replay(_device(parts, 1), stopped)
+        return
+    sessions = count(1)
+    loop = Loop(
+        parts.link,
+        lambda: _device(parts, next(sessions)),
+        time.monotonic,
+        # What is simulated or recorded has no time of its own: it begins when somebody looks.
+        await_host=not printing and (parts.sensor.virtual or replaying),
+        orphan_s=ORPHAN_S if parts.owned else None,
+    )
+    loop.run(stopped)
+    if loop.missed:
+        _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+
+
+def _replay(device: Device, stopped: Callable[[], bool]) -> None:
+    """Take a whole recording through the pipeline, as fast as it can."""
+    while device.due is not None and device.link.connected and not stopped():
+        device.advance(device.sensor.rate_hz)
+    device.close()
+
+
+def _device(parts: _Parts, session: int) -> Device:
+    """Return a device at its first frame; the first one takes the sensor that was checked."""
+    options, bundle, link = parts.options, parts.bundle, parts.link
+    sensor = parts.sensor if session == 1 else _sensor(options, bundle)
+    pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor)
+    if isinstance(sensor, Replay):
+        return Device(sensor, pipeline, link, sensor.schedule(), live=False)
+    recorder = None
+    if options.record is not None:
+        path = options.record
+        if session > 1:  # time begins anew, and with it a file
+            path = path.with_stem(f"{path.stem}-{session}")
+        recorder = Recorder(path, _origin(sensor, bundle), pipeline.state())
+    script: Iterator[tuple[float, Perform]] = iter(())
+    if options.link == PRINT and sensor.virtual:
+        _log.info("nothing touches this orb, so its own hand shows every gesture; Ctrl-C ends it")
+        script = show(bundle.labels, sensor.geometry, options.seed)
+    return Device(sensor, pipeline, link, steady(sensor.rate_hz), recorder=recorder, script=script)
+
+
+def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor) -> Pipeline:
+    """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
+    pipeline = Pipeline(bundle, recognizer, mapping)
+    if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+        try:
+            pipeline.restore(sensor.source.state)
+        except ValueError as error:
+            raise RecordingError(f"the recording cannot be replayed: {error}") from None
+    return pipeline
+
+
+@contextmanager
+def _signals() -> Iterator[Callable[[], bool]]:
+    """Turn SIGINT and SIGTERM into an orderly end: a recording is sealed, the host told."""
+    caught: list[int] = []
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        caught.append(number)
+
+    before = {name: signal.signal(name, handle) for name in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(caught)
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

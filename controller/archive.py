@@ -1,0 +1,71 @@
+"""Zip files in one form only: the same parts make the same bytes, and no other bytes are read.
+
+Any tool can open them: parts stored uncompressed, one after the other, no dates, no comments.
+A reader packs what it found once more and compares, so a bit that changed anywhere is found,
+even where zip itself would not look. We write the records ourselves because `zipfile` promises
+no particular bytes.
+"""
+
+import hashlib
+import stat
+import struct
+import zlib
+from collections.abc import Mapping, Sequence
+
+# Records of the ZIP specification (APPNOTE.TXT 4.3): local header, central header, end.
+_LOCAL = struct.Struct("<4s5H3L2H")
+_CENTRAL = struct.Struct("<4s6H3L5H2L")
+_END = struct.Struct("<4s4H2LH")
+_SIZE = 7  # field of the local header
+_VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980 = 20, 0, 0, 0, 0x21
+_UNIX, _FILE = 3 << 8, (stat.S_IFREG | 0o644) << 16
+
+
+class ArchiveError(ValueError):
+    """The bytes are not what `pack` writes."""
+
+
+def pack(parts: Mapping[str, bytes]) -> bytes:
+    """Return the one zip file that these parts make, in this order."""
+    body, directory = bytearray(), bytearray()
+    for name, data in parts.items():
+        title, crc, size = name.encode(), zlib.crc32(data), len(data)
+        common = (_VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980, crc, size, size, len(title), 0)
+        offset = len(body)
+        body += _LOCAL.pack(b"PK\3\4", *common) + title + data
+        rest = (0, 0, 0, _FILE, offset)
+        directory += _CENTRAL.pack(b"PK\1\2", _UNIX | _VERSION, *common, *rest) + title
+    count = len(parts)
+    end = _END.pack(b"PK\5\6", 0, 0, count, count, len(directory), len(body), 0)
+    return bytes(body + directory + end)
+
+
+def unpack(data: bytes, names: Sequence[str]) -> dict[str, bytes]:
+    """Return the parts of these names, in this order.
+
+    Raises:
+        ArchiveError: The file is not exactly what `pack` makes of such parts.
+    """
+    damaged = ArchiveError("is damaged, or something else; copy it again from where it came")
+    parts: dict[str, bytes] = {}
+    offset = 0
+    for name in names:
+        start = offset + _LOCAL.size + len(name.encode())
+        if len(data) < start:
+            raise damaged
+        offset, size = start, _LOCAL.unpack_from(data, offset)[_SIZE]
+        parts[name] = data[start : start + size]
+        offset += size
+    if pack(parts) != data:
+        raise damaged
+    return parts
+
+
+def sums(parts: Mapping[str, bytes], but: str) -> bytes:
+    """Return the SHA-256 of every part but one, as the sha256sum tool writes and checks them."""
+    lines = [
+        f"{hashlib.sha256(data).hexdigest()}  {name}\n"
+        for name, data in parts.items()
+        if name != but
+    ]
+    return "".join(lines).encode()

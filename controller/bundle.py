@@ -1,0 +1,297 @@
+"""What is deployed: one file `NAME.orb` with networks, labels, settings and golden vectors.
+
+It is a zip in the one form that `controller/archive.py` knows, so a bit that changed anywhere is
+found. The hash proves integrity; authenticity comes from whoever copied the file.
+"""
+
+import dataclasses
+import hashlib
+import math
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Mapping as AbstractMapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import archive, npz
+from controller.debounce import DebounceSettings
+from controller.mapping import Mapping, MappingError
+from controller.mapping import parse as parse_mapping
+from controller.preprocess import PreprocessSettings
+
+FORMAT = 1  # of bundle.toml and of the list of parts
+MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
+MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
+CONTENT = ("gesture.onnx", "gesture.npz", "location.onnx", "location.npz", GOLDEN)
+PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file
+
+_LABEL = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
+_LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain fields
+    "rows": (int, 1, 30),  # 900 taxels fit in a packet of telemetry
+    "columns": (int, 1, 30),
+    "window": (int, 1, 250),
+    "pitch_mm": (float, 0.1, 1000.0),
+    "rate_hz": (float, 0.1, 1000.0),
+}
+_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings)
+
+
+class BundleError(ValueError):
+    """The bundle cannot be used; the message says why, in one sentence."""
+
+
+@dataclass(frozen=True)
+class Golden:
+    """What the networks answered when they were made; the device asks them again.
+
+    Attributes:
+        windows: Questions to the gesture network, (n, window, rows, columns), z.
+        probabilities: Its answers, (n, classes).
+        images: Questions to the location network, (m, rows, columns), z.
+        touches: Its answers, (m, 2), x and y in grid units.
+    """
+
+    windows: NDArray[np.float32]
+    probabilities: NDArray[np.float32]
+    images: NDArray[np.float32]
+    touches: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A bundle that was read and found whole.
+
+    Attributes:
+        labels: The gestures, "null" first, in the order of the network's outputs.
+        rows: Taxel rows of the sensor that it was trained for.
+        columns: Taxel columns.
+        pitch_mm: Distance of two taxels.
+        rate_hz: Frames per second.
+        window: Images in a window.
+        preprocess: How windows are made.
+        debounce: When a gesture counts.
+        mapping: What each gesture asks for.
+        card: Where it comes from: data, accuracy, date, as its maker wrote it.
+        gesture_onnx: The network window -> probabilities.
+        gesture_npz: Its weights as plain arrays.
+        location_onnx: The network image -> touch.
+        location_npz: Its weights as plain arrays.
+        golden: Questions and answers that prove the networks on this machine.
+        hash: SHA-256 of the file, hexadecimal.
+    """
+
+    labels: tuple[str, ...]
+    rows: int
+    columns: int
+    pitch_mm: float
+    rate_hz: float
+    window: int
+    preprocess: PreprocessSettings
+    debounce: DebounceSettings
+    mapping: Mapping
+    card: dict[str, Any]
+    gesture_onnx: bytes
+    gesture_npz: bytes
+    location_onnx: bytes
+    location_npz: bytes
+    golden: Golden
+    hash: str
+
+
+def default_path() -> Path:
+    """Return where the bundle is that ships with the program."""
+    return Path(str(files("models") / "orbtouch.orb"))
+
+
+def read(path: Path) -> Bundle:
+    """Return the bundle in a file, every byte of it checked.
+
+    Raises:
+        BundleError: There is no such file, or anything in it is not as it was written.
+    """
+    try:
+        data = _content(path)
+        parts = archive.unpack(data, PARTS)
+        if archive.sums(parts, SUMS) != parts[SUMS]:
+            raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
+        return _parse(parts, hashlib.sha256(data).hexdigest())
+    except (BundleError, archive.ArchiveError) as error:
+        raise BundleError(f"the bundle {path} {error}") from None
+
+
+def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
+    """Write a bundle, complete or not at all; what the path held before is replaced.
+
+    Args:
+        path: Where to; `NAME.orb`.
+        manifest: The text of bundle.toml, UTF-8.
+        parts: The bytes of each name in `CONTENT`.
+
+    Raises:
+        BundleError: The result would be refused by `read`.
+        OSError: The file cannot be written.
+    """
+    if set(parts) != set(CONTENT):
+        raise BundleError(f"a bundle has the parts {', '.join(CONTENT)}, not {', '.join(parts)}")
+    whole = {MANIFEST: manifest, **{name: parts[name] for name in CONTENT}}
+    whole[SUMS] = archive.sums(whole, SUMS)
+    data = archive.pack(whole)
+    try:
+        if len(data) > MAX_BYTES:
+            raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
+        _parse(whole, hashlib.sha256(data).hexdigest())
+    except BundleError as error:
+        raise BundleError(f"the bundle for {path} {error}") from None
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_bytes(data)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a regular file of reasonable size."""
+    try:
+        info = path.stat()
+        if not stat.S_ISREG(info.st_mode):
+            raise BundleError("is not a file; name one that ends in .orb")
+        if info.st_size > MAX_BYTES:
+            raise BundleError(f"has {info.st_size} bytes, more than the {MAX_BYTES} allowed")
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES)
+    except FileNotFoundError:
+        raise BundleError("does not exist; check --bundle") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, BundleError):
+            raise
+        raise BundleError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
+    """Return the bundle that whole parts make, every field checked."""
+    try:
+        table = tomllib.loads(parts[MANIFEST].decode())
+    except (ValueError, RecursionError) as error:
+        raise BundleError(f"has a manifest that is no TOML: {error}") from None
+    if table.get("format") != FORMAT:
+        raise BundleError(
+            f"has format {table.get('format')!r}, this program reads {FORMAT}; update the older one"
+        )
+    labels = _labels(table.get("labels"))
+    plain = {name: _number(table, name) for name in _LIMITS}
+    rows, columns, window = int(plain["rows"]), int(plain["columns"]), int(plain["window"])
+    preprocess = _settings(PreprocessSettings, table, "preprocess")
+    if (preprocess.window, preprocess.rate_hz) != (window, plain["rate_hz"]):
+        raise BundleError("names one window and rate at its top and others under [preprocess]")
+    try:
+        mapping = parse_mapping(_table(table, "mapping"), labels)
+    except MappingError as error:
+        raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
+    return Bundle(
+        labels=labels,
+        rows=rows,
+        columns=columns,
+        pitch_mm=plain["pitch_mm"],
+        rate_hz=plain["rate_hz"],
+        window=window,
+        preprocess=preprocess,
+        debounce=_settings(DebounceSettings, table, "debounce"),
+        mapping=mapping,
+        card=_table(table, "card"),
+        gesture_onnx=parts["gesture.onnx"],
+        gesture_npz=parts["gesture.npz"],
+        location_onnx=parts["location.onnx"],
+        location_npz=parts["location.npz"],
+        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels)),
+        hash=digest,
+    )
+
+
+def _labels(value: Any) -> tuple[str, ...]:
+    """Return the labels, checked: names of their own, null first."""
+    ok = (
+        isinstance(value, list)
+        and 2 <= len(value) <= 64
+        and all(isinstance(label, str) and _LABEL.fullmatch(label) for label in value)
+        and len(set(value)) == len(value)
+        and value[0] == "null"
+    )
+    if not ok:
+        raise BundleError(
+            f"has the labels {value!r}; expected are 2 to 64 different names in small letters, "
+            '"null" first'
+        )
+    return tuple(value)
+
+
+def _number(table: dict[str, Any], name: str) -> float:
+    """Return a plain number of the manifest, of its type and within its range."""
+    kind, low, high = _LIMITS[name]
+    value = table.get(name)
+    accepted = int if kind is int else (int, float)
+    if isinstance(value, bool) or not isinstance(value, accepted) or not low <= value <= high:
+        noun = "a whole number" if kind is int else "a number"
+        raise BundleError(f"has {name} = {value!r}; expected is {noun} from {low:g} to {high:g}")
+    return kind(value)  # type: ignore[no-any-return]
+
+
+def _table(table: dict[str, Any], name: str) -> dict[str, Any]:
+    value = table.get(name)
+    if not isinstance(value, dict):
+        raise BundleError(f"has no table [{name}] in its manifest")
+    return value
+
+
+def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Settings:
+    """Return the settings in a table: exactly the fields of the dataclass, all finite numbers."""
+    values = _table(table, name)
+    fields = {field.name: field.type for field in dataclasses.fields(kind)}
+    if set(values) != set(fields):
+        odd = ", ".join(sorted(set(values) ^ set(fields)))
+        raise BundleError(f"has a [{name}] of another version of this program ({odd}); update one")
+    checked: dict[str, Any] = {}
+    for key, value in values.items():
+        wanted = fields[key]
+        if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        finite = not isinstance(value, float) or (math.isfinite(value) and value >= 0.0)
+        if type(value) is not wanted or not finite:
+            raise BundleError(f"has {key} = {value!r} under [{name}]; expected is {wanted}")
+        checked[key] = value
+    return kind(**checked)
+
+
+def _golden(data: bytes, window: int, rows: int, columns: int, classes: int) -> Golden:
+    """Return the golden vectors, of the shapes that the manifest promises."""
+    try:
+        arrays = npz.unpack(data, MAX_BYTES)
+    except npz.NpzError as error:
+        raise BundleError(f"has golden vectors whose file {error}") from None
+    shapes = {
+        "windows": (window, rows, columns),
+        "probabilities": (classes,),
+        "images": (rows, columns),
+        "touches": (2,),
+    }
+    if set(arrays) != set(shapes):
+        raise BundleError(f"has golden vectors {', '.join(arrays)}, not {', '.join(shapes)}")
+    for name, shape in shapes.items():
+        array = arrays[name]
+        if array.dtype != np.float32 or array.shape[1:] != shape or not np.isfinite(array).all():
+            raise BundleError(
+                f"has golden {name} of {array.dtype} {array.shape}; "
+                f"expected are finite float32 (n, {', '.join(map(str, shape))})"
+            )
+    golden = Golden(**arrays)
+    pairs = ((golden.windows, golden.probabilities), (golden.images, golden.touches))
+    if any(len(questions) != len(answers) or not len(answers) for questions, answers in pairs):
+        raise BundleError("has golden questions and answers that are not equally many")
+    return golden

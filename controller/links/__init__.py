@@ -1,0 +1,68 @@
+"""Where commands go: one file a link, found by the URL's scheme."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from typing import Protocol
+
+from controller.protocol import Message, Welcome
+
+
+class LinkError(OSError):
+    """A link cannot be opened; the message says why and what to do, in one sentence."""
+
+
+class Link(Protocol):
+    """The device's end of a link. None of its methods waits, `wait` apart.
+
+    Attributes:
+        dropped: Messages that never left: nobody was there, or reads too slowly.
+    """
+
+    dropped: int
+
+    @property
+    def connected(self) -> bool:
+        """Whether somebody is there to hear; changes only in `poll`, with Hello and Bye."""
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Say something, at once or never.
+
+        Args:
+            message: What to say.
+            t_ms: The device's time that it belongs to.
+        """
+
+    def poll(self) -> list[Message]:
+        """Return the host's new requests, oldest first.
+
+        Hello begins a session (the old one, if any, is over); then come Contacts, Perform and
+        Grant; Bye ends it, also when the host vanished without a word.
+        """
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when `poll` has something to tell, or after the timeout."""
+
+    def close(self) -> None:
+        """Say Bye, and end the thread. Nothing may be called afterwards but close."""
+
+
+def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
+    """Open a link.
+
+    Args:
+        url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
+            its `url`); anything else is the name of a port, or a URL that pyserial knows.
+        welcome: What the device says of itself.
+        token: What a host has to know; "" lets everyone in.
+
+    Raises:
+        LinkError: It cannot be opened.
+    """
+    scheme = "stdout" if url == "-" else url.partition("://")[0] if "://" in url else "port"
+    module = "controller.links.port"
+    if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
+        module = f"controller.links.{scheme}"
+    link: Link = importlib.import_module(module).create(url, welcome, token)
+    return link

@@ -1,0 +1,84 @@
+"""A link that nobody answers: commands as JSON lines on the standard output."""
+
+from __future__ import annotations
+
+import json
+import queue
+import sys
+import threading
+from typing import TextIO
+
+from controller.protocol import Command, Message, Welcome
+
+LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
+
+
+def create(url: str, welcome: Welcome, token: str) -> StdoutLink:
+    """Return the link to the standard output; it has use for none of the arguments."""
+    return StdoutLink(sys.stdout)
+
+
+class StdoutLink:
+    """Prints commands, and nothing else. A thread writes, so that a slow reader delays no scan.
+
+    Attributes:
+        dropped: Commands that were not printed: the reader is too slow, or has gone.
+        connected: Whether somebody reads.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        """Begin to write to `stream`, which stays open when the link is closed."""
+        self.dropped = 0
+        self.connected = True
+        self._stream = stream
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="stdout", daemon=True)
+        self._thread.start()
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Print a Command; everything else is not meant for readers."""
+        if not isinstance(message, Command):
+            return
+        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
+            self.dropped += 1
+            return
+        self._lines.put(_line(message, t_ms))
+
+    def poll(self) -> list[Message]:
+        """Return nothing: nobody answers."""
+        return []
+
+    def wait(self, timeout_s: float) -> None:
+        """Wait for the whole timeout."""
+        self._closed.wait(timeout_s)
+
+    def close(self) -> None:
+        """Print what is still to be printed, for as long as the reader reads."""
+        if not self._closed.is_set():
+            self._closed.set()
+            self._lines.put(None)
+        self._thread.join()
+
+    def _run(self) -> None:
+        while (line := self._lines.get()) is not None:
+            try:
+                self._stream.write(line)
+                if self._lines.empty():
+                    self._stream.flush()
+            except (OSError, ValueError):  # the reader has gone, or the stream was closed
+                self.connected = False
+                return
+
+
+def _line(command: Command, t_ms: int) -> str:
+    """Return a command as one JSON object, with numbers that are equal on every machine."""
+    touch = command.touch and [round(value, 3) for value in command.touch]
+    fields = {
+        "t": t_ms / 1000,
+        "gesture": command.label,
+        "probability": round(command.probability, 4),
+        "touch": touch,
+        "command": command.name,
+    }
+    return json.dumps(fields) + "\n"

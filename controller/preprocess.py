@@ -1,0 +1,202 @@
+"""Turn frames into images and windows: the way every frame takes, in training and on the device.
+
+The rest image C0 is what the untouched sensor reads. It is taken from the first quiet
+second, refined and followed while nothing touches, and frozen under a touch, so that a
+long press is never absorbed and slow drift never looks like a hand.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Frame = NDArray[np.float32]  # (rows, columns), picofarads
+Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
+Window = NDArray[np.float32]  # (images, rows, columns), oldest first
+State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
+
+
+@dataclass(frozen=True, slots=True)
+class PreprocessSettings:
+    """How images and windows are made; travels inside the bundle.
+
+    Attributes:
+        rate_hz: Frames per second.
+        window: Images in a window; paper, section 4.1: 10 at 10 Hz.
+        start_s: Quiet time from which the first rest image is taken.
+        follow_s: Time constant with which rest follows quiet frames.
+        settle_s: Quiet time after a touch before rest is followed again.
+        gate: Deviation (mean of |z - 1|) below which a noiseless sensor is quiet.
+        gate_noise: How many times the measured idle deviation is added to the gate.
+        adopt_s: A steady deviation of this age is taken for a changed sensor, not a hand.
+    """
+
+    rate_hz: float = 10.0
+    window: int = 10
+    start_s: float = 1.0
+    follow_s: float = 2.0
+    settle_s: float = 0.4
+    gate: float = 0.015
+    gate_noise: float = 1.2
+    adopt_s: float = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What one frame became.
+
+    Attributes:
+        image: z = C / C0, (rows, columns).
+        ready: The rest image exists; before that the image is a provisional one.
+        deviation: Mean of |z - 1| over the taxels.
+        quiet: The deviation is below the gate: nothing touches.
+    """
+
+    image: Image
+    ready: bool
+    deviation: float
+    quiet: bool
+
+
+def z_image(frame: Frame, rest: NDArray[np.floating]) -> Image:
+    """Return z = C / C0, the relative capacitance of every taxel.
+
+    Source: paper, section 4.1.
+
+    Args:
+        frame: One scan, (rows, columns), picofarads.
+        rest: The untouched sensor, same shape and unit; every value is above zero.
+
+    Raises:
+        ValueError: The two arrays differ in shape.
+    """
+    if frame.shape != rest.shape:
+        raise ValueError(
+            f"frame {frame.shape} and rest {rest.shape} must have one shape; "
+            "recalibrate after changing the sensor"
+        )
+    return (frame / rest).astype(np.float32)
+
+
+class Preprocessor:
+    """Frame by frame: divide by rest, keep rest true, queue the window.
+
+    Pure but for what it remembers, which `state` and `restore` carry exactly.
+    """
+
+    def __init__(self, settings: PreprocessSettings, rows: int, columns: int) -> None:
+        self.settings = settings
+        self.shape = (rows, columns)
+        self._start = max(2, round(settings.start_s * settings.rate_hz))
+        self._settle = round(settings.settle_s * settings.rate_hz)
+        self._adopt = round(settings.adopt_s * settings.rate_hz)
+        self._follow = 1.0 / max(1.0, settings.follow_s * settings.rate_hz)
+        self._frames: deque[NDArray[np.float64]] = deque(maxlen=self._start)
+        self._images: deque[Image] = deque(maxlen=settings.window)
+        self._rest: NDArray[np.float64] | None = None
+        self._recent = np.ones(self.shape)  # slow mean of the frames, to find a steady deviation
+        self._idle = 0.0  # typical deviation while quiet
+        self._seen = 0  # quiet frames that made the rest image
+        self._quiet_run = 0
+        self._steady_run = 0
+
+    def step(self, frame: Frame) -> Prepared:
+        """Take the next frame, (rows, columns) in picofarads, and return what it became.
+
+        Raises:
+            ValueError: The frame has another shape.
+        """
+        if frame.shape != self.shape:
+            raise ValueError(f"the frame is {frame.shape}, the sensor {self.shape}; check --sensor")
+        values = frame.astype(np.float64)
+        if self._rest is None:
+            return self._begin(values)
+        image = z_image(frame, self._rest)
+        deviation = float(np.abs(image - 1.0).mean())
+        quiet = deviation < self._gate()
+        self._track(values, deviation, quiet)
+        self._images.append(image)
+        return Prepared(image, True, deviation, quiet)
+
+    def window(self) -> Window | None:
+        """Return the latest images, (window, rows, columns), oldest first; None until full."""
+        if len(self._images) < self.settings.window:
+            return None
+        return np.stack(self._images)
+
+    def state(self) -> State:
+        """Return everything remembered, for an exact continuation elsewhere."""
+        empty = np.empty((0, *self.shape))
+        return {
+            "frames": np.array(self._frames, dtype=np.float64) if self._frames else empty,
+            "images": np.array(self._images, dtype=np.float64) if self._images else empty,
+            "rest": empty if self._rest is None else self._rest[None],
+            "recent": self._recent.copy(),
+            "scalars": np.array(
+                [self._idle, self._seen, self._quiet_run, self._steady_run], dtype=np.float64
+            ),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue exactly where `state` was taken.
+
+        Raises:
+            ValueError: The state belongs to a sensor of another shape.
+        """
+        if state["recent"].shape != self.shape:
+            raise ValueError(f"the state is for {state['recent'].shape}, the sensor {self.shape}")
+        self._frames = deque(state["frames"], maxlen=self._start)
+        images = (image.astype(np.float32) for image in state["images"])
+        self._images = deque(images, maxlen=self.settings.window)
+        self._rest = state["rest"][0].copy() if len(state["rest"]) else None
+        self._recent = state["recent"].copy()
+        idle, seen, quiet_run, steady_run = state["scalars"]
+        self._idle = float(idle)
+        self._seen, self._quiet_run, self._steady_run = int(seen), int(quiet_run), int(steady_run)
+
+    def _gate(self) -> float:
+        return self.settings.gate + self.settings.gate_noise * self._idle
+
+    def _begin(self, values: NDArray[np.float64]) -> Prepared:
+        """Gather the first quiet second; touched or moving, it is gathered anew."""
+        self._frames.append(values)
+        stack = np.array(self._frames)
+        mean = stack.mean(axis=0)
+        images = stack / mean
+        deviations = np.abs(images - 1.0).mean(axis=(1, 2))
+        half = len(stack) // 2
+        still = len(stack) == self._start and self._still(images, half, float(deviations.mean()))
+        if still:
+            self._rest, self._recent = mean, mean.copy()
+            self._idle = float(deviations.mean())
+            self._seen = self._quiet_run = len(stack)
+            self._images.extend(image.astype(np.float32) for image in images)
+            self._frames.clear()
+        return Prepared(images[-1].astype(np.float32), still, float(deviations[-1]), still)
+
+    def _still(self, images: NDArray[np.float64], half: int, noise: float) -> bool:
+        """Whether the second half of the images shows what the first half does, but for noise."""
+        change = np.abs(images[:half].mean(axis=0) - images[half:].mean(axis=0)).mean()
+        limit = self.settings.gate + noise / float(np.sqrt(half))
+        return bool(change < limit)
+
+    def _track(self, values: NDArray[np.float64], deviation: float, quiet: bool) -> None:
+        """Follow the sensor while it is quiet; freeze under a touch."""
+        assert self._rest is not None
+        self._recent += self._follow * (values - self._recent)
+        if quiet:
+            self._quiet_run += 1
+            self._steady_run = 0
+            if self._quiet_run > self._settle:
+                rate = max(self._follow, 1.0 / (self._seen + 1))
+                self._rest += rate * (values - self._rest)
+                self._idle += 0.2 * self._follow * (deviation - self._idle)
+                self._seen += 1
+            return
+        self._quiet_run = 0
+        steady = float(np.abs(values / self._recent - 1.0).mean()) < self._gate()
+        self._steady_run = self._steady_run + 1 if steady else 0
+        if self._steady_run >= self._adopt:
+            self._rest = self._recent.copy()
+            self._steady_run = 0

@@ -1,0 +1,111 @@
+"""Sensors, one file each, found by name: `controller.sensors.NAME` with `create(options)`."""
+
+import pkgutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from controller.preprocess import Frame
+from controller.protocol import Contact, Truth
+
+
+class SensorError(ValueError):
+    """The sensor cannot be used; the message says why, in one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """The grid of taxels; the pitch is the distance of two."""
+
+    rows: int
+    columns: int
+    pitch_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class SensorOptions:
+    """What the command line says about the sensor; each takes what concerns it.
+
+    Attributes:
+        rate_hz: Scans per second; None: the sensor's own.
+        seed: Which orb and hand are simulated.
+        path: The recording to replay.
+    """
+
+    rate_hz: float | None = None
+    seed: int = 1
+    path: Path | None = None
+
+
+class Sensor(Protocol):
+    """Whatever frames come from."""
+
+    @property
+    def geometry(self) -> Geometry:
+        """The grid of taxels."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Scans per second."""
+
+    @property
+    def device_id(self) -> str:
+        """Serial number."""
+
+    @property
+    def virtual(self) -> bool:
+        """Whether it is a `VirtualSensor`."""
+
+    def read(self, t_s: float) -> Frame:
+        """Return the scan that ends at `t_s`, (rows, columns), picofarads.
+
+        Raises:
+            SensorError: There is none.
+        """
+
+    def close(self) -> None:
+        """Release what the sensor holds."""
+
+
+@runtime_checkable
+class VirtualSensor(Sensor, Protocol):
+    """A simulated sensor, which a host may touch. Times never go back."""
+
+    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
+        """Place the host's fingers: all that touch from `t_s` on."""
+
+    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
+        """Let its own hand do `label` at (x, y), grid units, from `t_s` on.
+
+        Raises:
+            SensorError: The hand does not know the label.
+        """
+
+    def truths(self) -> list[Truth]:
+        """Return the performances that have ended since the last call."""
+
+    def label(self, t_s: float) -> str:
+        """Return what its own hand truly does at `t_s`: a gesture, else "null"."""
+
+
+def names() -> list[str]:
+    """Return the names of all sensors that there are."""
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+
+
+def load(name: str, options: SensorOptions) -> Sensor:
+    """Return the sensor of this name, ready to be read.
+
+    Raises:
+        SensorError: There is no such sensor, or it cannot be used.
+    """
+    if name not in names():
+        if name == "orb":
+            raise SensorError(
+                "the driver for a real orb is not part of this version; try --sensor virtual"
+            )
+        raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
+    sensor: Sensor = import_module(f"{__name__}.{name}").create(options)
+    return sensor

@@ -1,0 +1,54 @@
+"""A recording as a sensor: what was read is read again, at the times it was read."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from controller import recording
+from controller.preprocess import Frame
+from controller.sensors import Geometry, SensorError, SensorOptions
+
+
+def create(options: SensorOptions) -> "Replay":
+    """Return the sensor of a recording.
+
+    Raises:
+        SensorError: No recording is named.
+        RecordingError: It cannot be read.
+    """
+    if options.path is None:
+        raise SensorError("this sensor needs a recording; use --replay FILE")
+    return Replay(recording.load(options.path))
+
+
+class Replay:
+    """The sensor of a recording; frames are found by the time at which they were read."""
+
+    virtual = False
+
+    def __init__(self, source: recording.Recording) -> None:
+        origin = source.origin
+        self.source = source
+        self.geometry = Geometry(origin.rows, origin.columns, origin.pitch_mm)
+        self.rate_hz = source.rate_hz
+        self.device_id = origin.device_id
+
+    def schedule(self) -> Iterator[tuple[int, float]]:
+        """Yield (number, seconds) of every frame."""
+        yield from zip(self.source.sequence.tolist(), self.source.t.tolist(), strict=True)
+
+    def read(self, t_s: float) -> Frame:
+        """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.
+
+        Raises:
+            SensorError: None was.
+        """
+        times = self.source.t
+        index = int(np.searchsorted(times, t_s))
+        if index == len(times) or times[index] != t_s:
+            raise SensorError(f"the recording has no frame at {t_s:.3f} s")
+        frame: Frame = self.source.frames[index]
+        return frame
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -1,0 +1,1 @@
+"""The virtual orb: membrane, contact, read-out, hand and session."""

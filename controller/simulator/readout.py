@@ -1,0 +1,102 @@
+"""From capacitances to the picofarads that a scan reports: divider, charging, noise, bits.
+
+The matrix is scanned column by column, one slot a taxel, so a frame is a rolling exposure.
+Each reading divides the taxel against the input's stray capacitance, a share of its
+neighbours on the row (ghosting), and the finger's own.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NOMINAL_PF: Final = 41.2  # mean capacitance of a taxel: paper, section 3.2
+
+
+@dataclass(frozen=True, slots=True)
+class ReadoutModel:
+    """The circuit of the paper's section 3.2, as far as a reading depends on it.
+
+    Attributes:
+        stray_pf: Input and wiring capacitance of a row.
+        ghosting: Share of the row's other taxels that loads the divider.
+        finger_pf: What a firm finger adds to its row.
+        slot_s: Time per taxel; 25 slots of 2-3 ms fill the paper's 86 ms cycle.
+        charge_s: Nominal charging time constant, 50 Mohm x 41.2 pF.
+        discharge_slots: How many reset time constants fit in the pause before a reading.
+        bits: Converter resolution.
+        noise_lsb: Standard deviation of a reading.
+        mains: Relative mains hum; a touching body carries it in.
+        mains_hz: Its frequency.
+    """
+
+    stray_pf: float = 60.0
+    ghosting: float = 0.15
+    finger_pf: float = 2.0
+    slot_s: float = 0.0024
+    charge_s: float = 0.00206
+    discharge_slots: float = 6.0
+    bits: int = 12
+    noise_lsb: float = 1.0
+    mains: float = 0.0015
+    mains_hz: float = 60.0
+
+    @property
+    def settled(self) -> float:
+        """How far a reading charges within its slot, 0 ... 1."""
+        return float(1.0 - np.exp(-self.slot_s / self.charge_s))
+
+
+def scan_times(rows: int, columns: int, model: ReadoutModel) -> Array:
+    """When each taxel is read, seconds before the scan's end (negative), (taxels,)."""
+    order = np.arange(columns)[None, :] * rows + np.arange(rows)[:, None]
+    return np.asarray(((order + 1 - rows * columns) * model.slot_s).ravel(), dtype=np.float64)
+
+
+def read(
+    model: ReadoutModel,
+    capacitance: Array,
+    fingers: Array,
+    hum_phase: Array,
+    previous: Array,
+    noise: Array,
+) -> tuple[Array, Array]:
+    """Return the picofarads that scans report, and their last raw readings.
+
+    Args:
+        model: The circuit.
+        capacitance: True capacitances at their slots, pF, (scans, rows, columns).
+        fingers: Presence of a finger at each row, 0 ... 1, (scans, rows).
+        hum_phase: Mains phase at each slot, radians, (scans, rows, columns).
+        previous: The reading before the first one of each scan is the last of the scan before;
+            this is the one before all, shape (), as a fraction of full scale.
+        noise: Standard normal numbers, (scans, rows, columns).
+
+    Returns:
+        Frames, pF, (scans, rows, columns), by the divider inverted with nominal constants;
+        and the very last reading, shape ().
+    """
+    scans, rows, columns = capacitance.shape
+    others = capacitance.sum(axis=2, keepdims=True) - capacitance
+    load = model.stray_pf + model.ghosting * others
+    load = load + model.finger_pf * fingers[:, :, None]
+    volts = capacitance / (capacitance + load) * model.settled
+    volts *= 1.0 + model.mains * (1.0 + 3.0 * fingers[:, :, None]) * np.sin(hum_phase)
+    scanned = volts.transpose(0, 2, 1).ravel()  # in the order of reading
+    residue = np.exp(-model.discharge_slots)
+    before = np.concatenate([previous.reshape(1), scanned[:-1]])
+    scanned = scanned + residue * before
+    full = 2.0**model.bits
+    volts = scanned.reshape(scans, columns, rows).transpose(0, 2, 1)
+    counts = np.clip(np.rint(volts * full + model.noise_lsb * noise), 1, full - 1)
+    return picofarads(model, counts / full, columns), np.asarray(scanned[-1])
+
+
+def picofarads(model: ReadoutModel, reading: Array, columns: int) -> Array:
+    """Invert the divider with nominal constants: reading (fraction of full scale) -> pF."""
+    share = np.clip(reading / (model.settled * (1.0 + np.exp(-model.discharge_slots))), 1e-4, 0.95)
+    load = model.stray_pf + model.ghosting * (columns - 1) * NOMINAL_PF
+    return np.asarray(share * load / (1.0 - share))

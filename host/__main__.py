@@ -1,0 +1,164 @@
+"""The command line: find or start an orb, and play."""
+
+import argparse
+import logging
+import math
+import secrets
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+from host import loop, targets
+from host.device import OwnDevice
+from host.receiver import Receiver
+from host.targets import TargetError, TargetOptions
+from host.transport import LinkError, open_transport
+from tetris.window.display import DisplayError
+
+_DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_INTERRUPTED = 130  # what shells expect after Ctrl+C
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
+    parser = _parser()
+    options = parser.parse_args(argv)
+    _check(parser, options)
+    logging.basicConfig(
+        format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
+    )
+    seed = secrets.randbits(31) if options.seed is None else options.seed
+    try:
+        if options.demo:
+            return _demo(options, seed)
+        _play(options, seed)
+    except (DisplayError, TargetError, LinkError, loop.PictureError) as error:
+        print(f"host: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    return 0
+
+
+def _play(options: argparse.Namespace, seed: int) -> None:
+    """Open the window and the link, and play until the window is closed."""
+    target = targets.load(options.target, TargetOptions(seed))
+    surface = loop.window(headless=options.headless)
+    with ExitStack() as stack:
+        if options.link is None:
+            own = OwnDevice(seed)
+            stack.callback(own.close)
+            receiver = Receiver(own.open, token=own.token)
+        else:
+            receiver = Receiver(lambda: open_transport(options.link))
+        stack.callback(receiver.close)
+        receiver.start()
+        loop.play(target, receiver, surface, seconds=options.seconds, screenshot=options.screenshot)
+
+
+def _demo(options: argparse.Namespace, seed: int) -> int:
+    """Let the bot play with the virtual orb's own hand."""
+    from host import demo  # imported here, because playing by hand needs no bot and no judge
+
+    return demo.run(
+        seed=seed,
+        seconds=options.seconds or _DEMO_S,
+        speed=options.speed,
+        headless=options.headless,
+        as_json=options.json,
+        screenshot=options.screenshot,
+    )
+
+
+def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Refuse combinations that make no sense, with what would."""
+    if options.demo and options.link is not None:
+        parser.error("--demo plays with a virtual orb of its own; leave out --link")
+    if options.demo and options.target != "tetris":
+        parser.error("--demo plays Tetris; leave out --target")
+    if not options.demo and (options.json or options.speed is not None):
+        parser.error("--json and --speed belong to the demo; add --demo")
+    if options.headless and not options.demo and options.seconds is None:
+        parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
+    if options.speed is None:
+        options.speed = 1.0
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    parser = argparse.ArgumentParser(
+        prog="host",
+        description="Play with an orb. Without one, a virtual orb is started: touch it with the "
+        "mouse. The left button presses, the right one pinches, a drag round the rim twists.",
+        epilog="Try it without an orb: host; or lean back: host --demo",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=20),
+    )
+    add = parser.add_argument
+    add(
+        "--link",
+        metavar="URL",
+        help="where the orb is: a serial port's name, or a pyserial URL such as "
+        "socket://127.0.0.1:4000 (default: a virtual orb of our own)",
+    )
+    add(
+        "--target",
+        metavar="NAME",
+        default="tetris",
+        help=f"what to play: {', '.join(targets.names())} (default: %(default)s)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        help="which game, and which virtual orb; the same again (default: new ones)",
+    )
+    add("--demo", action="store_true", help="let the virtual orb's own hand play")
+    add("--headless", action="store_true", help="open no window; needs --demo or --seconds")
+    add(
+        "--seconds",
+        metavar="N",
+        type=_number(above=0.0),
+        help=f"stop after so long (default: play on; the demo: {_DEMO_S:g})",
+    )
+    add(
+        "--speed",
+        metavar="X",
+        type=_number(least=0.0),
+        help="of the demo: 1 is real time, 0 as fast as it can (default: 1)",
+    )
+    add("--json", action="store_true", help="end the demo with one line of JSON: how it went")
+    add(
+        "--screenshot",
+        metavar="FILE",
+        type=Path,
+        help="save the last picture of the window, as .png",
+    )
+    add("--verbose", action="store_true", help="tell what happens to the link")
+    return parser
+
+
+def _seed(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**31):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to 2147483647")
+    return int(words)
+
+
+def _number(*, least: float = -math.inf, above: float = -math.inf) -> Callable[[str], float]:
+    """Return a reader of finite numbers from `least`, and more than `above`."""
+    wanted = f"above {above:g}" if above > -math.inf else f"{least:g} or more"
+
+    def read(words: str) -> float:
+        try:
+            number = float(words)
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and number >= least and number > above):
+            raise argparse.ArgumentTypeError(f"{words} must be a number, {wanted}")
+        return number
+
+    return read
+
+
+if __name__ == "__main__":
+    sys.exit(main())

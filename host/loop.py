@@ -1,0 +1,111 @@
+"""The window's loop in real time: events and messages in, pictures and contacts out."""
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import pygame
+
+from controller.protocol import Message
+from host.receiver import Connected, Received, Refused
+from host.targets import Target
+from host.transport import LinkError
+from tetris.window.display import DisplayError, open_window
+
+FRAMES_PER_S = 60
+SIZE = (1280, 720)  # the window's first; it can be resized
+
+
+class PictureError(OSError):
+    """A picture of the window cannot be saved; the message is one sentence for the user."""
+
+
+class Orb(Protocol):
+    """What the loop needs of a `host.receiver.Receiver`."""
+
+    def poll(self) -> list[Received]:
+        """Return what is new, oldest first, without waiting."""
+
+    def send(self, message: Message) -> object:
+        """Send without waiting."""
+
+
+def play(
+    target: Target,
+    orb: Orb,
+    surface: pygame.Surface,
+    *,
+    seconds: float | None = None,
+    screenshot: Path | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Play until the window is closed, or for some seconds.
+
+    Args:
+        target: What is played.
+        orb: The link.
+        surface: The window's surface.
+        seconds: When to stop by itself; None plays on.
+        screenshot: Where to save the last picture.
+        clock: Seconds that never turn back.
+
+    Raises:
+        LinkError: The first connection failed; later ones are tried again and again.
+        PictureError: The picture cannot be saved.
+    """
+    pace = pygame.time.Clock()
+    began_s = clock()
+    playing, connected = True, False
+    while playing:
+        now_s = clock() - began_s
+        for event in pygame.event.get():
+            if event.type == pygame.QUIT:
+                playing = False
+            elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
+                pygame.display.toggle_fullscreen()
+            else:
+                target.handle(event, now_s)
+        received = orb.poll()
+        for item in received:
+            if isinstance(item, Refused) and not connected:
+                raise LinkError(item.reason)
+            connected = connected or isinstance(item, Connected)
+        target.tick(now_s, received)
+        for message in target.outgoing(now_s):
+            orb.send(message)
+        target.draw(surface)
+        pygame.display.flip()
+        pace.tick(FRAMES_PER_S)
+        playing = playing and (seconds is None or now_s < seconds)
+    if screenshot is not None:
+        save(surface, screenshot)
+
+
+def window(*, headless: bool = False) -> pygame.Surface:
+    """Open the window; headless, a surface of the same size that nobody sees.
+
+    Raises:
+        DisplayError: There is no display; the sentence says what to do.
+    """
+    if headless:
+        os.environ["SDL_VIDEODRIVER"] = "dummy"
+    try:
+        return open_window(SIZE, "OrbTouch")
+    except DisplayError as error:
+        raise DisplayError(
+            f"{error}; to let the demo play without a window, add --demo --headless"
+        ) from error
+
+
+def save(surface: pygame.Surface, path: Path) -> None:
+    """Save a picture of the window; the name says the format, as in play.png.
+
+    Raises:
+        PictureError: It cannot be saved.
+    """
+    try:
+        pygame.image.save(surface, path)
+    except (pygame.error, OSError) as error:
+        raise PictureError(f"cannot save the picture {path}: {error}") from error

@@ -1,0 +1,271 @@
+"""Small pictures that are drawn once and then only copied: text, icons, cards and rings.
+
+Shapes are drawn four times as large and scaled down, so that their edges are smooth. What is
+returned is shared: blit it, never draw on it.
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Final
+
+import pygame
+
+from tetris.window import theme
+from tetris.window.theme import Colour
+
+SMOOTH: Final = 4  # times larger while drawing
+
+_WORDS: Final = {
+    "null": "nothing",
+    "twist_cw": "twist right",
+    "twist_ccw": "twist left",
+    "rotate_cw": "turn right",
+    "rotate_ccw": "turn left",
+}
+
+Point = tuple[float, float]
+Pen = Callable[..., None]
+
+
+class Scale:
+    """Design units to pixels, and what is drawn in them."""
+
+    def __init__(self, factor: float) -> None:
+        """Draw `factor` pixels to a design unit."""
+        self.factor = factor
+
+    def px(self, design: float) -> int:
+        """Return a length in whole pixels, at least one."""
+        return max(1, round(design * self.factor))
+
+    def text(self, words: str, size: int, colour: Colour = theme.TEXT) -> pygame.Surface:
+        """Return a line of text."""
+        return text(words, max(8, self.px(size)), colour)
+
+    def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
+        """Draw the plate that a group of things lies on."""
+        surface.blit(card(rect.size, self.px(12), theme.SURFACE, theme.LINE), rect)
+
+
+def words(name: str) -> str:
+    """Return a label or a command as a player reads it."""
+    return _WORDS.get(name, name.replace("_", " "))
+
+
+def mix(low: Colour, high: Colour, share: float) -> Colour:
+    """Mix two colours in 16 steps, so that the pictures kept stay few."""
+    return theme.mix(low, high, round(min(1.0, max(0.0, share)) * 16) / 16)
+
+
+@lru_cache(maxsize=512)
+def text(words: str, size: int, colour: Colour) -> pygame.Surface:
+    """Return a line of text, its letters spaced evenly at every size.
+
+    The font library sets letters on whole pixels, which shows in small text; so they are set
+    large and scaled down.
+    """
+    large = theme.font(size * SMOOTH).render(words, True, colour)
+    width, height = large.get_size()
+    return pygame.transform.smoothscale(large, (round(width / SMOOTH), round(height / SMOOTH)))
+
+
+@lru_cache(maxsize=64)
+def card(
+    size: tuple[int, int], radius: int, fill: Colour, line: Colour | None = None, alpha: int = 255
+) -> pygame.Surface:
+    """Return a rectangle with round corners and, if wished, a fine outline."""
+    surface = _canvas(size)
+    box = surface.get_rect()
+    pygame.draw.rect(surface, (*(line or fill), alpha), box, border_radius=radius * SMOOTH)
+    if line:
+        pygame.draw.rect(
+            surface,
+            (*fill, alpha),
+            box.inflate(-2 * SMOOTH, -2 * SMOOTH),
+            border_radius=(radius - 1) * SMOOTH,
+        )
+    return pygame.transform.smoothscale(surface, size)
+
+
+@lru_cache(maxsize=128)
+def ring(
+    radius: int, width: float, colour: Colour, alpha: int, fill_alpha: int = 0
+) -> pygame.Surface:
+    """Return a circle with a filling of its own transparency; width 0 leaves only the filling."""
+    side = 2 * radius + 4
+    surface = _canvas((side, side))
+    centre = (side * SMOOTH / 2, side * SMOOTH / 2)
+    if fill_alpha:
+        pygame.draw.circle(surface, (*colour, fill_alpha), centre, radius * SMOOTH)
+    if width:
+        pygame.draw.circle(
+            surface, (*colour, alpha), centre, radius * SMOOTH, max(1, round(width * SMOOTH))
+        )
+    return pygame.transform.smoothscale(surface, (side, side))
+
+
+@lru_cache(maxsize=16)
+def taxels(rows: int, columns: int, step_px: float) -> pygame.Surface:
+    """Return the marks of all taxels and the traces that join them, centred on the dome's top."""
+    margin = 8
+    size = round((columns - 1) * step_px) + 2 * margin, round((rows - 1) * step_px) + 2 * margin
+    surface = _canvas(size)
+    at = [
+        [((margin + c * step_px) * SMOOTH, (margin + r * step_px) * SMOOTH) for c in range(columns)]
+        for r in range(rows)
+    ]
+    for row in range(rows):
+        pygame.draw.line(surface, (60, 8, 4, 34), at[row][0], at[row][-1], SMOOTH)
+    for column in range(columns):
+        pygame.draw.line(surface, (60, 8, 4, 34), at[0][column], at[-1][column], SMOOTH)
+    for line in at:
+        for point in line:
+            pygame.draw.circle(surface, (70, 10, 6, 120), point, 3.2 * SMOOTH)
+            pygame.draw.circle(surface, (255, 236, 224, 205), point, 1.9 * SMOOTH)
+    return pygame.transform.smoothscale(surface, size)
+
+
+@lru_cache(maxsize=16)
+def rim_arrows(radius: int, colour: Colour, alpha: int) -> pygame.Surface:
+    """Return four double arrows along a circle: here one can turn."""
+    side = 2 * radius + 24
+    surface = _canvas((side, side))
+    middle = side / 2
+    for towards in (0.0, 90.0, 180.0, 270.0):
+        _arc_arrow(
+            surface, (*colour, alpha), middle, radius, towards - 11, towards + 11, 2.0, both=True
+        )
+    return pygame.transform.smoothscale(surface, (side, side))
+
+
+@lru_cache(maxsize=256)
+def icon(name: str, size: int, colour: Colour) -> pygame.Surface:
+    """Return the icon of a gesture or a command; a name nobody drew gets a dot."""
+    surface = _canvas((size, size))
+    _ICONS.get(name, _dot)(surface, colour, size * SMOOTH)
+    return pygame.transform.smoothscale(surface, (size, size))
+
+
+def _canvas(size: tuple[int, int]) -> pygame.Surface:
+    return pygame.Surface((size[0] * SMOOTH, size[1] * SMOOTH), pygame.SRCALPHA, 32)
+
+
+def _arc_arrow(
+    surface: pygame.Surface,
+    colour: tuple[int, ...],
+    middle: float,
+    radius: float,
+    start_deg: float,
+    end_deg: float,
+    width: float,
+    *,
+    both: bool = False,
+    head: float = 3.2,
+) -> None:
+    """Draw an arc with an arrow at its end; degrees run counter-clockwise from the right."""
+
+    def at(degrees: float, distance: float) -> Point:
+        angle = math.radians(degrees)
+        return (
+            (middle + distance * math.cos(angle)) * SMOOTH,
+            (middle - distance * math.sin(angle)) * SMOOTH,
+        )
+
+    steps = max(8, int(abs(end_deg - start_deg) / 3))
+    half = width / 2
+    line = [start_deg + (end_deg - start_deg) * k / steps for k in range(steps + 1)]
+    outer = [at(degrees, radius + half) for degrees in line]
+    inner = [at(degrees, radius - half) for degrees in reversed(line)]
+    pygame.draw.polygon(surface, colour, outer + inner)
+    ends = [(end_deg, math.copysign(1, end_deg - start_deg))]
+    if both:
+        ends.append((start_deg, -ends[0][1]))
+    for degrees, sign in ends:
+        tip = degrees + sign * math.degrees(head * width / radius * 0.75)
+        wings = [at(degrees, radius + head * width / 2), at(degrees, radius - head * width / 2)]
+        pygame.draw.polygon(surface, colour, [at(tip, radius), *wings])
+
+
+def _shape(*polygons: tuple[Point, ...]) -> Pen:
+    """Return a pen for polygons whose points are shares of the icon's side."""
+
+    def draw(surface: pygame.Surface, colour: Colour, side: float) -> None:
+        for points in polygons:
+            pygame.draw.polygon(surface, colour, [(x * side, y * side) for x, y in points])
+
+    return draw
+
+
+def _turning(clockwise: bool) -> Pen:
+    def draw(surface: pygame.Surface, colour: Colour, side: float) -> None:
+        unit = side / SMOOTH
+        ends = (215.0, 5.0) if clockwise else (-35.0, 175.0)
+        _arc_arrow(surface, colour, unit / 2, unit * 0.34, *ends, unit * 0.12, head=4.4)
+
+    return draw
+
+
+def _dot(surface: pygame.Surface, colour: Colour, side: float) -> None:
+    pygame.draw.circle(surface, colour, (side / 2, side / 2), side * 0.12)
+
+
+def _press(surface: pygame.Surface, colour: Colour, side: float) -> None:
+    middle = (side / 2, side / 2)
+    pygame.draw.circle(surface, colour, middle, side * 0.40, max(1, round(side * 0.10)))
+    pygame.draw.circle(surface, colour, middle, side * 0.17)
+
+
+def _null(surface: pygame.Surface, colour: Colour, side: float) -> None:
+    middle = (side / 2, side / 2)
+    pygame.draw.circle(surface, colour, middle, side * 0.36, max(1, round(side * 0.09)))
+
+
+_LEFT: Final = (
+    (0.08, 0.5),
+    (0.5, 0.14),
+    (0.5, 0.38),
+    (0.92, 0.38),
+    (0.92, 0.62),
+    (0.5, 0.62),
+    (0.5, 0.86),
+)
+_DOWN: Final = tuple((1 - y, 1 - x) for x, y in _LEFT)
+_ICONS: Final[dict[str, Pen]] = {
+    "null": _null,
+    "press": _press,
+    "pinch": _shape(
+        ((0.0, 0.22), (0.40, 0.5), (0.0, 0.78)),
+        ((1.0, 0.22), (0.60, 0.5), (1.0, 0.78)),
+    ),
+    "twist_cw": _turning(True),
+    "twist_ccw": _turning(False),
+    "left": _shape(_LEFT),
+    "right": _shape(tuple((1 - x, y) for x, y in _LEFT)),
+    "down": _shape(_DOWN),
+    "drop": _shape(
+        (
+            (0.5, 0.74),
+            (0.12, 0.34),
+            (0.36, 0.34),
+            (0.36, 0.04),
+            (0.64, 0.04),
+            (0.64, 0.34),
+            (0.88, 0.34),
+        ),
+        ((0.12, 0.84), (0.88, 0.84), (0.88, 0.98), (0.12, 0.98)),
+    ),
+    "rotate_cw": _turning(True),
+    "rotate_ccw": _turning(False),
+    "hold": _shape(
+        ((0.12, 0.2), (0.88, 0.2), (0.88, 0.34), (0.12, 0.34)),
+        ((0.12, 0.48), (0.88, 0.48), (0.88, 0.86), (0.12, 0.86)),
+    ),
+    "pause": _shape(
+        ((0.18, 0.12), (0.40, 0.12), (0.40, 0.88), (0.18, 0.88)),
+        ((0.60, 0.12), (0.82, 0.12), (0.82, 0.88), (0.60, 0.88)),
+    ),
+    "to": _shape(
+        ((0.25, 0.14), (0.42, 0.14), (0.78, 0.5), (0.42, 0.86), (0.25, 0.86), (0.58, 0.5))
+    ),
+}

@@ -1,0 +1,63 @@
+"""What the orb's commands drive: one module a target, found by name."""
+
+import importlib
+import pkgutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, cast
+
+import pygame
+
+from controller.protocol import Message
+from host.orb_view import OrbView
+
+if TYPE_CHECKING:
+    from host.receiver import Received
+
+
+@dataclass(frozen=True, slots=True)
+class TargetOptions:
+    """What a target may want to know when it is made."""
+
+    seed: int = 0
+
+
+class TargetError(ValueError):
+    """There is no target of that name."""
+
+
+class Target(Protocol):
+    """Something to play with. All times are seconds of one clock that never turns back."""
+
+    @property
+    def orb(self) -> OrbView:
+        """What is known of the orb, kept up by `tick`."""
+
+    def handle(self, event: pygame.event.Event, now_s: float) -> None:
+        """Take one event of the window: a key, the mouse, a finger, the focus."""
+
+    def tick(self, now_s: float, received: Sequence["Received"]) -> object:
+        """Let time pass and take what came over the link, oldest first."""
+
+    def outgoing(self, now_s: float) -> list[Message]:
+        """Return what is to be sent to the device now, such as the player's contacts."""
+
+    def draw(self, surface: pygame.Surface) -> None:
+        """Draw everything as it was at the last tick."""
+
+
+def names() -> tuple[str, ...]:
+    """Return the targets there are."""
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+
+
+def load(name: str, options: TargetOptions | None = None) -> Target:
+    """Make a target: `create(options)` of the module of that name.
+
+    Raises:
+        TargetError: There is no such module.
+    """
+    if name not in names():
+        raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")
+    module = importlib.import_module(f"{__name__}.{name}")
+    return cast(Target, module.create(options or TargetOptions()))

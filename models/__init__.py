@@ -1,0 +1,1 @@
+"""The training machine, and the bundles that ship."""

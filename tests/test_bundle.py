@@ -1,0 +1,170 @@
+"""Bundles: whole or refused, and proved before they are used."""
+
+import dataclasses
+import io
+import pickle
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import archive, bundle, npz
+from controller.bundle import BundleError
+from controller.recognizer import Recognizer
+
+SHIPPED = bundle.default_path()
+
+
+def parts_of(path: Path = SHIPPED) -> tuple[bytes, dict[str, bytes]]:
+    """The manifest and the other parts, ready to be written again."""
+    parts = archive.unpack(path.read_bytes(), bundle.PARTS)
+    return parts[bundle.MANIFEST], {name: parts[name] for name in bundle.CONTENT}
+
+
+def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> None:
+    shipped = bundle.read(SHIPPED)
+    assert shipped.labels == ("null", "press", "pinch", "twist_cw", "twist_ccw")
+    assert (shipped.rows, shipped.columns, shipped.window, shipped.rate_hz) == (5, 5, 10, 10.0)
+    probabilities = Recognizer(shipped).probabilities(shipped.golden.windows[0])
+    assert probabilities.shape == (5,)
+    assert probabilities.sum() == pytest.approx(1.0, abs=1e-5)
+
+
+def test_any_zip_tool_opens_a_bundle_and_its_sums_are_right() -> None:
+    with zipfile.ZipFile(SHIPPED) as file:
+        assert file.namelist() == list(bundle.PARTS)
+        assert file.testzip() is None
+
+
+def test_same_parts_make_the_same_file(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    copy = tmp_path / "copy.orb"
+    bundle.write(copy, manifest=manifest, parts=parts)
+    assert copy.read_bytes() == SHIPPED.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["copy.orb"]
+
+
+def test_one_flipped_bit_anywhere_is_refused(tmp_path: Path) -> None:
+    whole = SHIPPED.read_bytes()
+    path = tmp_path / "flipped.orb"
+    headers = [match.start() for match in re.finditer(rb"PK[\1-\6][\2-\6]", whole)]
+    places = {0, len(whole) // 2, len(whole) - 1}
+    places |= {start + offset for start in headers for offset in range(0, 46, 5)}
+    places |= {int(p) for p in np.random.default_rng(1).integers(0, len(whole), 20)}
+    for place in sorted(place for place in places if place < len(whole)):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with pytest.raises(BundleError, match="damaged"):
+            bundle.read(path)
+
+
+def test_what_is_no_bundle_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    whole = SHIPPED.read_bytes()
+    contents = {
+        "empty": b"",
+        "truncated": whole[:-1],
+        "half": whole[: len(whole) // 2],
+        "longer": whole + b"\0",
+        "random": np.random.default_rng(2).bytes(5000),
+    }
+    for name, data in contents.items():
+        path = tmp_path / name
+        path.write_bytes(data)
+        with pytest.raises(BundleError, match="is damaged"):
+            bundle.read(path)
+    with pytest.raises(BundleError, match="is not a file"):
+        bundle.read(tmp_path)
+    with pytest.raises(BundleError, match="does not exist"):
+        bundle.read(tmp_path / "absent.orb")
+
+
+def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.orb"
+    with path.open("wb") as file:
+        file.truncate(bundle.MAX_BYTES + 1)
+    with pytest.raises(BundleError, match="more than the"):
+        bundle.read(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "complaint"),
+    [
+        ("format", "format = 2", "update the older one"),
+        ("rows", "rows = 0", "a whole number from 1 to 30"),
+        ("rows", "rows = true", "a whole number"),
+        ("rows", "rows = 5.0", "a whole number"),
+        ("columns", "", "columns = None"),
+        ("rate_hz", "rate_hz = inf", "a number from 0.1"),
+        ("rate_hz", "rate_hz = 20.0", "others under .preprocess."),
+        ("labels", 'labels = ["press", "null"]', '"null" first'),
+        ("labels", 'labels = ["null", "press", "press"]', "different names"),
+        ("labels", 'labels = ["null", "Ünvar!"]', "small letters"),
+        ("labels", "labels = [", "no TOML"),
+        ("on", "on = nan", "on = nan"),
+        ("on", "onn = 0.5", "another version of this program"),
+        ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
+    ],
+)
+def test_a_manifest_that_makes_no_sense_is_refused(
+    tmp_path: Path, line: str, instead: str, complaint: str
+) -> None:
+    text, parts = parts_of()
+    pattern = rf"^{line} = (\[[^\]]*\]|.*)$"
+    changed = re.sub(pattern, instead, text.decode(), count=1, flags=re.MULTILINE)
+    with pytest.raises(BundleError, match=complaint):
+        bundle.write(tmp_path / "new.orb", manifest=changed.encode(), parts=parts)
+    assert not list(tmp_path.iterdir())
+
+
+def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> tuple[object, tuple[str]]:
+            return pytest.fail, ("a pickle was loaded",)
+
+    manifest, parts = parts_of()
+    buffer = io.BytesIO()
+    np.savez(buffer, windows=np.array([Trap()], dtype=object))
+    with pytest.raises(BundleError, match="pickled objects"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": buffer.getvalue()}
+        )
+    with pytest.raises(BundleError, match="not a whole"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": pickle.dumps({})}
+        )
+
+
+def test_golden_vectors_of_another_shape_are_refused(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    arrays = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    arrays["touches"] = arrays["touches"][:-1]
+    with pytest.raises(BundleError, match="equally many"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": npz.pack(arrays)}
+        )
+
+
+def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -> None:
+    shipped = bundle.read(SHIPPED)
+    golden = dataclasses.replace(
+        shipped.golden, probabilities=shipped.golden.probabilities + np.float32(2e-4)
+    )
+    with pytest.raises(BundleError, match="gesture network answers differently"):
+        Recognizer(dataclasses.replace(shipped, golden=golden))
+    golden = dataclasses.replace(
+        shipped.golden, touches=shipped.golden.touches * np.float32(np.nan)
+    )
+    with pytest.raises(BundleError, match="location network answers differently"):
+        Recognizer(dataclasses.replace(shipped, golden=golden))
+
+
+def test_a_model_that_is_none_is_refused() -> None:
+    shipped = bundle.read(SHIPPED)
+    with pytest.raises(BundleError, match="gesture network does not load"):
+        Recognizer(dataclasses.replace(shipped, gesture_onnx=b"no model"))
+    swapped = dataclasses.replace(shipped, location_onnx=shipped.gesture_onnx)
+    with pytest.raises(BundleError, match="location network does not run"):
+        Recognizer(swapped)

@@ -1,0 +1,69 @@
+"""One gesture per touch."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from controller.debounce import Debouncer, DebounceSettings
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+NULL, PRESS, PINCH = range(3)
+
+
+def sure(label: int, probability: float = 0.97) -> NDArray[np.float64]:
+    """Probabilities that are nearly sure of one label."""
+    rest = (1.0 - probability) / (len(LABELS) - 1)
+    return np.array([probability if i == label else rest for i in range(len(LABELS))])
+
+
+def fired(stream: list[int]) -> list[tuple[int, str]]:
+    """(frame, label) of everything that fires."""
+    stage = Debouncer(LABELS, DebounceSettings(smoothing=0.4, on=0.8, off=0.35))
+    steps = ((i, stage.step(sure(label))) for i, label in enumerate(stream))
+    return [(i, label) for i, label in steps if label is not None]
+
+
+def test_a_held_press_fires_once_after_four_sure_frames() -> None:
+    assert fired([NULL] * 5 + [PRESS] * 40) == [(8, "press")]
+
+
+def test_rest_re_arms() -> None:
+    touch = [PRESS] * 6 + [NULL] * 6
+    assert [label for _, label in fired(touch * 3)] == ["press"] * 3
+
+
+def test_a_flicker_of_two_frames_fires_nothing() -> None:
+    assert fired(([PINCH] * 2 + [NULL] * 6) * 5) == []
+
+
+def test_changing_its_mind_during_a_touch_fires_nothing_more() -> None:
+    assert fired([PRESS] * 6 + [PINCH] * 10) == [(3, "press")]
+
+
+def test_as_many_probabilities_as_labels_are_expected() -> None:
+    stage = Debouncer(LABELS, DebounceSettings())
+    with pytest.raises(ValueError, match="5 labels"):
+        stage.step(np.ones(4) / 4)
+
+
+@given(st.lists(st.integers(0, len(LABELS) - 1), max_size=80))
+def test_between_two_gestures_there_is_always_rest(stream: list[int]) -> None:
+    frames = [i for i, _ in fired(stream)]
+    for first, second in itertools.pairwise(frames):
+        assert NULL in stream[first:second]
+
+
+@given(st.lists(st.integers(0, len(LABELS) - 1), min_size=2, max_size=60), st.data())
+def test_a_restored_debouncer_continues_exactly(stream: list[int], data: st.DataObject) -> None:
+    cut = data.draw(st.integers(0, len(stream)))
+    whole, before, after = (Debouncer(LABELS, DebounceSettings()) for _ in range(3))
+    expected = [whole.step(sure(label)) for label in stream]
+    for label in stream[:cut]:
+        before.step(sure(label))
+    after.restore(before.state())
+    assert after.held == before.held
+    assert [after.step(sure(label)) for label in stream[cut:]] == expected[cut:]

@@ -1,0 +1,85 @@
+"""The demo: the player's manners, the record's arithmetic, and a real game of two processes."""
+
+import json
+
+import pytest
+
+from controller.protocol import Command, Truth
+from host import demo
+from host.demo import Meter, Record
+from host.player import COMMAND_OF, MANUAL, Player
+from host.receiver import Delivered
+from tetris.engine import Game
+
+
+def command(name: str) -> Delivered:
+    return Delivered(Command(name, "press", 0.99, None, 1), 0)
+
+
+def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
+    record = Record(meant={1: "left", 2: "", 3: "drop", 4: "right"})
+    record.take([command("left")], 1400)
+    record.take([Delivered(Truth(1, "press", 1000, 1900), 1900)], 1900)
+    record.take([Delivered(Truth(2, "brush", 3000, 3500), 3500)], 3500)
+    record.take([command("left"), Delivered(Truth(3, "pinch", 5000, 6000), 6000)], 5500)
+    record.take([Delivered(Truth(4, "press", 8000, 8500), 8500)], 8500)
+    verdict = record.verdict(1, 10.0, Meter())
+    assert [verdict[k] for k in ("intended", "hits", "wrong", "missed")] == [3, 1, 1, 2]
+    assert (verdict["false_alarms"], verdict["stray_touches"]) == (0, 1)
+    assert verdict["latency_s"] == {"p50": 0.4, "p95": 0.4}
+
+
+def test_a_command_for_a_stray_touch_is_a_false_alarm() -> None:
+    record = Record(meant={1: ""})
+    record.take([command("left"), Delivered(Truth(1, "rest", 1000, 1900), 1900)], 1400)
+    assert record.verdict(1, 3.0, Meter())["false_alarms"] == 1
+
+
+def test_the_player_means_only_what_the_manual_says_and_waits_for_its_hand() -> None:
+    player, game = Player(3, 120.0), Game(3)
+    game.update(0.0)
+    meant, now = [], 0.0
+    while now < 100.0:
+        decision = player.decide(game, now)
+        if decision is not None:
+            performance, name = decision
+            if name:
+                label, (x, y) = MANUAL[name]
+                assert performance.label == label
+                assert abs(performance.x - x) < 1.0
+                assert abs(performance.y - y) < 1.0
+                action = next(a for a, c in COMMAND_OF.items() if c == name)
+                game.update(now, [action])
+            assert player.decide(game, now + 0.01) is None  # the hand is busy
+            meant.append(name)
+            now += 0.9
+            player.left(performance.number, now)
+        now += 1 / 60
+        game.update(now)
+    assert meant.count("") >= 100 / 60 * 2  # stray touches: at least two a minute
+    assert set(meant) - {""} <= set(MANUAL)
+
+
+def test_the_player_begins_nothing_that_cannot_be_answered_in_time() -> None:
+    player = Player(1, 20.0)
+    assert player.decide(Game(1), 17.5) is None
+
+
+def test_ticks_add_up_to_whole_seconds() -> None:
+    assert [demo.until_ms(n) for n in (1, 2, 3, 60, 7200)] == [17, 33, 50, 1000, 120_000]
+
+
+def test_a_demo_plays_and_the_same_seed_is_the_same_game(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def play() -> dict[str, object]:
+        status = demo.run(seed=2, seconds=20.0, speed=0.0, headless=True, as_json=True)
+        assert status == 0
+        verdict: dict[str, object] = json.loads(capsys.readouterr().out.splitlines()[-1])
+        verdict.pop("link_bytes")  # handshakes differ by their nonces' lengths
+        return verdict
+
+    first = play()
+    assert isinstance(first["intended"], int)
+    assert first["intended"] >= 6
+    assert play() == first

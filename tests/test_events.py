@@ -1,0 +1,55 @@
+"""The event metric, on streams small enough to judge by eye."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.events import Answer, Event, Score, judge
+
+EVENTS = [Event(1.0, 2.0, "left"), Event(4.0, 5.0, "drop"), Event(5.2, 6.0, "left")]
+
+
+def counts(score: Score) -> tuple[int, int, int, int, int]:
+    return score.hits, score.wrong, score.missed, score.false_alarms, score.duplicates
+
+
+def test_right_answers_are_hits_with_their_latency() -> None:
+    score = judge(EVENTS, [Answer(1.4, "left"), Answer(4.5, "drop"), Answer(5.5, "left")])
+    assert counts(score) == (3, 0, 0, 0, 0)
+    assert [round(latency, 6) for latency in score.latencies_s] == [0.4, 0.5, 0.3]
+    assert score.f1 == 1.0
+
+
+def test_an_answer_may_come_half_a_second_after_the_release_and_no_later() -> None:
+    assert counts(judge(EVENTS[:1], [Answer(2.5, "left")])) == (1, 0, 0, 0, 0)
+    assert counts(judge(EVENTS[:1], [Answer(2.51, "left")])) == (0, 0, 1, 1, 0)
+
+
+def test_an_answer_before_any_onset_is_a_false_alarm() -> None:
+    assert counts(judge(EVENTS[:1], [Answer(0.99, "left")])) == (0, 0, 1, 1, 0)
+
+
+def test_another_class_is_wrong_and_the_event_stays_missed() -> None:
+    assert counts(judge(EVENTS[:1], [Answer(1.5, "right")])) == (0, 1, 1, 0, 0)
+
+
+def test_wrong_first_and_right_later_is_both() -> None:
+    assert counts(judge(EVENTS[:1], [Answer(1.2, "right"), Answer(1.6, "left")])) == (1, 1, 0, 0, 0)
+
+
+def test_the_same_again_is_a_duplicate() -> None:
+    assert counts(judge(EVENTS[:1], [Answer(1.2, "left"), Answer(1.9, "left")])) == (1, 0, 0, 0, 1)
+
+
+def test_after_the_next_onset_an_answer_belongs_to_the_next_event() -> None:
+    assert counts(judge(EVENTS[1:], [Answer(5.3, "drop")])) == (0, 1, 2, 0, 0)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12),
+)
+def test_every_answer_is_counted_once_and_every_event_is_hit_or_missed(
+    answers: list[tuple[float, str]],
+) -> None:
+    score = judge(EVENTS, [Answer(t, kind) for t, kind in sorted(answers)])
+    assert score.hits + score.wrong + score.false_alarms + score.duplicates == len(answers)
+    assert score.hits + score.missed == score.intended == len(EVENTS)

@@ -1,0 +1,123 @@
+"""The stages joined: frames in, one command per touch out."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller import bundle
+from controller.pipeline import Pipeline, Step, TouchMedian
+from controller.preprocess import Frame, Image, Window
+from controller.recognizer import Recognizer
+
+SHIPPED = bundle.read(bundle.default_path())
+REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
+
+
+class Certain:
+    """Networks that are sure of a press where the newest image deviates most."""
+
+    def probabilities(self, window: Window) -> NDArray[np.float32]:
+        pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
+
+    def touch(self, image: Image) -> tuple[float, float]:
+        row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
+        return float(column), float(4 - row)
+
+
+def pressed(x: int, y: int, depth: float = 0.6) -> Frame:
+    frame = REST.copy()
+    frame[4 - y, x] *= 1.0 - depth
+    return frame
+
+
+def played(pipeline: Pipeline, frames: list[Frame], start: int = 1) -> list[Step]:
+    return [pipeline.step(f, k / 10, k) for k, f in enumerate(frames, start)]
+
+
+def pipeline() -> Pipeline:
+    return Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+
+
+def test_a_press_at_the_left_becomes_left_once() -> None:
+    steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.gesture, r.touch) for r in records] == [("left", "press", (0.0, 3.0))]
+    assert 21 <= records[0].frame <= 30
+    assert records[0].t_s == records[0].frame / 10
+    assert records[0].probability == 1.0
+
+
+def test_the_gesture_is_held_until_rest() -> None:
+    steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    held = [step.held for step in steps]
+    assert held[:20] == [""] * 20
+    assert held[35] == "press"
+    assert held[-1] == ""
+
+
+def test_before_the_rest_image_is_taken_everything_is_null_for_certain() -> None:
+    first = played(pipeline(), [REST])[0]
+    assert not first.ready
+    assert first.probabilities.tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
+    assert first.touch is None
+    assert first.image.shape == (5, 5)
+
+
+def test_the_same_touch_means_something_else_elsewhere() -> None:
+    frames = [REST] * 20
+    for x, y in ((0, 4), (4, 4), (2, 0)):
+        frames += [pressed(x, y)] * 8 + [REST] * 12
+    commands = [step.command.command for step in played(pipeline(), frames) if step.command]
+    assert commands == ["left", "right", "down"]
+
+
+def test_a_touch_is_where_its_firm_frames_are() -> None:
+    place = TouchMedian(30)
+    for deviation, x in ((0.02, 4.0), (0.10, 1.0), (0.12, 1.2), (0.11, 1.1), (0.03, 3.0)):
+        place.add(deviation, (x, 2.0))
+    assert place.median() == pytest.approx((1.1, 2.0))
+
+
+def test_a_lifted_finger_is_remembered_until_the_networks_have_seen_it_go() -> None:
+    place = TouchMedian(30)
+    place.add(0.1, (1.0, 1.0))
+    place.lift(forget=False)
+    assert place.median() == (1.0, 1.0)
+    place.add(0.1, (3.0, 3.0))  # a new touch does not begin with the old one's frames
+    assert place.median() == (3.0, 3.0)
+    place.lift(forget=True)
+    assert place.median() is None
+
+
+def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
+    rng = np.random.default_rng(5)
+    frames = [REST] * 15 + [pressed(3, 3)] * 9 + [REST] * 15
+    noisy = [(f * (1 + 0.003 * rng.standard_normal((5, 5)))).astype(np.float32) for f in frames]
+    for cut in (0, 4, 17, 21, 26):
+        recognizer = Recognizer(SHIPPED)
+        whole = Pipeline(SHIPPED, recognizer, SHIPPED.mapping)
+        played(whole, noisy[:cut])
+        copy = Pipeline(SHIPPED, recognizer, SHIPPED.mapping)
+        copy.restore(whole.state())
+        for one, other in zip(
+            played(whole, noisy[cut:], cut + 1), played(copy, noisy[cut:], cut + 1), strict=True
+        ):
+            assert one.image.tobytes() == other.image.tobytes()
+            assert one.probabilities.tobytes() == other.probabilities.tobytes()
+            assert (one.touch, one.held, one.command) == (other.touch, other.held, other.command)
+
+
+def test_a_state_of_something_else_is_refused() -> None:
+    state = pipeline().state()
+    wrong = (
+        {},
+        {**state, "extra.thing": np.zeros(1)},
+        {**state, "preprocess.recent": np.ones((4, 4))},
+        {**state, "preprocess.recent": np.zeros((5, 5))},
+        {**state, "debounce.mean": np.ones(7)},
+        {**state, "debounce.held": np.array([9.0])},
+    )
+    for damaged in wrong:
+        with pytest.raises(ValueError, match="the state"):
+            pipeline().restore(damaged)

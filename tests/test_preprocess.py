@@ -1,0 +1,109 @@
+"""Rest, images and windows."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from controller.preprocess import Preprocessor, PreprocessSettings, z_image
+
+REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
+
+
+def idle(seconds: float, seed: int = 0, noise: float = 0.003) -> NDArray[np.float32]:
+    """Frames of an untouched sensor at 10 Hz."""
+    rng = np.random.default_rng(seed)
+    frames = REST_PF * (1.0 + noise * rng.standard_normal((round(seconds * 10), 5, 5)))
+    return frames.astype(np.float32)
+
+
+def pressed(seconds: float, depth: float = 0.3) -> NDArray[np.float32]:
+    """The same with a finger that takes `depth` of the middle taxel's capacitance."""
+    frames = idle(seconds, seed=1)
+    frames[:, 1:4, 1:4] *= 1.0 - depth / 2
+    frames[:, 2, 2] *= 1.0 - depth / 2
+    return frames
+
+
+def fresh() -> Preprocessor:
+    return Preprocessor(PreprocessSettings(), 5, 5)
+
+
+def test_an_image_is_capacitance_over_rest() -> None:
+    frame = np.full((2, 2), 30.0, dtype=np.float32)
+    rest = np.array([[30.0, 60.0], [15.0, 30.0]])
+    assert z_image(frame, rest).tolist() == [[1.0, 0.5], [2.0, 1.0]]
+
+
+def test_frame_and_rest_of_different_shapes_are_refused_with_advice() -> None:
+    with pytest.raises(ValueError, match=r"\(4, 4\).*\(5, 5\).*recalibrate"):
+        z_image(np.ones((4, 4), np.float32), np.ones((5, 5)))
+
+
+def test_play_may_begin_after_one_quiet_second_with_a_whole_window() -> None:
+    stage = fresh()
+    ready = [stage.step(frame).ready for frame in idle(1.5)]
+    assert ready.index(True) == 9
+    window = stage.window()
+    assert window is not None
+    assert window.shape == (10, 5, 5)
+    assert np.abs(window - 1.0).max() < 0.02
+
+
+def test_a_hand_that_is_still_moving_at_the_start_is_waited_for() -> None:
+    stage = fresh()
+    ramp = np.linspace(0.7, 1.0, 20)[:, None, None]
+    arriving = (idle(2.0) * ramp).astype(np.float32)
+    assert not any(stage.step(frame).ready for frame in arriving)
+    assert stage.step(idle(0.1)[0]).ready is False
+    assert any(stage.step(frame).ready for frame in idle(2.0))
+
+
+def test_a_window_holds_the_latest_images_oldest_first() -> None:
+    stage = fresh()
+    images = [stage.step(frame).image for frame in np.concatenate([idle(2.0), pressed(1.0)])]
+    window = stage.window()
+    assert window is not None
+    np.testing.assert_array_equal(window, np.stack(images[-10:]))
+
+
+def test_a_long_press_is_not_absorbed_by_the_rest_image() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    deviations = [stage.step(frame).deviation for frame in pressed(20.0)]
+    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
+
+
+def test_slow_drift_of_the_untouched_sensor_is_followed() -> None:
+    stage = fresh()
+    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]  # 10 % in two minutes
+    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
+    assert last.quiet
+    assert abs(float(last.image.mean()) - 1.0) < 0.01
+
+
+def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    changed = (idle(40.0) * 1.2).astype(np.float32)
+    quiet = [stage.step(frame).quiet for frame in changed]
+    assert not any(quiet[:290])
+    assert all(quiet[-50:])
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 60))
+def test_a_restored_stage_continues_exactly(cut: int) -> None:
+    frames = np.concatenate([idle(3.0), pressed(2.0), idle(2.0, seed=2)])
+    whole, before, after = fresh(), fresh(), fresh()
+    expected = [whole.step(frame) for frame in frames]
+    for frame in frames[:cut]:
+        before.step(frame)
+    after.restore(before.state())
+    for frame, wanted in zip(frames[cut:], expected[cut:], strict=True):
+        got = after.step(frame)
+        np.testing.assert_array_equal(got.image, wanted.image)
+        assert (got.ready, got.quiet) == (wanted.ready, wanted.quiet)

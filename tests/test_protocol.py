@@ -1,0 +1,342 @@
+"""The wire: every message there and back, and nothing at all out of noise."""
+
+import random
+import zlib
+
+import pytest
+from cobs import cobs as oracle
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller import protocol, wire
+from controller.protocol import (
+    COMMANDS,
+    MAX_FRAME,
+    MAX_PAYLOAD,
+    Bye,
+    Command,
+    Contact,
+    Contacts,
+    Decoder,
+    Grant,
+    Granted,
+    Heartbeat,
+    Hello,
+    Message,
+    Packet,
+    Perform,
+    ProtocolError,
+    Refuse,
+    State,
+    Telemetry,
+    Truth,
+    Welcome,
+    encode,
+    image_from_bytes,
+    is_ahead,
+    quantise_image,
+)
+
+u8, u16, u32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
+size, span = st.integers(1, 255), st.integers(1, 65535)
+f32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
+share = st.floats(0, 1, width=32)
+point = st.none() | st.tuples(f32, f32)
+printable = st.characters(categories=("L", "N", "P", "S"), include_characters=" ")
+
+
+def text(limit: int) -> st.SearchStrategy[str]:
+    return st.text(printable, max_size=limit).filter(lambda value: len(value.encode()) <= limit)
+
+
+name, reason = text(40), text(500)
+names = st.lists(text(8), max_size=40).map(tuple)
+shares = st.lists(u8.map(lambda value: value / 255.0), max_size=8).map(tuple)
+contact = st.builds(Contact, u16, f32, f32, f32, f32)
+MESSAGES: dict[type, st.SearchStrategy[Message]] = {
+    Hello: st.builds(Hello, u8, u8, text(64), text(64), st.booleans()),
+    Welcome: st.builds(
+        Welcome, u8, u32, text(64), text(64), st.booleans(), size, size, f32, f32, span, span,
+        names, names,
+    ),
+    Refuse: st.builds(Refuse, reason),
+    Bye: st.builds(Bye, reason),
+    Heartbeat: st.builds(Heartbeat, u32),
+    Command: st.builds(Command, name, name, share, point, u32),
+    State: st.builds(State, names),
+    Telemetry: st.builds(
+        Telemetry, u32, st.binary(max_size=900), shares, point, name, st.booleans(), f32
+    ),
+    Truth: st.builds(Truth, u32, name, u32, u32),
+    Granted: st.builds(Granted, u32),
+    Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
+    Perform: st.builds(Perform, u32, name, f32, f32),
+    Grant: st.builds(Grant, u32),
+}  # fmt: skip
+messages = st.one_of(*MESSAGES.values())
+
+# One packet of each kind before COBS and checksum: version 1 and flags 0, type, session 1,
+# sequence 2, t_ms 3, then the payload, field by field. Read it beside the specification.
+GOLDEN: list[tuple[Message, str]] = [
+    (
+        Hello(1, 1, "key", "host", True),
+        "10 01 0100 0200 03000000  01 01 03 6b6579 04 686f7374 01",
+    ),
+    (
+        Welcome(
+            1, 7, "A1", "OrbTouch", False, 5, 5, 10.0, 1.0, 100, 300, ("null", "press"), ("down",)
+        ),
+        "10 02 0100 0200 03000000  01 07000000 02 4131 08 4f7262546f756368 00 05 05 00002041"
+        "0000803f 6400 2c01  02 04 6e756c6c 05 7072657373  01 04 646f776e",
+    ),
+    (Refuse("no"), "10 03 0100 0200 03000000  0200 6e6f"),
+    (Bye("off"), "10 04 0100 0200 03000000  0300 6f6666"),
+    (Heartbeat(258), "10 05 0100 0200 03000000  02010000"),
+    (
+        Command("left", "press", 0.5, (1.0, 2.0), 9),
+        "10 10 0100 0200 03000000  04 6c656674 05 7072657373 0000003f 01 0000803f 0000004009000000",
+    ),
+    (State(("left", "down")), "10 11 0100 0200 03000000  02 04 6c656674 04 646f776e"),
+    (
+        Telemetry(9, b"\x80\x7f", (1.0, 0.0), None, "press", True, 10.0),
+        "10 12 0100 0200 03000000  09000000 0200 807f 02 ff00 00 05 7072657373 01 00002041",
+    ),
+    (
+        Truth(4, "press", 1000, 1500),
+        "10 13 0100 0200 03000000  04000000 05 7072657373 e8030000 dc050000",
+    ),
+    (Granted(100), "10 14 0100 0200 03000000  64000000"),
+    (
+        Contacts((Contact(1, 2.0, 3.0, 4.0, 5.0),)),
+        "10 20 0100 0200 03000000  01 0100 00000040 00004040 00008040 0000a040",
+    ),
+    (
+        Perform(4, "press", 1.0, 2.0),
+        "10 21 0100 0200 03000000  04000000 05 7072657373 0000803f 00000040",
+    ),
+    (Grant(100), "10 22 0100 0200 03000000  64000000"),
+]
+
+
+def frame(body: bytes) -> bytes:
+    """Return a body as a frame, with the right checksum, by the oracle's COBS."""
+    framed: bytes = oracle.encode(body + zlib.crc32(body).to_bytes(4, "little"))
+    return framed + b"\0"
+
+
+def packet(message: Message) -> Packet:
+    return Packet(session=1, sequence=2, t_ms=3, version=1, message=message)
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
+def test_every_message_arrives_as_it_was_sent(kind: type) -> None:
+    @settings(max_examples=60, deadline=None)
+    @given(MESSAGES[kind], u16, u16, u32)
+    def there_and_back(message: Message, session: int, sequence: int, t_ms: int) -> None:
+        data = encode(message, session=session, sequence=sequence, t_ms=t_ms)
+        assert data.count(0) == 1
+        assert data.endswith(b"\0")
+        assert len(data) <= MAX_FRAME + 1
+        assert Decoder().feed(data) == [Packet(session, sequence, t_ms, 1, message)]
+
+    there_and_back()
+
+
+def test_every_message_is_tried_and_has_its_golden_bytes() -> None:
+    assert set(MESSAGES) == set(protocol.Message.__args__)
+    assert [type(message) for message, _ in GOLDEN] == list(MESSAGES)
+
+
+@pytest.mark.parametrize(("message", "body"), GOLDEN, ids=lambda value: type(value).__name__)
+def test_the_bytes_of_each_message_are_these(message: Message, body: str) -> None:
+    data = frame(bytes.fromhex(body))
+    assert encode(message, session=1, sequence=2, t_ms=3) == data
+    assert Decoder().feed(data) == [packet(message)]
+
+
+def test_a_whole_frame_on_the_wire_is_this() -> None:
+    # Each zero of header, payload and checksum is the distance to the next zero.
+    data = "04 100501 02 02 02 03 01 01 03 0201 01 05 b5cf3210 00"
+    assert encode(Heartbeat(258), session=1, sequence=2, t_ms=3) == bytes.fromhex(data)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=1200) | st.integers(0, 1100).map(lambda size: b"\x11" * size))
+def test_cobs_agrees_with_its_oracle(data: bytes) -> None:
+    assert wire.cobs_encode(data) == oracle.encode(data)
+    assert wire.cobs_decode(wire.cobs_encode(data)) == data
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.binary(max_size=600).map(lambda data: data.replace(b"\0", b"")))
+def test_cobs_refuses_what_its_oracle_refuses(data: bytes) -> None:
+    try:
+        expected = oracle.decode(data)
+    except oracle.DecodeError:
+        with pytest.raises(ProtocolError):
+            wire.cobs_decode(data)
+    else:
+        assert wire.cobs_decode(data) == expected
+
+
+@settings(deadline=None)
+@given(st.lists(messages, min_size=1, max_size=5), st.data())
+def test_a_stream_can_be_cut_anywhere(sent: list[Message], data: st.DataObject) -> None:
+    stream = b"".join(encode(message, session=1, sequence=2, t_ms=3) for message in sent)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=8)))
+    decoder = Decoder()
+    received = []
+    for begin, end in zip([0, *cuts], [*cuts, len(stream)], strict=True):
+        received += decoder.feed(stream[begin:end])
+    assert received == [packet(message) for message in sent]
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(messages, st.binary(max_size=40)), max_size=5))
+def test_noise_between_packets_costs_no_packet_that_follows_a_zero(
+    sent: list[tuple[Message, bytes]],
+) -> None:
+    stream = b"".join(
+        noise + b"\0" + encode(message, session=1, sequence=2, t_ms=3) for message, noise in sent
+    )
+    assert Decoder().feed(stream) == [packet(message) for message, _ in sent]
+
+
+def test_one_wrong_bit_anywhere_never_gives_a_packet() -> None:
+    command = Command("drop", "pinch", 0.9, (1.0, 2.0), 9)
+    data = encode(command, session=1, sequence=2, t_ms=3)
+    for bit in range(8 * len(data)):
+        wrong = bytearray(data)
+        wrong[bit // 8] ^= 1 << bit % 8
+        assert Decoder().feed(bytes(wrong) + b"\0") == [], f"bit {bit}"
+
+
+def test_a_cut_frame_never_gives_a_packet() -> None:
+    data = encode(Command("drop", "pinch", 0.9, None, 9), session=1, sequence=2, t_ms=3)
+    for size in range(len(data) - 1):
+        decoder = Decoder()
+        assert decoder.feed(data[:size] + b"\0") == []
+        assert decoder.bad_frames == (size > 0)
+
+
+def test_ten_megabytes_of_noise_raise_nothing_and_command_nothing() -> None:
+    noise = random.Random(1)
+    decoder = Decoder()
+    for _ in range(10):
+        assert decoder.feed(noise.randbytes(1_000_000)) == []
+    assert decoder.noise_bytes > 9_900_000  # the rest are delimiters
+
+
+def test_structured_noise_with_right_checksums_raises_nothing() -> None:
+    # Past the checksum, too, every byte may be anything.
+    noise = random.Random(2)
+    decoder = Decoder()
+    for _ in range(20_000):
+        kind = noise.choice([*range(1, 6), *range(16, 21), *range(32, 35)])
+        body = bytes([0x10, kind]) + noise.randbytes(noise.randrange(8, 60))
+        for received in decoder.feed(frame(body)):
+            assert received.message is not None
+            again = encode(received.message, session=0, sequence=0, t_ms=0)
+            assert Decoder().feed(again)[0].message == received.message
+    assert decoder.bad_frames > 10_000
+
+
+def test_a_run_without_end_takes_no_memory_and_the_next_packet_is_read() -> None:
+    decoder = Decoder()
+    for _ in range(1000):
+        assert decoder.feed(b"x" * 1000) == []
+        assert len(decoder._tail) <= MAX_FRAME
+    data = encode(Bye("off"), session=1, sequence=2, t_ms=3)
+    assert decoder.feed(b"\0" + data) == [packet(Bye("off"))]
+    assert (decoder.noise_bytes, decoder.bad_frames) == (1_000_000, 1)
+
+
+def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
+    def telemetry(labels: int) -> Telemetry:
+        return Telemetry(0, bytes(900), (0.0,) * labels, None, "", True, 1.0)
+
+    payload = len(bytes.fromhex("00000000 8403 00 00 00 01 0000803f")) + 900
+    most = MAX_PAYLOAD - payload
+    data = encode(telemetry(most), session=1, sequence=2, t_ms=3)
+    assert Decoder().feed(data) == [packet(telemetry(most))]
+    with pytest.raises(ProtocolError, match="1025 bytes"):
+        encode(telemetry(most + 1), session=1, sequence=2, t_ms=3)
+    assert Decoder().feed(frame(bytes.fromhex("10120100020003000000") + bytes(1025))) == []
+
+
+def test_an_unknown_type_is_ignored_and_counted() -> None:
+    decoder = Decoder()
+    assert decoder.feed(frame(bytes.fromhex("10 63 0100 0200 03000000 0102"))) == []
+    assert (decoder.unknown, decoder.bad_frames) == (1, 0)
+
+
+def test_compatible_flags_are_ignored_and_incompatible_ones_rejected() -> None:
+    decoder = Decoder()
+    body = "05 0100 0200 03000000 02010000"
+    assert decoder.feed(frame(bytes.fromhex("13" + body))) == [packet(Heartbeat(258))]
+    assert decoder.feed(frame(bytes.fromhex("14" + body))) == []
+    assert decoder.feed(frame(bytes.fromhex("18" + body))) == []
+    assert decoder.bad_frames == 2
+
+
+def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
+    def foreign(body: str) -> list[Packet]:
+        return Decoder().feed(frame(bytes.fromhex(body)))
+
+    assert foreign("20 05 0100 0200 03000000 02010000") == [Packet(1, 2, 3, 2, None)]
+    assert foreign("20 63 0100 0200 03000000") == [Packet(1, 2, 3, 2, None)]
+    assert foreign("20 03 0100 0200 03000000 0200 6e6f") == [Packet(1, 2, 3, 2, Refuse("no"))]
+    hello = foreign("20 01 0000 0200 03000000 02 03 00 00 00")
+    assert hello == [Packet(0, 2, 3, 2, Hello(2, 3, "", "", False))]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Bye("two\nlines"),
+        Bye("\x1b[2J"),
+        Bye("x" * 501),
+        Bye("\ud800"),
+        Heartbeat(-1),
+        Heartbeat(2**32),
+        Command("x" * 41, "", 0.5, None, 0),
+        Command("left", "press", 1.5, None, 0),
+        Command("left", "press", float("nan"), None, 0),
+        Command("left", "press", 0.5, (float("inf"), 0.0), 0),
+        Perform(1, "press", 1e39, 0.0),
+        Telemetry(0, b"", (1.5,), None, "", True, 1.0),
+        Telemetry(0, bytes(901), (), None, "", True, 1.0),
+        Contacts((Contact(1, 0.0, 0.0, 0.0, 0.0),) * 17),
+        State(("x",) * 65),
+        Welcome(1, 1, "", "", True, 0, 5, 1.0, 1.0, 100, 300, (), ()),
+    ],
+    ids=str,
+)
+def test_what_the_wire_cannot_carry_is_refused_where_it_is_sent(message: Message) -> None:
+    with pytest.raises(ProtocolError):
+        encode(message, session=1, sequence=2, t_ms=3)
+
+
+def test_an_image_is_quantised_to_steps_of_five_thousandths() -> None:
+    assert quantise_image([1.0, 1.005, 0.9, 0.0, 9.0]) == bytes([128, 129, 108, 0, 255])
+    assert image_from_bytes(bytes([128, 129, 108])) == [1.0, 1.005, 0.9]
+    assert quantise_image(image_from_bytes(bytes(range(256)))) == bytes(range(256))
+    with pytest.raises(ProtocolError, match="finite"):
+        quantise_image([float("nan")])
+
+
+def test_a_sequence_is_ahead_by_less_than_half_of_its_circle() -> None:
+    assert is_ahead(6, 5)
+    assert is_ahead(0, 65535)
+    assert not is_ahead(5, 5)
+    assert not is_ahead(4, 5)
+    assert not is_ahead(65535, 0)
+
+
+def test_every_command_that_ships_fits_in_a_welcome() -> None:
+    labels = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+    welcome = Welcome(
+        1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, labels, COMMANDS
+    )
+    data = encode(welcome, session=1, sequence=2, t_ms=3)
+    assert Decoder().feed(data) == [packet(welcome)]

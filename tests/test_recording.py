@@ -1,0 +1,249 @@
+"""Recordings: what goes in comes out, and nothing else is taken for one."""
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller import bundle, npz, recording
+from controller.pipeline import CommandRecord
+from controller.recorder import Recorder
+from controller.recording import Origin, RecordingError
+
+ORIGIN = Origin(
+    device_id="virtual-1",
+    rows=5,
+    columns=5,
+    pitch_mm=10.0,
+    rate_hz=10.0,
+    labels=("null", "press", "pinch"),
+    bundle="ab" * 32,
+    engine="onnxruntime 1.20",
+    software="0.1.0",
+)
+COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
+
+
+def record(path: Path, frames: int = 30, rate_hz: float = 10.0) -> Path:
+    """A recording of noise with one command."""
+    recorder = Recorder(path, ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])})
+    rng = np.random.default_rng(3)
+    for k in range(1, frames + 1):
+        frame = rng.normal(41.2, 2.9, (5, 5)).astype(np.float32)
+        recorder.add(
+            frame, k / rate_hz, k, label=k % 2, touch=None, command=COMMAND if k == 7 else None
+        )
+    assert recorder.close() == path
+    return path
+
+
+def changed(path: Path, **arrays: Any) -> Path:
+    """The recording with some arrays put in place of its own; None takes one away."""
+    whole = {**npz.unpack(path, recording.MAX_BYTES), **arrays}
+    path.write_bytes(npz.pack({name: array for name, array in whole.items() if array is not None}))
+    return path
+
+
+def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
+    loaded = recording.load(record(tmp_path / "one.npz"))
+    assert loaded.origin == ORIGIN
+    assert loaded.frames.shape == (30, 5, 5)
+    first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
+    assert loaded.frames[0].tobytes() == first.tobytes()
+    assert loaded.t[:3].tolist() == [0.1, 0.2, 0.3]
+    assert loaded.sequence[:3].tolist() == [1, 2, 3]
+    assert loaded.label[:3].tolist() == [1, 0, 1]
+    assert loaded.commands == (COMMAND,)
+    assert loaded.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nothing is left beside
+
+
+def test_an_existing_file_is_refused_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    path.write_text("precious")
+    with pytest.raises(RecordingError, match="exists and is kept"):
+        Recorder(path, ORIGIN, {})
+    assert path.read_text() == "precious"
+
+
+def test_a_file_that_appears_meanwhile_is_kept_and_so_is_the_recording(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    recorder = Recorder(path, ORIGIN, {})
+    recorder.add(np.full((5, 5), 40.0, dtype=np.float32), 0.1, 1)
+    path.write_text("precious")
+    with pytest.raises(RecordingError, match="appeared meanwhile"):
+        recorder.close()
+    assert path.read_text() == "precious"
+    (kept,) = (other for other in tmp_path.iterdir() if other != path)
+    assert len(recording.load(kept).frames) == 1
+
+
+def test_a_folder_that_does_not_exist_is_told_at_the_start(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="cannot write into"):
+        Recorder(tmp_path / "absent" / "one.npz", ORIGIN, {})
+
+
+def test_a_session_without_a_frame_makes_no_file(tmp_path: Path) -> None:
+    assert Recorder(tmp_path / "none.npz", ORIGIN, {}).close() is None
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
+    whole = record(tmp_path / "good.npz").read_bytes()
+    contents: dict[str, tuple[bytes, str]] = {
+        "empty": (b"", "is empty"),
+        "truncated": (whole[:-1], "not a whole .npz"),
+        "half": (whole[: len(whole) // 2], "not a whole .npz"),
+        "random": (np.random.default_rng(4).bytes(4000), "not a whole .npz"),
+        "text": (b"not a recording", "not a whole .npz"),
+        "zip": (zipped({"notes.txt": b"hello"}), "holds 'notes.txt'"),
+        "strange": (zipped({"meta.npy": b"hello"}), "not a whole .npz"),
+        "other": (npz.pack({"x": np.zeros(3)}), "is no recording of OrbTouch"),
+    }
+    for name, (data, complaint) in contents.items():
+        path = tmp_path / name
+        path.write_bytes(data)
+        with pytest.raises(RecordingError, match=complaint):
+            recording.load(path)
+    with pytest.raises(RecordingError, match="does not exist"):
+        recording.load(tmp_path / "absent.npz")
+    with pytest.raises(RecordingError, match="is not a file"):
+        recording.load(tmp_path)
+
+
+def zipped(members: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+def test_a_pickle_is_never_loaded(tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
+            return os.mkdir, (str(tmp_path / "sprung"),)
+
+    path = tmp_path / "trap.npz"
+    np.savez(path, frames=np.array([Trap()], dtype=object))
+    with pytest.raises(RecordingError, match="pickled objects in 'frames'"):
+        recording.load(path)
+    assert not (tmp_path / "sprung").exists()
+
+
+def test_a_zip_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("frames.npy", "w") as member,
+    ):
+        for _ in range(recording.MAX_BYTES // (8 << 20) + 1):
+            member.write(bytes(8 << 20))
+    assert path.stat().st_size < 8 << 20
+    with pytest.raises(RecordingError, match="unpacks to"):
+        recording.load(path)
+
+
+def test_a_shape_larger_than_the_data_asks_for_no_memory(tmp_path: Path) -> None:
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (999999999999, 5, 5), }"
+    header += b" " * (-(len(header) + 11) % 64) + b"\n"
+    member = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(100)
+    path = tmp_path / "liar.npz"
+    path.write_bytes(zipped({"frames.npy": member}))
+    with pytest.raises(RecordingError, match="does not fit its shape"):
+        recording.load(path)
+
+
+def meta(**fields: Any) -> Any:
+    origin = {**vars(ORIGIN), **fields}
+    return np.array(json.dumps(origin))
+
+
+FRAMES = np.full((30, 5, 5), 40.0, dtype=np.float32)
+TIMES = np.arange(1, 31) / 10
+BROKEN = FRAMES.copy()
+BROKEN[3, 2, 2] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"frames": None}, "has no 'frames'"),
+        ({"frames": FRAMES.astype(np.float64)}, "'frames' as float64"),
+        ({"frames": FRAMES[:, :4]}, r"not float32 \(n, 5, 5\)"),
+        ({"frames": FRAMES[0]}, r"not float32 \(n, 5, 5\)"),
+        ({"frames": FRAMES[:0]}, "holds no frames"),
+        ({"frames": BROKEN}, "within 0.001 and 1e.06 pF"),
+        ({"frames": FRAMES * 0}, "within"),
+        ({"frames": -FRAMES}, "within"),
+        ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
+        ({"t": TIMES[::-1].copy()}, "does not rise"),
+        ({"t": TIMES * np.nan}, "does not rise"),
+        ({"t": TIMES * 0}, "does not rise"),
+        ({"label": np.full(30, 3, dtype=np.int16)}, "labels that it does not name"),
+        ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
+        ({"command_name": np.zeros(1)}, "without their names"),
+        ({"command_touch": np.zeros((2, 2))}, r"not float64 \(1, 2\)"),
+        ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
+        ({"meta": None}, "no recording of OrbTouch"),
+        ({"meta": np.array("{")}, "nothing legible"),
+        ({"meta": np.array("[1]")}, "nothing legible"),
+        ({"meta": meta(schema=2)}, "has form 2"),
+        ({"meta": meta(rows=-1)}, "impossible things"),
+        ({"meta": meta(rows="5")}, "impossible things"),
+        ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
+        ({"meta": meta(mood="good")}, "nothing legible"),
+    ],
+)
+def test_a_recording_with_something_wrong_in_it_is_refused_with_what(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(record(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        recording.load(path)
+
+
+def test_any_damage_is_one_sentence(tmp_path: Path) -> None:
+    whole = record(tmp_path / "good.npz").read_bytes()
+    path = tmp_path / "damaged.npz"
+    rng = np.random.default_rng(7)
+    for place in rng.integers(0, len(whole), 300).tolist():
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        try:
+            recording.load(path)  # a date in the archive may well be another
+        except RecordingError as error:
+            assert str(error).count("\n") == 0
+
+
+def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None:
+    shipped = bundle.read(bundle.default_path())
+    for rate_hz in (9.9, 10.15):
+        near = recording.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
+        recording.check(near, shipped)
+    for rate_hz in (9.7, 10.3, 25.0):
+        far = recording.load(record(tmp_path / f"far-{rate_hz}.npz", rate_hz=rate_hz))
+        with pytest.raises(RecordingError, match=f"runs at {rate_hz:.2f} Hz, the bundle at 10.00"):
+            recording.check(far, shipped)
+
+
+def test_a_missed_frame_does_not_change_the_rate(tmp_path: Path) -> None:
+    path = record(tmp_path / "one.npz")
+    times = TIMES.copy()
+    times[20:] += 0.4
+    assert recording.load(changed(path, t=times)).rate_hz == pytest.approx(10.0)
+
+
+def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
+    shipped = bundle.read(bundle.default_path())
+    path = record(tmp_path / "one.npz")
+    other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
+    with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):
+        recording.check(recording.load(other), shipped)

@@ -1,0 +1,386 @@
+"""Both ends of the conversation, without ports and clocks: bytes and milliseconds go in."""
+
+import dataclasses
+import zlib
+
+import pytest
+
+from controller import wire
+from controller.protocol import (
+    Bye,
+    Command,
+    Contacts,
+    Decoder,
+    Grant,
+    Granted,
+    Heartbeat,
+    Hello,
+    Message,
+    Packet,
+    Perform,
+    Refuse,
+    State,
+    Telemetry,
+    Welcome,
+    encode,
+)
+from controller.session import BACKLOG, DeviceSession
+from host.session import Connected, Delivered, HostSession, Lost, Received, Refused, Stale
+from tests.fake_device import welcome
+
+DROP = Command("drop", "pinch", 0.5, None, 1)
+FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
+HELLO = Hello(1, 1, "", "a test", False)
+
+
+def said(session: DeviceSession | HostSession) -> list[Packet]:
+    """Return what a session has sent, and take it."""
+    packets = Decoder().feed(bytes(session.output))
+    session.output.clear()
+    return packets
+
+
+def heard(session: DeviceSession, message: Message, *, sequence: int, now_ms: int) -> list[Message]:
+    """Let a session hear one packet of its present session."""
+    number = 0 if isinstance(message, Hello) else session.number
+    data = encode(message, session=number, sequence=sequence, t_ms=now_ms)
+    return session.receive(data, now_ms)
+
+
+class Pair:
+    """A device and a host with a perfect line between them, and one clock."""
+
+    def __init__(self, *, granted: bool = False, token: str = "") -> None:
+        self.now_ms = 1000
+        self.device = DeviceSession(welcome(), token=token)
+        self.host = HostSession("orb", 65_000, self.now_ms, token=token, granted=granted)
+        self.requests: list[Message] = []
+        self.news: list[Received] = []
+
+    def exchange(self) -> list[Received]:
+        """Carry everything both ways until nothing is left; return the host's news."""
+        news: list[Received] = []
+        while self.host.output or self.device.output:
+            data = bytes(self.host.output)
+            self.host.output.clear()
+            self.requests += self.device.receive(data, self.now_ms)
+            data = bytes(self.device.output)
+            self.device.output.clear()
+            news += self.host.receive(data, self.now_ms)
+        return news
+
+    def let(self, pass_ms: int) -> list[Received]:
+        """Let time pass for both, in steps of 10 ms; return the host's news."""
+        news: list[Received] = []
+        for _ in range(pass_ms // 10):
+            self.now_ms += 10
+            self.requests += self.device.tick(self.now_ms)
+            news += self.host.tick(self.now_ms)
+            news += self.exchange()
+        return news
+
+
+def test_hello_is_answered_by_welcome_and_the_state_that_nothing_is_held() -> None:
+    session = DeviceSession(welcome(), number=41)
+    assert heard(session, HELLO, sequence=500, now_ms=0) == [HELLO]
+    assert [(packet.session, packet.sequence, packet.message) for packet in said(session)] == [
+        (42, 500, welcome()),
+        (42, 501, State(())),
+    ]
+
+
+def test_nothing_is_accepted_before_hello() -> None:
+    session = DeviceSession(welcome())
+    assert heard(session, Contacts(()), sequence=1, now_ms=0) == []
+    assert heard(session, Grant(100), sequence=2, now_ms=0) == []
+    assert (session.ignored, bytes(session.output)) == (2, b"")
+
+
+def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_more() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    old = encode(Contacts(()), session=session.number, sequence=9, t_ms=0)
+    assert heard(session, HELLO, sequence=5, now_ms=0) == [HELLO]
+    assert session.number == 2
+    assert session.receive(old, 0) == []
+
+
+@pytest.mark.parametrize(
+    ("versions", "sentence"),
+    [
+        ((2, 3), "the orb speaks protocol version 1, the host versions 2 to 3; "
+         "update the orb's controller"),
+        ((0, 0), "the orb speaks protocol version 1, the host version 0; update the host"),
+    ],
+)  # fmt: skip
+def test_a_host_of_other_versions_is_told_both_and_what_to_update(
+    versions: tuple[int, int], sentence: str
+) -> None:
+    session = DeviceSession(welcome())
+    hello = Hello(*versions, "", "a test", False)
+    assert heard(session, hello, sequence=7, now_ms=0) == []
+    assert [(packet.sequence, packet.message) for packet in said(session)] == [
+        (7, Refuse(sentence))
+    ]
+    assert not session.live
+
+
+def test_a_host_of_versions_around_ours_is_welcome() -> None:
+    session = DeviceSession(welcome())
+    hello = Hello(0, 15, "", "a test", False)
+    assert heard(session, hello, sequence=7, now_ms=0) == [hello]
+
+
+@pytest.mark.parametrize("token", ["", "wrong", "secret "])
+def test_a_host_without_the_token_is_refused(token: str) -> None:
+    session = DeviceSession(welcome(), token="secret")
+    assert heard(session, Hello(1, 1, token, "a test", False), sequence=7, now_ms=0) == []
+    [packet] = said(session)
+    assert isinstance(packet.message, Refuse)
+    hello = Hello(1, 1, "secret", "a test", False)
+    assert heard(session, hello, sequence=8, now_ms=0) == [hello]
+
+
+def test_only_a_virtual_device_lets_its_time_be_granted() -> None:
+    session = DeviceSession(welcome(virtual=False))
+    assert heard(session, Hello(1, 1, "", "a test", True), sequence=7, now_ms=0) == []
+    [packet] = said(session)
+    assert isinstance(packet.message, Refuse)
+
+
+def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
+    session = DeviceSession(welcome(virtual=False))
+    heard(session, HELLO, sequence=7, now_ms=0)
+    assert heard(session, Contacts(()), sequence=8, now_ms=0) == []
+    assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=9, now_ms=0) == []
+    assert session.ignored == 2
+
+
+def test_grants_count_only_where_time_is_granted() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=7, now_ms=0)
+    assert heard(session, Grant(100), sequence=8, now_ms=0) == []
+    heard(session, dataclasses.replace(HELLO, granted=True), sequence=9, now_ms=0)
+    assert heard(session, Grant(100), sequence=10, now_ms=0) == [Grant(100)]
+
+
+def test_a_request_is_taken_once() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=65_535, now_ms=0)
+    press = Perform(1, "press", 0.0, 0.0)
+    assert heard(session, press, sequence=0, now_ms=0) == [press]
+    assert heard(session, press, sequence=0, now_ms=0) == []
+    assert heard(session, press, sequence=65_535, now_ms=0) == []
+    assert heard(session, press, sequence=1, now_ms=0) == [press]
+
+
+def test_a_command_without_a_host_is_dropped_and_never_comes_later() -> None:
+    session = DeviceSession(welcome())
+    session.send(DROP, 0, 0)
+    heard(session, HELLO, sequence=1, now_ms=0)
+    assert [type(packet.message) for packet in said(session)] == [Welcome, State]
+    assert session.dropped == 1
+
+
+def test_what_an_old_session_did_not_get_the_new_one_does_not_get_either() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    session.send(DROP, 0, 0)
+    del session.output[:-5]  # the link took most of it: half a frame is on its way
+    heard(session, HELLO, sequence=2, now_ms=0)
+    assert [type(packet.message) for packet in said(session)] == [Welcome, State]
+
+
+def test_heartbeats_beat_ten_times_a_second_and_carry_the_devices_time() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    session.send(FRAME, 5_000, 30)  # the device's clock is 4970 ms ahead of the link's
+    said(session)
+    for now_ms in range(0, 1000, 7):
+        assert session.tick(now_ms) == []
+    beats = said(session)
+    assert [packet.message for packet in beats] == [Heartbeat(0)] * 9
+    assert beats[0].t_ms in range(5_070, 5_078)
+
+
+def test_a_host_that_is_silent_for_two_seconds_is_forgotten() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    heard(session, Heartbeat(0), sequence=2, now_ms=500)
+    assert session.tick(2_500) == []
+    assert session.tick(2_501) == [Bye("the host was silent for 2 s")]
+    assert not session.live
+    assert session.tick(9_000) == []
+    assert bytes(session.output) == b""
+
+
+def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
+    session = DeviceSession(welcome())
+    heard(session, dataclasses.replace(HELLO, granted=True), sequence=1, now_ms=0)
+    said(session)
+    assert session.tick(1_000_000) == []
+    assert session.live
+    assert bytes(session.output) == b""
+
+
+def test_a_host_that_says_bye_is_gone_at_once() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    assert heard(session, Bye("closed"), sequence=2, now_ms=0) == [Bye("closed")]
+    assert not session.live
+
+
+def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
+    session = DeviceSession(welcome())
+    session.busy = True
+    assert heard(session, HELLO, sequence=1, now_ms=0) == []
+    [packet] = said(session)
+    assert packet.message == Refuse("already connected to another host; close that one first")
+
+
+def test_a_host_that_does_not_read_costs_no_memory() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=0)
+    for _ in range(2_000):
+        session.send(FRAME, 0, 0)
+    assert BACKLOG < len(session.output) < BACKLOG + 100
+    assert session.dropped > 1_000
+
+
+def test_host_and_device_greet_each_other_and_stay_alive() -> None:
+    pair = Pair(token="secret")
+    assert pair.exchange() == [Connected(welcome()), Delivered(State(()), 0)]
+    assert pair.let(60_000) == []
+    assert pair.host.state == "live"
+    assert pair.requests == [Hello(1, 1, "secret", "host", False)]
+
+
+def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> None:
+    pair = Pair()
+    pair.exchange()
+    frames = []
+    for frame in range(1_000):  # the first sequence is 65000
+        pair.device.send(dataclasses.replace(DROP, frame=frame), 0, pair.now_ms)
+        stream = bytes(pair.device.output)
+        pair.device.output.clear()
+        for news in pair.host.receive(stream + stream, pair.now_ms):  # an echo on the line
+            assert isinstance(news, Delivered)
+            assert isinstance(news.message, Command)
+            frames.append(news.message.frame)
+    assert frames == list(range(1_000))
+
+
+def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost() -> None:
+    pair = Pair()
+    pair.exchange()
+    start_ms = pair.now_ms
+    news = {now_ms: pair.host.tick(start_ms + now_ms) for now_ms in range(0, 1100, 10)}
+    assert [now_ms for now_ms, items in news.items() if items] == [300, 1000]
+    assert news[300] == [Stale()]
+    assert news[1000] == [Lost("orb: nothing came for 1 s")]
+    assert pair.host.tick(start_ms + 2000) == []
+
+
+def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.now_ms += 400
+    pair.device.send(DROP, 0, pair.now_ms)
+    pair.device.send(FRAME, 0, pair.now_ms)
+    assert pair.exchange() == [Stale(), Delivered(FRAME, 0)]
+    assert (pair.host.state, pair.host.late) == ("live", 1)
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.exchange() == [Delivered(DROP, 0)]
+
+
+def test_what_arrives_after_a_second_of_silence_cannot_save_the_connection() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.now_ms += 1000
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.exchange() == [Lost("orb: nothing came for 1 s")]
+    assert not pair.host.send(Contacts(()), pair.now_ms)
+
+
+def test_bye_of_the_device_is_a_loss() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(Bye("the orb was switched off"), 0, pair.now_ms)
+    assert pair.exchange() == [Lost("orb: the orb was switched off")]
+
+
+def test_granted_time_has_no_heartbeats_and_waits_two_seconds_for_an_answer() -> None:
+    pair = Pair(granted=True)
+    pair.exchange()
+    assert pair.let(5_000) == []
+    assert pair.host.send(Grant(100), pair.now_ms)
+    assert pair.exchange() == []
+    assert pair.requests[-1] == Grant(100)
+    assert pair.let(1_990) == []
+    pair.device.send(Granted(100), 100, pair.now_ms)
+    assert pair.exchange() == [Delivered(Granted(100), 100)]
+    assert pair.let(5_000) == []
+    pair.host.send(Grant(200), pair.now_ms)
+    assert pair.let(2_000) == [Lost("orb: a grant was not answered within 2 s")]
+
+
+def test_a_device_that_works_on_a_long_grant_is_alive_as_long_as_it_sends() -> None:
+    pair = Pair(granted=True)
+    pair.exchange()
+    pair.host.send(Grant(60_000), pair.now_ms)
+    for _ in range(10):
+        assert pair.let(1_500) == []
+        pair.device.send(FRAME, 0, pair.now_ms)
+        assert pair.exchange() == [Delivered(FRAME, 0)]
+
+
+@pytest.mark.parametrize(
+    ("answer", "sentence"),
+    [
+        (b"", "opened orb, but no OrbTouch answered within 2 s; switch the orb on"),
+        (b"login: \r\n\0", "orb says something, but not what an OrbTouch says; name"),
+        (encode(Bye(""), session=1, sequence=1, t_ms=0), "orb says something, but not"),
+    ],
+    ids=["silence", "nonsense", "somebody else's conversation"],
+)
+def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sentence: str) -> None:
+    host = HostSession("orb", 1, 0)
+    assert host.receive(answer, 10) == []
+    assert host.tick(1_999) == []
+    [refused] = host.tick(2_000)
+    assert isinstance(refused, Refused)
+    assert refused.reason.startswith(sentence)
+
+
+def test_an_orb_of_another_version_is_told_apart() -> None:
+    body = bytes.fromhex("20 05 0100 0200 03000000 00000000")  # a heartbeat of version 2
+    beat = wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
+    host = HostSession("orb", 1, 0)
+    assert host.receive(beat, 10) == []
+    sentence = "orb speaks protocol version 2, this host version 1; update the host"
+    assert host.tick(2_000) == [Refused(sentence)]
+
+
+def test_a_refusal_ends_the_attempt_with_the_orbs_own_words() -> None:
+    host = HostSession("orb", 9, 0)
+    answer = encode(Refuse("not now"), session=0, sequence=9, t_ms=0)
+    assert host.receive(answer, 10) == [Refused("orb: not now")]
+    assert host.state == "over"
+
+
+def test_the_answer_to_an_earlier_hello_is_no_answer_to_this_one() -> None:
+    host = HostSession("orb", 9, 0)
+    stale = encode(welcome(), session=3, sequence=8, t_ms=0)
+    command = encode(DROP, session=3, sequence=9, t_ms=0)
+    assert host.receive(stale + command, 10) == []
+    answer = encode(welcome(), session=4, sequence=9, t_ms=0)
+    assert host.receive(command + answer + command, 20) == [Connected(welcome())]
+
+
+def test_a_host_says_how_long_it_can_wait() -> None:
+    pair = Pair()
+    assert pair.host.wait_ms(pair.now_ms) == 2_000
+    pair.exchange()
+    assert pair.host.wait_ms(pair.now_ms) == 100
+    assert pair.host.wait_ms(pair.now_ms + 30) == 70
+    assert pair.host.wait_ms(pair.now_ms + 5_000) == 0

@@ -1,0 +1,429 @@
+"""The game: timing, bags, hold, pause, the end; and that slicing time changes nothing."""
+
+from typing import TypeVar
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tetris.board import Board
+from tetris.engine import Action, Config, Event, Game, Phase, TopOut
+from tetris.events import (
+    Blocked,
+    Dropped,
+    Held,
+    LevelUp,
+    Locked,
+    Moved,
+    Paused,
+    Restarted,
+    Resumed,
+    Spawned,
+    ToppedOut,
+)
+from tetris.pieces import Kind, Piece
+from tetris.rules import seconds_per_row
+
+EventT = TypeVar("EventT", bound=Event)
+
+
+def game_with(picture: str, piece: Piece, config: Config | None = None) -> Game:
+    game = Game(seed=1, config=config)
+    game.set_up(Board.parse(picture), piece)
+    game.update(0.0)
+    return game
+
+
+def of(events: list[Event], kind: type[EventT]) -> list[EventT]:
+    return [event for event in events if isinstance(event, kind)]
+
+
+# -- gravity and soft drop -----------------------------------------------------------------
+
+
+def test_at_level_1_a_piece_falls_a_row_in_a_second() -> None:
+    game = game_with("", Piece("T", 3, 10))
+    game.update(0.999)
+    assert game.piece.y == 10
+    game.update(1.001)
+    assert game.piece.y == 9
+
+
+@pytest.mark.parametrize(
+    ("level", "seconds"),
+    [
+        (1, 1.0),
+        (2, 0.793),
+        (3, 0.617796),
+        (5, 0.355197),
+        (10, 0.064152),
+        (15, 0.007059),
+        (20, 0.000455),
+    ],
+)
+def test_gravity_grows_with_the_level(level: int, seconds: float) -> None:
+    assert seconds_per_row(level) == pytest.approx(seconds, abs=5e-7)
+
+
+def test_beyond_level_20_nothing_falls_faster() -> None:
+    assert seconds_per_row(120) == seconds_per_row(20)
+
+
+def test_gravity_can_be_capped_for_a_slow_controller() -> None:
+    game = game_with("", Piece("T", 3, 10), Config(start_level=9, gravity_cap=1))
+    game.update(0.999)
+    assert game.piece.y == 10
+    assert game.level == 9
+
+
+def test_soft_drop_is_twenty_times_faster_and_pays_a_point_a_row() -> None:
+    game = Game(seed=1)
+    game.set_up(Board(), Piece("T", 3, 10))
+    game.update(0.0, soft_drop=True)
+    game.update(0.049, soft_drop=True)
+    assert game.piece.y == 10
+    game.update(0.051, soft_drop=True)
+    assert game.piece.y == 9
+    assert game.score == 1
+
+
+def test_soft_drop_begins_when_it_is_pressed_and_ends_when_it_is_released() -> None:
+    game = game_with("", Piece("T", 3, 10))
+    game.update(0.4, soft_drop=True)
+    game.update(0.46)  # one soft row, at 0.45 s; then a whole row at the old pace
+    assert game.piece.y == 9
+    game.update(1.449)
+    assert game.piece.y == 9
+    game.update(1.451)
+    assert game.piece.y == 8
+
+
+def test_soft_drop_on_the_floor_does_not_lock() -> None:
+    game = game_with("", Piece("O", 4, 0))
+    game.update(0.001, soft_drop=True)
+    assert not of(game.update(0.499, soft_drop=True), Locked)
+    assert of(game.update(0.501, soft_drop=True), Locked)
+
+
+def test_down_is_one_row_at_once_and_pays_a_point() -> None:
+    game = game_with("", Piece("T", 3, 10), Config(start_level=5))
+    (moved,) = of(game.update(0.0, [Action.DOWN]), Moved)
+    assert (moved.dx, moved.dy, moved.action) == (0, -1, Action.DOWN)
+    assert game.piece.y == 9
+    assert game.score == 1  # not times the level
+
+
+def test_down_on_the_ground_does_nothing() -> None:
+    game = game_with("", Piece("O", 4, 0))
+    events = game.update(0.1, [Action.DOWN])
+    assert events == [Blocked(0.1, Action.DOWN)]
+    assert game.pieces_placed == 0
+
+
+def test_a_hard_drop_locks_at_once_and_pays_two_points_a_row() -> None:
+    game = game_with("", Piece("O", 4, 10))
+    events = game.update(0.0, [Action.HARD_DROP])
+    assert of(events, Dropped) == [Dropped(0.0, Piece("O", 4, 0), rows=10)]
+    assert len(of(events, Locked)) == 1
+    assert game.score == 20
+    assert str(game.board) == "....OO....\n....OO...."
+
+
+# -- lock delay ----------------------------------------------------------------------------
+
+
+def test_a_grounded_piece_locks_after_half_a_second() -> None:
+    game = game_with("", Piece("T", 3, -1))
+    assert not of(game.update(0.499), Locked)
+    assert of(game.update(0.501), Locked)
+
+
+def test_a_shift_restarts_the_lock_delay() -> None:
+    game = game_with("", Piece("T", 3, -1))
+    game.update(0.4, [Action.LEFT])
+    game.update(0.8, [Action.RIGHT])
+    assert not of(game.update(1.299), Locked)
+    assert of(game.update(1.301), Locked)
+
+
+def shuffle(game: Game, shifts: int) -> list[Event]:
+    actions = [Action.LEFT, Action.RIGHT] * 8
+    return game.update(0.0, actions[:shifts])
+
+
+def test_the_fifteenth_shift_on_the_ground_leaves_no_delay() -> None:
+    game = game_with("", Piece("T", 3, -1))
+    assert not of(shuffle(game, 15), Locked)
+    assert of(game.update(0.001), Locked)
+
+
+def test_after_fourteen_shifts_there_is_still_delay() -> None:
+    game = game_with("", Piece("T", 3, -1))
+    shuffle(game, 14)
+    assert not of(game.update(0.001), Locked)
+
+
+def test_a_new_lowest_row_restores_the_resets() -> None:
+    pillar = "....J.....\n" * 8
+    game = game_with(pillar, Piece("O", 4, 8))
+    actions = [Action.LEFT, Action.RIGHT] * 7 + [Action.RIGHT]  # the last steps off the pillar
+    game.update(0.0, actions)
+    assert not of(game.update(7.9), Locked)
+    game.update(8.0)
+    assert game.piece == Piece("O", 5, 0)
+    assert not of(game.update(8.499), Locked)
+    assert of(game.update(8.501), Locked)
+
+
+def test_spent_resets_lock_a_piece_as_soon_as_it_touches_the_old_row_again() -> None:
+    game = game_with("JJ..JJ....", Piece("T", 3, 0))  # lies on the right block
+    shuffle(game, 14)
+    game.update(0.0, [Action.LEFT])
+    assert of(game.update(0.001), Locked)
+
+
+def test_a_piece_that_steps_off_an_edge_begins_to_fall_anew() -> None:
+    game = game_with("....J.....\n....J.....", Piece("O", 4, 2), Config(start_level=5))
+    game.update(0.45, [Action.RIGHT])  # longer on the pillar than a row takes at level 5
+    game.update(0.45 + 0.355)
+    assert game.piece.y == 2
+    game.update(0.45 + 0.356)
+    assert game.piece.y == 1
+
+
+# -- pieces: bags, previews, hold, ghost ---------------------------------------------------
+
+
+def dealt(seed: int, count: int) -> list[Kind]:
+    """Return the pieces that a game deals, read from its entrances on empty boards."""
+    game = Game(seed)
+    kinds = []
+    for _ in range(count):
+        kinds.append(game.piece.kind)
+        game.set_up(Board(), game.piece)
+        game.update(0.0, [Action.HARD_DROP])
+    return kinds
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=20)
+def test_every_bag_of_seven_holds_each_piece_once(seed: int) -> None:
+    kinds = dealt(seed, 28)
+    for start in range(0, 28, 7):
+        assert set(kinds[start : start + 7]) == set("IOTSZJL")
+
+
+def test_bags_differ_and_a_seed_repeats_them() -> None:
+    assert dealt(5, 70) == dealt(5, 70)
+    assert dealt(5, 70) != dealt(6, 70)
+    bags = {tuple(dealt(seed, 7)) for seed in range(40)}
+    assert len(bags) > 35
+
+
+def test_the_next_five_come_as_announced() -> None:
+    game = Game(seed=3)
+    announced = game.next
+    assert len(announced) == 5
+    came = []
+    for _ in range(5):
+        game.update(0.0, [Action.HARD_DROP])
+        came.append(game.piece.kind)
+    assert tuple(came) == announced
+
+
+def test_a_piece_enters_and_moves_one_row_down_at_once() -> None:
+    game = Game(seed=1)
+    (spawned,) = of(game.update(5.0), Spawned)
+    assert spawned.time_s == 5.0
+    assert spawned.piece == game.piece
+    assert {y for _, y in game.piece.cells} <= {19, 20}
+
+
+def test_hold_takes_the_next_piece_and_later_swaps() -> None:
+    game = Game(seed=2)
+    first, second = game.piece.kind, game.next[0]
+    game.update(0.0, [Action.ROTATE_CW])
+    assert of(game.update(0.0, [Action.HOLD]), Held) == [Held(0.0, first)]
+    assert (game.hold, game.piece.kind) == (first, second)
+    third = game.next[0]
+    game.update(0.0, [Action.HARD_DROP])
+    assert game.piece.kind == third
+    game.update(0.0, [Action.HOLD])
+    assert (game.hold, game.piece.kind, game.piece.turn) == (third, first, 0)
+
+
+def test_hold_works_once_until_the_next_lock() -> None:
+    game = Game(seed=2)
+    game.update(0.0, [Action.HOLD])
+    piece = game.piece
+    assert game.update(0.0, [Action.HOLD]) == [Blocked(0.0, Action.HOLD)]
+    assert game.piece == piece
+    game.update(0.0, [Action.HARD_DROP])
+    assert game.can_hold
+
+
+def test_the_ghost_shows_where_a_drop_ends() -> None:
+    game = game_with("....J.....\n....J.....", Piece("O", 3, 15))
+    assert game.ghost_y == 2
+
+
+# -- levels --------------------------------------------------------------------------------
+
+
+def single(game: Game) -> list[Event]:
+    """Clear one row."""
+    game.set_up(Board.parse("J.........\nJJJJJJ...."), Piece("I", 6, -2))
+    return game.update(0.0, [Action.HARD_DROP])
+
+
+def test_the_tenth_line_begins_level_2() -> None:
+    game = Game(seed=1)
+    for _ in range(9):
+        assert not of(single(game), LevelUp)
+    assert of(single(game), LevelUp) == [LevelUp(0.0, 2)]
+    assert (game.lines, game.level) == (10, 2)
+
+
+def test_a_game_started_at_level_5_reaches_level_6_at_50_lines() -> None:
+    game = Game(seed=1, config=Config(start_level=5))
+    for _ in range(49):
+        single(game)
+    assert game.level == 5
+    single(game)
+    assert (game.lines, game.level) == (50, 6)
+
+
+def test_a_clear_is_paid_by_the_level_before_it() -> None:
+    game = Game(seed=1)
+    for _ in range(9):
+        single(game)
+    (locked,) = of(single(game), Locked)
+    assert locked.clear.combo == 9
+    assert locked.clear.points == 100 + 50 * 9
+    assert locked.rows == (0,)
+
+
+# -- pause, end, restart -------------------------------------------------------------------
+
+
+def test_no_time_passes_in_a_pause() -> None:
+    game = game_with("", Piece("T", 3, 10))
+    assert game.update(0.6, [Action.PAUSE]) == [Paused(0.6)]
+    assert game.update(100.0, [Action.LEFT]) == [Blocked(100.0, Action.LEFT)]
+    assert game.update(100.0, [Action.PAUSE]) == [Resumed(100.0)]
+    game.update(100.399)
+    assert game.piece == Piece("T", 3, 10)
+    (moved,) = of(game.update(100.401), Moved)
+    assert moved.time_s == pytest.approx(100.4)
+    assert game.time_s == pytest.approx(1.001)
+
+
+def test_blocks_where_a_piece_enters_end_the_game() -> None:
+    tower = "\n".join(["...JJJJ..."] * 20)
+    game = game_with(tower, Piece("O", 0, 5))
+    events = game.update(0.0, [Action.HARD_DROP])
+    assert game.phase is Phase.RUNNING
+    assert {y for _, y in game.piece.cells} <= {20, 21}  # no room to move down
+    events = game.update(0.0, [Action.HARD_DROP])
+    assert of(events, ToppedOut)[0].reason is TopOut.LOCK_OUT
+
+    taller = "\n".join(["...JJJJ..."] * 21)
+    game = game_with(taller, Piece("O", 0, 5))
+    events = game.update(0.0, [Action.HARD_DROP])
+    assert of(events, ToppedOut)[0].reason is TopOut.BLOCK_OUT
+    assert game.phase is Phase.OVER
+
+
+def test_a_piece_partly_below_row_20_locks_and_the_game_goes_on() -> None:
+    tower = "\n".join(["J.J......."] * 19)
+    game = game_with(tower, Piece("O", 0, 19))
+    assert not of(game.update(0.0, [Action.HARD_DROP]), ToppedOut)
+
+
+def test_after_the_end_only_a_restart_counts() -> None:
+    game = game_with("\n".join(["...JJJJ..."] * 21), Piece("O", 0, 5))
+    game.update(0.0, [Action.HARD_DROP])
+    events = game.update(1.0, [Action.LEFT, Action.PAUSE])
+    assert events == [Blocked(1.0, Action.LEFT), Blocked(1.0, Action.PAUSE)]
+    events = game.update(2.0, [Action.RESTART])
+    assert events[0] == Restarted(2.0)
+    assert events[1] == Spawned(2.0, game.piece)
+    assert game.phase is Phase.RUNNING
+
+
+def test_a_restart_carries_nothing_over() -> None:
+    game = Game(seed=4)
+    game.update(0.0, [Action.HOLD, Action.HARD_DROP, Action.HARD_DROP])
+    game.update(0.5, [Action.RESTART])
+    assert (game.score, game.lines, game.pieces_placed, game.hold) == (0, 0, 0, None)
+    assert game.board.is_empty
+    assert game.time_s == 0.0
+    first_bag = [game.piece.kind, *game.next]
+    assert len(set(first_bag)) == 6  # a whole new bag
+
+
+def test_a_restart_ends_a_pause() -> None:
+    game = Game(seed=4)
+    game.update(0.0, [Action.PAUSE])
+    game.update(9.0, [Action.RESTART])
+    assert game.phase is Phase.RUNNING
+    game.update(10.0)
+    assert game.time_s == pytest.approx(1.0)
+
+
+def test_time_never_goes_back() -> None:
+    game = Game(seed=1)
+    game.update(2.0)
+    with pytest.raises(ValueError, match="time went back"):
+        game.update(1.9)
+
+
+def test_a_position_with_the_piece_on_blocks_is_refused() -> None:
+    with pytest.raises(ValueError, match="does not fit"):
+        Game(seed=1).set_up(Board.parse("JJJJJJJJJ."), Piece("O", 0, 0))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"start_level": 0}, {"gravity_cap": 21}, {"lock_delay_s": 0.0}, {"soft_drop_factor": 0}],
+)
+def test_impossible_rules_are_refused(wrong: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="must"):
+        Config(**wrong)
+
+
+# -- replays -------------------------------------------------------------------------------
+
+inputs = st.lists(
+    st.tuples(
+        st.integers(0, 1500),  # milliseconds since the input before
+        st.lists(st.sampled_from(Action), max_size=3),
+        st.booleans(),  # soft drop from here on
+    ),
+    max_size=40,
+)
+
+
+def state(game: Game) -> tuple[object, ...]:
+    return (str(game.board), game.piece, game.hold, game.next, game.score, game.phase, game.time_s)
+
+
+@given(st.integers(0, 99), st.integers(1, 20), inputs, st.integers(1, 700))
+@settings(max_examples=60, deadline=None)
+def test_many_small_updates_and_few_large_ones_play_the_same_game(
+    seed: int, level: int, script: list[tuple[int, list[Action], bool]], slice_ms: int
+) -> None:
+    config = Config(start_level=level)
+    coarse, fine = Game(seed, config), Game(seed, config)
+    coarse_events, fine_events = coarse.update(0.0), fine.update(0.0)
+    now_ms, soft = 0, False
+    for wait_ms, actions, soft_next in [*script, (3000, [], False)]:
+        for between_ms in range(now_ms, now_ms + wait_ms, slice_ms):
+            fine_events += fine.update(between_ms / 1000, soft_drop=soft)
+        now_ms, soft = now_ms + wait_ms, soft_next
+        for action in actions:
+            fine_events += fine.update(now_ms / 1000, [action], soft_drop=soft)
+        fine_events += fine.update(now_ms / 1000, soft_drop=soft)
+        coarse_events += coarse.update(now_ms / 1000, actions, soft_drop=soft)
+    assert fine_events == coarse_events
+    assert state(fine) == state(coarse)

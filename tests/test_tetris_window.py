@@ -1,0 +1,204 @@
+"""Keys with auto-repeat, and a view that draws every state of a game without a display."""
+
+import pygame
+import pytest
+
+from tetris import bot
+from tetris.board import Board
+from tetris.engine import Action, Config, Game, Phase
+from tetris.pieces import Piece
+from tetris.window import display, theme
+from tetris.window.app import BotPlayer
+from tetris.window.keys import Keys
+from tetris.window.layout import Layout
+from tetris.window.view import GameView
+
+LEFT, RIGHT = Action.LEFT, Action.RIGHT
+
+
+# -- keys ----------------------------------------------------------------------------------
+
+
+def test_a_key_acts_once_when_it_is_pressed() -> None:
+    keys = Keys()
+    keys.press(pygame.K_UP, 0.0)
+    keys.press(pygame.K_SPACE, 0.01)
+    assert keys.poll(0.02) == [Action.ROTATE_CW, Action.HARD_DROP]
+    assert keys.poll(9.0) == []
+
+
+def test_a_held_shift_repeats_after_167_ms_and_then_every_33_ms() -> None:
+    keys = Keys()
+    keys.press(pygame.K_LEFT, 0.0)
+    assert keys.poll(0.166) == [LEFT]
+    assert keys.poll(0.168) == [LEFT]
+    assert keys.poll(0.199) == []
+    assert keys.poll(0.201) == [LEFT]
+    assert keys.poll(0.301) == [LEFT] * 3
+    keys.release(pygame.K_LEFT, 0.301)
+    assert keys.poll(9.0) == []
+
+
+def test_repeats_between_two_frames_are_not_lost_by_a_release() -> None:
+    keys = Keys()
+    keys.press(pygame.K_LEFT, 0.0)
+    keys.release(pygame.K_LEFT, 0.210)
+    assert keys.poll(0.5) == [LEFT] * 3  # at 0, 0.167 and 0.2 s
+
+
+def test_of_two_held_directions_the_later_rules_and_the_other_then_starts_afresh() -> None:
+    keys = Keys()
+    keys.press(pygame.K_LEFT, 0.0)
+    keys.press(pygame.K_RIGHT, 0.1)
+    assert keys.poll(0.26) == [LEFT, RIGHT]
+    assert keys.poll(0.268) == [RIGHT]
+    keys.release(pygame.K_RIGHT, 0.27)
+    assert keys.poll(0.43) == []
+    assert keys.poll(0.438) == [LEFT]
+
+
+def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
+    keys = Keys()
+    keys.press(pygame.K_DOWN, 0.0)
+    assert keys.poll(0.0) == [Action.DOWN]
+    assert keys.soft_drop
+    keys.release(pygame.K_DOWN, 0.3)
+    assert not keys.soft_drop
+
+
+def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
+    keys = Keys()
+    keys.press(pygame.K_LEFT, 0.0)
+    keys.press(pygame.K_DOWN, 0.0)
+    keys.release_all()
+    assert keys.poll(9.0) == []
+    assert not keys.soft_drop
+
+
+def test_keys_can_be_bound_anew_and_unknown_ones_do_nothing() -> None:
+    keys = Keys({pygame.K_a: LEFT}, das_s=0.1, arr_s=0.05)
+    keys.press(pygame.K_LEFT, 0.0)
+    keys.press(pygame.K_a, 0.0)
+    assert keys.poll(0.151) == [LEFT] * 3
+
+
+def test_impossible_repeat_times_are_refused() -> None:
+    with pytest.raises(ValueError, match="above 0"):
+        Keys(arr_s=0.0)
+
+
+# -- view ----------------------------------------------------------------------------------
+
+
+def drawn(game: Game, view: GameView, time_s: float, reason: str = "") -> pygame.Surface:
+    surface = pygame.Surface((640, 480))
+    view.draw(surface, game, time_s, reason=reason)
+    return surface
+
+
+def differs(first: pygame.Surface, second: pygame.Surface, area: pygame.Rect) -> bool:
+    return pygame.image.tobytes(first.subsurface(area), "RGB") != pygame.image.tobytes(
+        second.subsurface(area), "RGB"
+    )
+
+
+@pytest.fixture
+def view() -> GameView:
+    return GameView(pygame.Rect(0, 0, 640, 480))
+
+
+def test_a_block_has_the_colour_of_its_piece(view: GameView) -> None:
+    game = Game(seed=1)
+    game.set_up(Board.parse("S........."), Piece("O", 4, 15))
+    surface = drawn(game, view, 0.0)
+    cell = view.layout.cell
+    x, y = view.layout.at(0, 0)
+    red, green, blue, _ = surface.get_at((x + cell // 2, y + cell // 2))
+    expected = theme.PIECES["S"]
+    assert max(abs(a - b) for a, b in zip((red, green, blue), expected, strict=True)) < 30
+
+
+def test_a_drop_and_a_clear_are_seen_and_fade(view: GameView) -> None:
+    game = Game(seed=1)
+    game.set_up(Board.parse("JJJJJJJJJ.\n" * 4 + "J........."), Piece("I", 7, 10, 1))
+    game.update(0.0)
+    view.show(game.update(0.0, [Action.HARD_DROP]))
+    at_once, later = drawn(game, view, 0.02), drawn(game, view, 5.0)
+    assert differs(at_once, later, view.layout.board)
+    assert not differs(later, drawn(game, view, 6.0), view.layout.board)
+
+
+@pytest.mark.parametrize("reason", ["", "orb lost, reconnecting"])
+def test_a_pause_covers_the_board_and_says_why(view: GameView, reason: str) -> None:
+    game = Game(seed=1)
+    running = drawn(game, view, 0.0)
+    game.update(0.0, [Action.PAUSE])
+    assert differs(running, drawn(game, view, 0.0, reason), view.layout.board)
+
+
+def test_the_end_of_a_game_is_drawn(view: GameView) -> None:
+    game = Game(seed=1)
+    while game.phase is Phase.RUNNING:
+        view.show(game.update(0.0, [Action.HARD_DROP]))
+    drawn(game, view, 0.0)
+
+
+def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
+    game = Game(seed=5, config=Config(start_level=20))
+    now_s = 0.0
+    for size in ((640, 480), (300, 900), (64, 48), (1280, 720)):
+        view.resize(pygame.Rect((0, 0), size))
+        for _ in range(10):
+            now_s += 0.1
+            view.show(game.update(now_s, [*bot.plan(game).actions, Action.HOLD]))
+            view.draw(pygame.Surface(size), game, now_s)
+
+
+def test_words_can_be_drawn_again_after_pygame_was_quit() -> None:
+    theme.text("TETRIS", 31)
+    pygame.quit()
+    pygame.font.init()
+    assert theme.text("PLAY AGAIN", 31).get_width() > 0
+
+
+def test_the_parts_lie_inside_the_area_and_do_not_touch() -> None:
+    area = pygame.Rect(100, 50, 700, 680)
+    layout = Layout.inside(area)
+    parts = [layout.board, layout.hold, layout.stats, layout.next]
+    assert all(area.contains(part) for part in parts)
+    assert all(len(part.collidelistall(parts)) == 1 for part in parts)
+
+
+# -- display and the bot in the window -----------------------------------------------------
+
+
+def test_an_unseen_driver_is_taken_only_when_it_was_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pygame.display, "init", lambda: None)
+    monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
+    monkeypatch.delenv("SDL_VIDEODRIVER", raising=False)
+    monkeypatch.delenv("SDL_VIDEO_DRIVER", raising=False)
+    with pytest.raises(display.DisplayError, match="no display was found"):
+        display.open_window((64, 48), "test")
+
+
+def test_a_window_opens_where_the_user_names_the_driver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    try:
+        assert display.open_window((64, 48), "test").get_size() == (64, 48)
+    finally:
+        pygame.display.quit()
+
+
+def test_the_bot_acts_at_its_pace_and_begins_anew_after_the_end() -> None:
+    game, player = Game(seed=1), BotPlayer(0.1)
+    assert len(player.actions(game, 0.0)) == 1
+    assert player.actions(game, 0.05) == []
+    assert len(player.actions(game, 0.1)) == 1
+    events = []
+    while game.phase is Phase.RUNNING:
+        events = game.update(1.0, [Action.HARD_DROP])
+    player.watch(events)
+    assert player.actions(game, 1.0) == []
+    assert player.actions(game, 9.0) == [Action.RESTART]

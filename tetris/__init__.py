@@ -1,0 +1,1 @@
+"""A game of Tetris that knows nothing of orbs."""

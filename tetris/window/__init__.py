@@ -1,0 +1,6 @@
+"""The game on a pygame surface."""
+
+import os
+
+# pygame greets on standard output, which belongs to results.
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

@@ -1,0 +1,49 @@
+"""Opening a window, or saying in one sentence why there is none."""
+
+import os
+import tempfile
+
+import pygame
+
+_UNSEEN = {"dummy", "offscreen"}  # drivers that SDL takes quietly where there is no display
+_CHOICES = ("SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER")
+
+
+class DisplayError(RuntimeError):
+    """No window can be opened here; the message says why, not what to do instead."""
+
+
+def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
+    """Open a resizable window and return its surface.
+
+    An unseen driver is accepted when the user's environment names it (SDL_VIDEODRIVER).
+
+    Raises:
+        DisplayError: There is no display.
+    """
+    try:
+        _init()
+        driver = pygame.display.get_driver()
+        if driver in _UNSEEN and not any(os.environ.get(name) for name in _CHOICES):
+            raise DisplayError("no display was found")
+        surface = pygame.display.set_mode(size, pygame.RESIZABLE)
+    except (pygame.error, DisplayError) as error:
+        pygame.display.quit()
+        if isinstance(error, DisplayError):
+            raise
+        raise DisplayError(f"the display cannot be opened: {error}") from error
+    pygame.font.init()
+    pygame.display.set_caption(caption)
+    return surface
+
+
+def _init() -> None:
+    """Start SDL's video; where XDG_RUNTIME_DIR is unset, libwayland would grumble on stderr."""
+    unset = "XDG_RUNTIME_DIR" not in os.environ
+    if unset:
+        os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
+    try:
+        pygame.display.init()
+    finally:
+        if unset:
+            del os.environ["XDG_RUNTIME_DIR"]

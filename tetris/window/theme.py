@@ -1,0 +1,54 @@
+"""Colours, fonts and measures that every part of the window shares."""
+
+from functools import lru_cache
+from typing import Final
+
+import pygame
+
+Colour = tuple[int, int, int]
+
+BLACK: Final[Colour] = (0, 0, 0)
+WHITE: Final[Colour] = (255, 255, 255)
+BACKGROUND: Final[Colour] = (13, 16, 24)
+SURFACE: Final[Colour] = (21, 26, 38)
+SURFACE_RAISED: Final[Colour] = (30, 37, 53)
+LINE: Final[Colour] = (44, 53, 74)
+TEXT: Final[Colour] = (232, 236, 245)
+TEXT_DIM: Final[Colour] = (140, 150, 174)
+ACCENT: Final[Colour] = (255, 138, 92)  # the orb's warmth: coral
+ACCENT_COOL: Final[Colour] = (92, 200, 255)
+GOOD: Final[Colour] = (94, 214, 140)
+WARN: Final[Colour] = (255, 200, 87)
+BAD: Final[Colour] = (255, 99, 110)
+
+# Guideline hues, softened to sit on the dark background: rules.json "colours".
+PIECES: Final[dict[str, Colour]] = {
+    "I": (77, 208, 225),
+    "O": (255, 213, 79),
+    "T": (186, 104, 200),
+    "S": (129, 199, 100),
+    "Z": (239, 100, 97),
+    "J": (92, 132, 235),
+    "L": (255, 160, 72),
+}
+
+
+@lru_cache(maxsize=64)
+def font(size: int) -> pygame.font.Font:
+    """Return the interface font; pygame's own, so nothing is to be installed."""
+    if not pygame.font.get_init():
+        pygame.font.init()
+    pygame.register_quit(font.cache_clear)  # pygame.quit() leaves fonts that no longer work
+    return pygame.font.Font(None, size)
+
+
+@lru_cache(maxsize=512)
+def text(words: str, size: int, colour: Colour = TEXT) -> pygame.Surface:
+    """Return words as a picture; the same picture for the same words, so do not change it."""
+    return font(size).render(words, True, colour)
+
+
+def mix(first: Colour, second: Colour, share: float) -> Colour:
+    """Return a colour between two; share 0 is the first, 1 the second."""
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(first, second, strict=True))
+    return red, green, blue
