@@ -15,6 +15,7 @@ from controller.preprocess import Frame, Image, Prepared, Preprocessor, State, W
 Touch = tuple[float, float]  # (x, y), grid units
 
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
+_LEFT = 0.4  # share of the greatest deviation below which the finger has left
 _FIRM = 0.5  # share of the greatest deviation from which a frame tells where the touch is
 
 
@@ -86,7 +87,7 @@ class Pipeline:
         self._recognizer = recognizer
         self._preprocessor = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
         self._debouncer = Debouncer(bundle.labels, bundle.debounce)
-        self._place = TouchMedian(_TOUCH_WINDOWS * bundle.window)
+        self._place = TouchMedian(_TOUCH_WINDOWS * bundle.window, bundle.preprocess.gate)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
@@ -157,9 +158,10 @@ class Pipeline:
         because the probabilities, which look back over a window, lag behind the finger.
         """
         if prepared.ready and not prepared.quiet:
-            self._place.add(prepared.deviation, self._recognizer.touch(prepared.image))
+            touch = self._recognizer.touch(prepared.image)
+            self._place.add(prepared.deviation, touch, null=null)
         else:
-            self._place.lift(forget=null)
+            self._place.lift(prepared.deviation, forget=null)
         return self._place.median()
 
 
@@ -172,24 +174,34 @@ class TouchMedian:
     """Where a touch is: the median over its firm frames so far.
 
     While a finger arrives and leaves, little deviates and the place is vague. So a frame
-    counts if it deviates at least half as much as the touch's firmest.
+    counts if it deviates at least half as much as the touch's firmest. The skin remembers a
+    finger for a while, so the next one may come before all is quiet: a touch has ended when
+    little of it is left, and the next begins where the deviation rises again.
     """
 
-    def __init__(self, frames: int) -> None:
-        """Remember at most so many frames; a touch that lasts longer is known by its latest."""
+    def __init__(self, frames: int, rise: float) -> None:
+        """Remember at most `frames` of a touch; `rise` of deviation begins the next one."""
         self._seen: deque[tuple[float, float, float]] = deque(maxlen=frames)  # deviation, x, y
-        self._lifted = True
+        self._rise = rise
+        self._lowest: float | None = 0.0  # deviation since the last finger left; None: it touches
 
-    def add(self, deviation: float, touch: Touch) -> None:
-        """Take a frame in which something touches; after a lift it begins a new touch."""
-        if self._lifted:
+    def add(self, deviation: float, touch: Touch, *, null: bool) -> None:
+        """Take a frame that is not quiet; `null`: the networks see no gesture in it."""
+        if self._lowest is None:
+            if deviation >= _LEFT * max(seen[0] for seen in self._seen):
+                self._seen.append((deviation, *touch))
+                return
+            self._lowest = deviation
+        if deviation >= self._lowest + self._rise:
             self._seen.clear()
-            self._lifted = False
-        self._seen.append((deviation, *touch))
+            self._seen.append((deviation, *touch))
+            self._lowest = None
+        else:
+            self.lift(deviation, forget=null)
 
-    def lift(self, *, forget: bool) -> None:
+    def lift(self, deviation: float, *, forget: bool) -> None:
         """Take a frame in which nothing touches; `forget` where the last touch was, or not yet."""
-        self._lifted = True
+        self._lowest = deviation if self._lowest is None else min(self._lowest, deviation)
         if forget:
             self._seen.clear()
 
@@ -205,10 +217,12 @@ class TouchMedian:
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
         seen = np.array(self._seen, dtype=np.float64).reshape(-1, 3)
-        return {"seen": seen, "lifted": np.array([self._lifted], dtype=np.float64)}
+        lowest = -1.0 if self._lowest is None else self._lowest  # -1: a finger touches
+        return {"seen": seen, "lowest": np.array([lowest])}
 
     def restore(self, state: State) -> None:
         """Continue exactly where `state` was taken."""
         self._seen.clear()
         self._seen.extend((float(d), float(x), float(y)) for d, x, y in state["seen"])
-        self._lifted = bool(state["lifted"][0])
+        lowest = float(state["lowest"][0])
+        self._lowest = None if lowest < 0.0 and len(self._seen) else max(lowest, 0.0)

@@ -47,6 +47,7 @@ class OrbView:
         probabilities: One per label of the handshake, in its order, eased as well.
         contacts: The fingers that this host puts on a virtual dome, for the rings.
         caption: A line under the dome; the demo says there what its hand is doing.
+        hint: The line there when there is no caption and no gesture.
     """
 
     link: LinkState = "connecting"
@@ -60,6 +61,7 @@ class OrbView:
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()
     caption: str = ""
+    hint: str = ""
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))

@@ -21,8 +21,8 @@ _LINK: Final[dict[LinkState, tuple[str, Colour]]] = {
     "stale": ("silent", theme.WARN),
     "lost": ("link lost", theme.BAD),
 }
-_CAPTION_LETTERS: Final = 46  # a line below the dome
-_CAPTION_LINES: Final = 2
+_REASON_LETTERS: Final = 40  # a line below the dome
+_REASON_LINES: Final = 5
 _SILENT: Final = {"connecting": "connecting", "stale": "no word from the orb", "lost": "link lost"}
 
 
@@ -76,8 +76,11 @@ class Panel:
         self._header(surface, view)
         self._dome(surface, view, now_s)
         below = self.projection.centre[1] + self._radius * (1 + dome.PADDING)
-        top = self._caption(surface, view, round(below) + self._unit.px(4))
-        top = self._bars(surface, view, top)
+        top = round(below) + self._unit.px(4)
+        if view.link == "live":
+            top = self._bars(surface, view, self._caption(surface, view, top))
+        else:
+            self._reason(surface, view, top + self._unit.px(20))
         self._trace(surface, view, now_s, top)
 
     def _header(self, surface: pygame.Surface, view: OrbView) -> None:
@@ -142,18 +145,20 @@ class Panel:
     def _caption(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
         """Say below the dome what matters most; return where the next part begins."""
         size, colour, message = 18, theme.TEXT_DIM, view.caption
-        if view.link != "live":
-            message = view.reason
-        elif not message and view.gesture:
+        if not message and view.gesture:
             size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)
-        elif not message and not view.history and view.welcome and view.welcome.virtual:
-            message = "hold the mouse button on the dome"
-        line_top = top
-        for line in _wrapped(message, _CAPTION_LETTERS)[:_CAPTION_LINES]:
-            label = self._unit.text(line, size, colour)
-            surface.blit(label, label.get_rect(midtop=(self.rect.centerx, line_top)))
-            line_top += self._unit.px(18)
+        elif not message:
+            message = view.hint
+        label = self._unit.text(message, size, colour)
+        surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
         return top + self._unit.px(36)
+
+    def _reason(self, surface: pygame.Surface, view: OrbView, top: int) -> None:
+        """Say why there is no link, where the probabilities would be."""
+        for line in _wrapped(view.reason, _REASON_LETTERS)[:_REASON_LINES]:
+            label = self._unit.text(line, 19, theme.TEXT)
+            surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
+            top += self._unit.px(22)
 
     def _bars(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
         left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)

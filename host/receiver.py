@@ -150,12 +150,17 @@ class Receiver:
         try:
             while not self._closing.is_set():
                 failures = 0 if self._attempt() else failures + 1
-                self._closing.wait(BACKOFF_S[min(failures, len(BACKOFF_S) - 1)])
+                self._pause(BACKOFF_S[min(failures, len(BACKOFF_S) - 1)])
         except BaseException as error:
             self._failure = error
             self._tell([Lost("the receiver's thread has died")])
             self._note("the receiver's thread has died")
             log.exception("the receiver's thread has died")
+
+    def _pause(self, pause_s: float) -> None:
+        """Wait before the next attempt, and until the program listens again."""
+        while not self._closing.wait(pause_s) and self._inbox.qsize() > INBOX // 2:
+            pass
 
     def _attempt(self) -> bool:
         """Connect, and talk while it lasts; return whether there was a connection."""

@@ -106,7 +106,7 @@ class HostSession:
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
         self._echo_ms = 0
         self._deadman_ms = DEADMAN_MS
-        self._owed: int | None = None  # the Grant that is not answered yet
+        self._owed = 0  # Grants that are not answered yet
         self._foreign = 0  # version of a peer that we do not understand
         hello = Hello(VERSION, VERSION, token, "host", granted)
         self.output = bytearray(b"\0")  # ends what an earlier host may have left half
@@ -142,7 +142,7 @@ class HostSession:
         if self.state == "greeting":
             return self._over(Refused(self._no_answer())) if silent_ms >= SILENCE_MS else []
         if self._granted:
-            if self._owed is not None and silent_ms >= SILENCE_MS:
+            if self._owed and silent_ms >= SILENCE_MS:
                 return self._over(Lost(f"{self._name}: a grant was not answered within 2 s"))
             return []
         if now_ms - self._beat_ms >= HEARTBEAT_MS:
@@ -157,7 +157,7 @@ class HostSession:
 
     def wait_ms(self, now_ms: int) -> int:
         """Return how long `tick` can wait, if nothing comes."""
-        if self.state == "greeting" or self._owed is not None:
+        if self.state == "greeting" or self._owed:
             return max(self._heard_ms + SILENCE_MS - now_ms, 0)
         if self._granted:
             return SILENCE_MS // 2  # a Grant may follow at any time
@@ -179,9 +179,9 @@ class HostSession:
         self.output += encode(message, session=self._number, sequence=sequence, t_ms=t_ms)
         self._sequence = sequence
         if isinstance(message, Grant):
-            if self._owed is None:
+            if not self._owed:
                 self._heard_ms = now_ms  # the 2 s begin now; before, silence was allowed
-            self._owed = message.until_ms
+            self._owed += 1
         return True
 
     def _over(self, last: Lost | Refused) -> list[Received]:
@@ -214,8 +214,8 @@ class HostSession:
         if isinstance(message, Command) and stalled:
             self.late += 1  # a late drop is worse than none
         elif isinstance(message, _NEWS):
-            if isinstance(message, Granted) and message.until_ms == self._owed:
-                self._owed = None
+            if isinstance(message, Granted) and self._owed:
+                self._owed -= 1
             return [Delivered(message, packet.t_ms)]
         elif not isinstance(message, Heartbeat):
             self.ignored += 1

@@ -151,6 +151,10 @@ class _Socket(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not 
         self.logger = None
         address = self.from_url(self.portstr)
         self._socket = socket.create_connection(address, timeout=OPEN_S)
+        if self._socket.getsockname() == self._socket.getpeername():
+            # A connection to a free port of this machine can, by chance, end in itself.
+            self._socket.close()
+            raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.is_open = True

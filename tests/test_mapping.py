@@ -84,7 +84,7 @@ def test_a_mistake_in_the_file_is_told_with_what_belongs_there(
 
 
 def test_a_file_that_cannot_be_read_is_told_so(tmp_path: Path) -> None:
-    with pytest.raises(MappingError, match="cannot read .*absent.toml"):
+    with pytest.raises(MappingError, match=r"cannot read .*absent\.toml"):
         mapping.read(tmp_path / "absent.toml", LABELS)
     with pytest.raises(MappingError, match="cannot read"):
         mapping.read(tmp_path, LABELS)

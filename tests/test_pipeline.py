@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from controller import bundle
 from controller.pipeline import Pipeline, Step, TouchMedian
-from controller.preprocess import Frame, Image, Window
+from controller.preprocess import Frame, Image, State, Window
 from controller.recognizer import Recognizer
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -72,22 +72,34 @@ def test_the_same_touch_means_something_else_elsewhere() -> None:
     assert commands == ["left", "right", "down"]
 
 
+def touched(frames: list[tuple[float, float]]) -> TouchMedian:
+    """A touch after frames of (deviation, x), all in the row y = 2, none of them quiet."""
+    place = TouchMedian(30, rise=0.015)
+    for deviation, x in frames:
+        place.add(deviation, (x, 2.0), null=False)
+    return place
+
+
 def test_a_touch_is_where_its_firm_frames_are() -> None:
-    place = TouchMedian(30)
-    for deviation, x in ((0.02, 4.0), (0.10, 1.0), (0.12, 1.2), (0.11, 1.1), (0.03, 3.0)):
-        place.add(deviation, (x, 2.0))
+    place = touched([(0.02, 4.0), (0.10, 1.0), (0.12, 1.2), (0.11, 1.1), (0.03, 3.0)])
     assert place.median() == pytest.approx((1.1, 2.0))
 
 
 def test_a_lifted_finger_is_remembered_until_the_networks_have_seen_it_go() -> None:
-    place = TouchMedian(30)
-    place.add(0.1, (1.0, 1.0))
-    place.lift(forget=False)
-    assert place.median() == (1.0, 1.0)
-    place.add(0.1, (3.0, 3.0))  # a new touch does not begin with the old one's frames
+    place = touched([(0.1, 1.0)])
+    place.lift(0.01, forget=False)
+    assert place.median() == (1.0, 2.0)
+    place.add(0.1, (3.0, 3.0), null=False)  # a new touch does not begin with the old one's frames
     assert place.median() == (3.0, 3.0)
-    place.lift(forget=True)
+    place.lift(0.01, forget=True)
     assert place.median() is None
+
+
+def test_a_touch_that_follows_before_all_is_quiet_is_a_new_one() -> None:
+    first = [(0.05, 1.0), (0.12, 1.0), (0.12, 1.0), (0.03, 1.0)]
+    between = [(0.025, 2.0), (0.022, 2.0)]
+    assert touched([*first, *between]).median() == (1.0, 2.0)
+    assert touched([*first, *between, (0.04, 3.0), (0.06, 3.0)]).median() == (3.0, 2.0)
 
 
 def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
@@ -110,7 +122,7 @@ def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
 
 def test_a_state_of_something_else_is_refused() -> None:
     state = pipeline().state()
-    wrong = (
+    wrong: tuple[State, ...] = (
         {},
         {**state, "extra.thing": np.zeros(1)},
         {**state, "preprocess.recent": np.ones((4, 4))},

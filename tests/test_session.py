@@ -4,6 +4,7 @@ import dataclasses
 import zlib
 
 import pytest
+from fake_device import welcome
 
 from controller import wire
 from controller.protocol import (
@@ -26,7 +27,6 @@ from controller.protocol import (
 )
 from controller.session import BACKLOG, DeviceSession
 from host.session import Connected, Delivered, HostSession, Lost, Received, Refused, Stale
-from tests.fake_device import welcome
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)

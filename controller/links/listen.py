@@ -13,6 +13,7 @@ from controller.links import LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import Welcome
 
+SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
 PEERS = 8  # connections at a time; one of them is the host, the others are told so
 
 
@@ -50,6 +51,7 @@ class ListenLink(StreamLink):
                 return
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
             self._attach(connection)
 
     def _shut(self) -> None:

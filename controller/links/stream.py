@@ -161,7 +161,7 @@ class StreamLink:
 
     def _ring(self) -> None:
         """Wake the thread."""
-        with contextlib.suppress(BlockingIOError):  # it is full: the bell rings already
+        with contextlib.suppress(OSError):  # full, it rings already; or the thread has just ended
             self._button.send(b"!")
 
     # --- the thread's side ---

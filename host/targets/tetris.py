@@ -13,7 +13,7 @@ import pygame
 from controller.protocol import Command, Message, Telemetry
 from host import cards, sprites
 from host.orb_view import LinkState, OrbView
-from host.panel import Panel
+from host.panel import Panel, Projection
 from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets import TargetOptions
 from host.touch import Pad, Touch
@@ -185,7 +185,20 @@ class TetrisTarget:
         size = surface.get_size()
         if self._scene is None or self._scene.size != size:
             self._scene = _Scene(size)
+        self.orb.hint = self._hint()
         self._scene.draw(surface, self, self._now_s)
+
+    def _hint(self) -> str:
+        if not self._touchable:
+            return ""
+        if self.touch.two_fingers:
+            return "two fingers: the left button pinches, 2 switches back"
+        return "" if self.orb.history else "hold the mouse button on the dome"
+
+    @property
+    def projection(self) -> Projection | None:
+        """Where the dome is in the window; None before the first picture."""
+        return self._scene.panel.projection if self._scene else None
 
     @property
     def _touchable(self) -> bool:

@@ -1,0 +1,354 @@
+"""The command line of the device: what it prints, and how it answers mistakes."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from controller import bundle, recording, sensors
+from controller.__main__ import TOKEN, main
+from controller.loop import Device, steady
+from controller.pipeline import Pipeline
+from controller.protocol import (
+    Command,
+    Decoder,
+    Grant,
+    Granted,
+    Hello,
+    Message,
+    Perform,
+    Refuse,
+    Truth,
+    Welcome,
+    encode,
+)
+from controller.recognizer import Recognizer, engine
+from controller.recorder import Recorder
+from controller.recording import Origin
+from controller.sensors.virtual import show
+
+BUNDLE = bundle.default_path()
+HELLO = Hello(1, 1, "", "test", granted=True)
+PLAY_S = 40.0
+_T0_ROW = 100  # of the recording made here: well after the rest image was taken
+
+
+class Basket:
+    """A link that keeps what it is given."""
+
+    def __init__(self) -> None:
+        self.sent: list[Message] = []
+        self.connected = True
+
+    def send(self, message: Message, t_ms: int) -> None:
+        self.sent.append(message)
+
+    def poll(self) -> list[Message]:
+        return []
+
+    def wait(self, timeout_s: float) -> None:
+        raise AssertionError("nobody waits here")
+
+
+def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
+    """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
+    shipped = bundle.read(BUNDLE)
+    sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
+    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    origin = Origin(
+        sensor.device_id, 5, 5, 10.0, rate_hz, shipped.labels, shipped.hash, engine(), "test"
+    )
+    recorder = Recorder(path, origin, pipeline.state())
+    link = Basket()
+    script = show(shipped.labels, sensor.geometry, seed=3)
+    device = Device(sensor, pipeline, link, steady(rate_hz), recorder=recorder, script=script)
+    for _ in range(round(seconds * rate_hz)):
+        device.advance(rate_hz)
+    device.close()
+    return [message for message in link.sent if isinstance(message, Command)]
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Command]]:
+    """A recording, and the commands that the live run gave."""
+    path = tmp_path_factory.mktemp("played") / "session.npz"
+    return path, session(path)
+
+
+# --- replay ---------------------------------------------------------------------------------------
+
+
+def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
+    played: tuple[Path, list[Command]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, live = played
+    assert main(["--replay", str(path)]) == 0
+    first = capsys.readouterr().out
+    assert main(["--replay", str(path)]) == 0
+    assert capsys.readouterr().out == first
+    lines = [json.loads(line) for line in first.splitlines()]
+    assert len(lines) > 5
+    assert list(lines[0]) == ["t", "gesture", "probability", "touch", "command"]
+    assert [(line["command"], line["gesture"], line["t"]) for line in lines] == [
+        (command.name, command.label, command.frame / 10) for command in live
+    ]
+
+
+def test_a_recording_cut_from_the_middle_replays_from_its_state(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = recording.load(played[0])
+    shipped = bundle.read(BUNDLE)
+    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    for frame, t_s in zip(source.frames[:_T0_ROW], source.t, strict=False):
+        pipeline.step(frame, float(t_s))
+    path = tmp_path / "rest.npz"
+    recorder = Recorder(path, source.origin, pipeline.state())
+    for k in range(_T0_ROW, len(source.frames)):
+        recorder.add(source.frames[k], float(source.t[k]), int(source.sequence[k]))
+    recorder.close()
+    assert main(["--replay", str(path)]) == 0
+    times = [json.loads(line)["t"] for line in capsys.readouterr().out.splitlines()]
+    assert times == [c.frame / 10 for c in played[1] if c.frame > _T0_ROW]
+
+
+def test_another_mapping_gives_other_commands(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text('press = "hold"')
+    assert main(["--replay", str(played[0]), "--mapping", str(mine)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {line["command"] for line in lines if line["gesture"] == "press"} == {"hold"}
+
+
+# --- mistakes -------------------------------------------------------------------------------------
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *argv: str | Path) -> str:
+    """Run with a mistake; return the one sentence that it was answered with."""
+    assert main([str(word) for word in argv]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith("controller: ")
+    return line
+
+
+def test_help_ends_with_something_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == "Try it without hardware: controller --sensor virtual --link -"
+
+
+def test_the_orb_has_no_driver_yet_and_the_message_says_what_to_do(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert "try --sensor virtual" in complaint(capsys, "--sensor", "orb")
+    assert "there are replay, virtual" in complaint(capsys, "--sensor", "os.path")
+    assert "use --replay FILE" in complaint(capsys, "--sensor", "replay")
+
+
+def test_recordings_that_are_none_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.npz"
+    assert "does not exist" in complaint(capsys, "--replay", path)
+    path.write_bytes(b"")
+    assert "is empty" in complaint(capsys, "--replay", path)
+    assert "is not a file" in complaint(capsys, "--replay", tmp_path)
+
+
+def test_a_recording_of_another_rate_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "fast.npz"
+    session(path, rate_hz=12.5, seconds=2.0)
+    assert "12.50 Hz, the bundle at 10.00 Hz" in complaint(capsys, "--replay", path)
+    assert "more than 2 %" in complaint(capsys, "--rate", "10.3")
+
+
+def test_a_recording_is_not_recorded_again(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ("--replay", played[0], "--record", tmp_path / "again.npz")
+    assert "leave out --record" in complaint(capsys, *argv)
+
+
+def test_an_existing_recording_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "one.npz"
+    path.write_text("precious")
+    assert "exists and is kept" in complaint(capsys, "--record", path)
+    assert path.read_text() == "precious"
+
+
+def test_a_damaged_bundle_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.orb"
+    assert "does not exist" in complaint(capsys, "--bundle", path)
+    whole = bytearray(BUNDLE.read_bytes())
+    whole[len(whole) // 3] ^= 1
+    path.write_bytes(whole)
+    assert "is damaged" in complaint(capsys, "--bundle", path)
+
+
+def test_a_mapping_of_unknown_gestures_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('poke = "left"')
+    assert "'poke' is unknown; known are press" in complaint(capsys, "--mapping", path)
+
+
+@pytest.mark.parametrize("words", [["--rate", "fast"], ["--rate", "-1"], ["--seed", "x"], ["--no"]])
+def test_wrong_usage_exits_with_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert "Traceback" not in capsys.readouterr().err
+
+
+# --- as a process of its own ----------------------------------------------------------------------
+
+
+class Process:
+    """`controller` in a child process."""
+
+    def __init__(self, *argv: str | Path, token: str = "") -> None:
+        environment = {**os.environ, TOKEN: token}
+        command = [sys.executable, "-m", "controller", *map(str, argv)]
+        self.child = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
+
+    def line(self) -> dict[str, object]:
+        """Wait for the next line that it prints."""
+        assert self.child.stdout is not None
+        text = self.child.stdout.readline()
+        assert text, self.child.communicate(timeout=30)[1]
+        line: dict[str, object] = json.loads(text)
+        return line
+
+    def stop(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
+        """Ask it to end; return its exit status and what else it had to say."""
+        self.child.send_signal(number)
+        out, err = self.child.communicate(timeout=30)
+        return self.child.returncode, out, err
+
+    def kill(self) -> None:
+        if self.child.poll() is None:
+            self.child.kill()
+        self.child.communicate()
+
+
+class Host:
+    """A plain socket that speaks the protocol."""
+
+    def __init__(self, url: object) -> None:
+        place, port = str(url).removeprefix("socket://").split(":")
+        self.socket = socket.create_connection((place, int(port)), timeout=30)
+        self.decoder = Decoder()
+        self.session = self.sequence = 0
+
+    def say(self, *messages: Message) -> None:
+        for message in messages:
+            self.sequence += 1
+            self.socket.sendall(
+                encode(message, session=self.session, sequence=self.sequence, t_ms=0)
+            )
+
+    def hear(self, last: type[Message]) -> list[Message]:
+        """Return what comes, until a message of this kind is among it."""
+        heard: list[Message] = []
+        while not any(isinstance(message, last) for message in heard):
+            data = self.socket.recv(4096)
+            assert data, heard
+            for packet in self.decoder.feed(data):
+                assert packet.message is not None
+                self.session = packet.session
+                heard.append(packet.message)
+        return heard
+
+
+Start = Callable[..., Process]
+Connect = Callable[[Process], Host]
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Start processes that do not outlive the test."""
+    with ExitStack() as stack:
+
+        def start(*argv: str | Path, token: str = "") -> Process:
+            process = Process(*argv, token=token)
+            stack.callback(process.kill)
+            return process
+
+        yield start
+
+
+@pytest.fixture
+def connect() -> Iterator[Connect]:
+    """Connect to a process that listens."""
+    with ExitStack() as stack:
+
+        def connect(process: Process) -> Host:
+            host = Host(process.line()["listening"])
+            stack.enter_context(host.socket)
+            return host
+
+        yield connect
+
+
+def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
+    start: Start, connect: Connect, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "granted.npz"
+    process = start("--link", "listen://127.0.0.1:0", "--seed", "4", "--record", path, token="t")
+    host = connect(process)
+    host.say(Hello(1, 1, "t", "test", granted=True))
+    assert isinstance(host.hear(Welcome)[0], Welcome)
+    heard: list[Message] = []
+    for number, place in enumerate(((0.5, 3.0), (3.5, 3.0), (2.0, 0.3)), 1):
+        host.say(Grant(3000 * number), Perform(number, "press", *place))
+        heard += host.hear(Granted)
+    host.say(Grant(12_000))
+    heard += host.hear(Granted)
+    assert process.stop()[0] == 0
+    assert [m.number for m in heard if isinstance(m, Truth)] == [1, 2, 3]
+    commands = [(m.name, m.frame / 10) for m in heard if isinstance(m, Command)]
+    assert [name for name, _ in commands] == ["left", "right", "down"]
+    assert main(["--replay", str(path)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [(line["command"], line["t"]) for line in lines] == commands
+
+
+def test_an_orb_with_a_token_refuses_strangers(start: Start, connect: Connect) -> None:
+    process = start("--link", "listen://127.0.0.1:0", token="secret")
+    host = connect(process)
+    host.say(HELLO)
+    (answer,) = host.hear(Refuse)
+    assert isinstance(answer, Refuse)
+    assert process.stop(signal.SIGINT)[0] == 0
+
+
+def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_recording(
+    start: Start, tmp_path: Path
+) -> None:
+    path = tmp_path / "live.npz"
+    process = start("--sensor", "virtual", "--link", "-", "--record", path)
+    first = process.line()
+    assert first["gesture"] in ("press", "pinch", "twist_cw", "twist_ccw")
+    status, _, messages = process.stop(signal.SIGINT)
+    assert status == 0
+    assert "its own hand shows every gesture" in messages
+    assert "Traceback" not in messages
+    assert recording.load(path).commands[0].command == first["command"]

@@ -1,0 +1,197 @@
+"""The orb on the screen: what is remembered of it, and that its picture shows it."""
+
+import os
+from collections.abc import Iterator
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import numpy as np
+import pygame
+import pytest
+
+from controller.protocol import (
+    COMMANDS,
+    Command,
+    Contact,
+    Telemetry,
+    Welcome,
+    quantise_image,
+)
+from host import cards, orb_view, sprites
+from host.orb_view import OrbView
+from host.panel import HEIGHT, WIDTH, Panel, Projection
+from host.touch import Pad
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
+RECT = pygame.Rect(0, 0, WIDTH, HEIGHT)
+
+
+def telemetry(
+    z: "np.ndarray[tuple[int, int], np.dtype[np.float64]]", **changes: object
+) -> Telemetry:
+    fields: dict[str, object] = {
+        "frame": 1,
+        "image": quantise_image(z.ravel()),
+        "probabilities": (0.0, 1.0, 0.0, 0.0, 0.0),
+        "touch": None,
+        "gesture": "",
+        "ready": True,
+        "rate_hz": 10.0,
+    }
+    return Telemetry(**{**fields, **changes})  # type: ignore[arg-type]
+
+
+def live_view() -> OrbView:
+    view = OrbView()
+    view.connected(WELCOME)
+    view.telemetry(telemetry(np.ones((5, 5))), 0.0)
+    return view
+
+
+@pytest.fixture
+def surface() -> Iterator[pygame.Surface]:
+    pygame.display.init()
+    yield pygame.display.set_mode((WIDTH, HEIGHT))
+    pygame.display.quit()
+
+
+def drawn(view: OrbView, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
+    panel = Panel()
+    panel.place(RECT, Pad())
+    view.advance(now_s - 5.0)
+    view.advance(now_s)  # long enough for the shown image to have become the felt one
+    panel.draw(surface, view, now_s)
+    return surface.copy()
+
+
+def pixel(picture: pygame.Surface, x: float, y: float) -> pygame.Color:
+    panel = Panel()
+    panel.place(RECT, Pad())
+    across, down = panel.projection.to_screen(x, y)
+    return picture.get_at((round(across) + 6, round(down) + 6))  # beside the taxel's own mark
+
+
+# -- the state -----------------------------------------------------------------------------
+
+
+def test_shown_image_eases_towards_the_felt_one() -> None:
+    view = live_view()
+    z = np.ones((5, 5))
+    z[0, 4] = 1.2
+    view.advance(1.0)
+    view.telemetry(telemetry(z), 1.0)
+    view.advance(1.0)
+    assert view.shown[0, 4] == 0.0
+    view.advance(1.0 + orb_view.EASE_S)
+    assert 0.1 < view.shown[0, 4] < 0.15
+    view.advance(2.0)
+    assert view.shown[0, 4] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_silence_of_the_link_lets_the_image_fade_and_the_gesture_go() -> None:
+    view = live_view()
+    view.telemetry(telemetry(np.full((5, 5), 1.3), gesture="press"), 0.0)
+    view.contacts = (Contact(0, 2, 2, 9, 7),)
+    view.silent("stale", "no word")
+    view.advance(0.0)
+    view.advance(3.0)
+    assert view.link == "stale"
+    assert view.gesture == ""
+    assert not view.contacts
+    assert np.abs(view.shown).max() < 1e-3
+
+
+def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
+    view = live_view()
+    view.silent("stale", "no word")
+    assert view.heard()
+    assert (view.link, view.reason) == ("live", "")
+    assert not view.heard()
+
+
+def test_commands_are_remembered_up_to_the_length_of_the_list() -> None:
+    view = live_view()
+    for frame in range(20):
+        view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
+    assert len(view.history) == orb_view.MEMORY
+    assert view.history[-1].time_s == 19.0
+
+
+def test_last_recognised_touch_is_marked_and_then_fades() -> None:
+    view = live_view()
+    view.command(Command("left", "press", 0.9, (0.5, 2.0), 1), 4.0)
+    assert view.mark(4.0) == (0.5, 2.0, 1.0)
+    assert view.mark(4.0 + orb_view.MARK_S) is None
+
+
+def test_image_of_a_foreign_shape_is_left_out() -> None:
+    view = live_view()
+    view.telemetry(telemetry(np.full((3, 3), 1.3)), 1.0)
+    assert view.shape == (5, 5)
+    assert not view.felt.any()
+
+
+def test_trace_forgets_what_is_too_old() -> None:
+    view = live_view()
+    for frame in range(300):
+        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
+    view.advance(30.0)
+    assert view.trace[0][0] >= 30.0 - orb_view.TRACE_S
+
+
+# -- the picture ---------------------------------------------------------------------------
+
+
+def test_bulging_taxel_is_drawn_warmer_and_a_dented_one_colder(surface: pygame.Surface) -> None:
+    calm = drawn(live_view(), surface)
+    z = np.ones((5, 5))
+    z[3, 1], z[1, 3] = 1.35, 0.65  # rows from the top: bulge at (1, 1), dent at (3, 3)
+    view = live_view()
+    view.telemetry(telemetry(z), 0.0)
+    felt = drawn(view, surface)
+    assert pixel(felt, 1, 1).g > pixel(calm, 1, 1).g + 30  # towards yellow
+    assert pixel(felt, 3, 3).b > pixel(calm, 3, 3).b + 60  # towards blue
+    assert pixel(felt, 3, 3).r < pixel(calm, 3, 3).r - 60
+    assert pixel(felt, 4, 0) == pixel(calm, 4, 0)
+
+
+def test_fingers_of_the_player_are_drawn_where_they_touch(surface: pygame.Surface) -> None:
+    calm = drawn(live_view(), surface)
+    view = live_view()
+    view.contacts = (Contact(0, 3.0, 1.0, 9.0, 7.0),)
+    touched = drawn(view, surface)
+    assert pixel(touched, 3, 1) != pixel(calm, 3, 1)
+    assert pixel(touched, 1, 3) == pixel(calm, 1, 3)
+
+
+@pytest.mark.parametrize("size", [(5, 5), (4, 6), (8, 8)])
+@pytest.mark.parametrize("link", ["connecting", "live", "stale", "lost"])
+def test_every_shape_and_state_of_an_orb_can_be_drawn(
+    surface: pygame.Surface, size: tuple[int, int], link: orb_view.LinkState
+) -> None:
+    rows, columns = size
+    view = OrbView()
+    view.connected(
+        Welcome(1, 7, "a", "A", False, rows, columns, 8.0, 50.0, 100, 300, ("null", "poke"), ())
+    )
+    view.telemetry(
+        telemetry(np.full(size, 1.1), probabilities=(0.2, 0.8), gesture="poke", ready=False), 0.0
+    )
+    view.command(Command("my_own", "poke", 0.9, (1.0, 1.0), 1), 0.0)
+    if link != "live":
+        view.silent(link, "a long reason that goes on and on " * 10)
+    panel = Panel()
+    panel.place(pygame.Rect(10, 10, 200, 400), Pad(rows, columns, 8.0))
+    view.advance(0.5)
+    panel.draw(surface, view, 0.5)
+    unit = sprites.Scale(1.0)
+    cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
+    cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
+
+
+def test_pixels_and_grid_units_are_each_others_inverse() -> None:
+    projection = Projection(Pad(), (300.0, 200.0), 40.0)
+    assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)
+    assert projection.to_screen(4.0, 4.0) == (380.0, 120.0)  # up on the dome is up on the screen
+    assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))

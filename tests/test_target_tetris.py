@@ -1,0 +1,233 @@
+"""Tetris as a target: what comes over the link, and what becomes of it in the game."""
+
+import os
+from collections.abc import Sequence
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import pygame
+import pytest
+
+from controller.protocol import COMMANDS, Command, Contacts, Message, Telemetry, Welcome
+from host import loop, targets
+from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.targets.tetris import AGAIN_S, TetrisTarget
+from host.transport import LinkError
+from tetris.engine import Action, Phase
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
+FELT = Delivered(Telemetry(1, bytes([128] * 25), (1.0, 0, 0, 0, 0), None, "", True, 10.0), 0)
+
+
+def said(name: str) -> Delivered:
+    return Delivered(Command(name, "press", 0.99, None, 1), 0)
+
+
+def playing() -> TetrisTarget:
+    target = TetrisTarget(seed=1)
+    target.tick(0.0, [Connected(WELCOME)])
+    return target
+
+
+def test_each_command_of_the_orb_acts_on_the_piece() -> None:
+    target = playing()
+    x = target.game.piece.x
+    target.tick(0.01, [said("left")])
+    assert target.game.piece.x == x - 1
+    target.tick(0.02, [said("right"), said("right")])
+    assert target.game.piece.x == x + 1
+    y = target.game.piece.y
+    target.tick(0.03, [said("down")])
+    assert target.game.piece.y == y - 1
+    target.tick(0.04, [said("drop")])
+    assert target.game.pieces_placed == 1
+    target.tick(0.05, [said("hold")])
+    assert target.game.hold is not None
+
+
+def test_tick_tells_which_command_became_which_action() -> None:
+    target = playing()
+    ticked = target.tick(0.01, [FELT, said("left"), said("unheard_of"), said("rotate_cw")])
+    assert [action for _, action in ticked.acted] == [Action.LEFT, Action.ROTATE_CW]
+    assert [command.name for command, _ in ticked.acted] == ["left", "rotate_cw"]
+
+
+def test_lost_link_pauses_the_game_and_says_why() -> None:
+    target = playing()
+    target.tick(0.1, [Stale()])
+    assert target.game.phase is Phase.PAUSED
+    assert target.reason == "the orb is silent"
+    target.tick(0.8, [Lost("port: nothing came for 1 s")])
+    assert target.game.phase is Phase.PAUSED
+    assert target.reason == "the link to the orb is lost"
+    assert target.orb.reason == "port: nothing came for 1 s"
+
+
+def test_link_back_goes_on_and_nothing_is_repeated_or_invented() -> None:
+    target = playing()
+    target.tick(0.1, [said("left")])
+    x, y = target.game.piece.x, target.game.piece.y
+    target.tick(0.2, [Stale()])
+    target.tick(1.0, [Lost("gone")])
+    target.tick(60.0, [Refused("still gone")])
+    ticked = target.tick(90.0, [Connected(WELCOME)])
+    assert target.game.phase is Phase.RUNNING
+    assert ticked.acted == ()
+    assert (target.game.piece.x, target.game.piece.y) == (x, y)
+    assert target.reason == ""
+
+
+def test_first_word_after_a_short_silence_goes_on() -> None:
+    target = playing()
+    target.tick(0.1, [Stale()])
+    target.tick(0.5, [FELT])
+    assert target.game.phase is Phase.RUNNING
+
+
+def test_pause_of_the_player_outlasts_the_loss_of_the_link() -> None:
+    target = playing()
+    target.tick(0.1, [said("pause")])
+    target.tick(0.2, [Stale(), Lost("gone")])
+    assert target.reason == ""
+    target.tick(0.3, [Connected(WELCOME)])
+    assert target.game.phase is Phase.PAUSED
+
+
+def test_player_may_go_on_by_keyboard_without_the_orb() -> None:
+    target = playing()
+    target.tick(0.1, [Stale()])
+    target.tick(0.2, [], [Action.PAUSE])
+    assert target.game.phase is Phase.RUNNING
+    target.tick(1.0, [Lost("gone"), Refused("still gone")])
+    assert target.game.phase is Phase.RUNNING
+    target.tick(2.0, [Connected(WELCOME)])
+    assert target.game.phase is Phase.RUNNING
+
+
+def test_game_is_played_by_keyboard_before_any_orb_is_there() -> None:
+    target = TetrisTarget(seed=1)
+    x = target.game.piece.x
+    target.tick(0.0, [])
+    target.handle(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT), 0.0)
+    target.tick(0.01, [Refused("no orb yet")])
+    assert target.game.piece.x == x - 1
+    assert target.game.phase is Phase.RUNNING
+
+
+def test_drop_starts_another_game_but_not_right_after_the_last() -> None:
+    target = playing()
+    now_s = 0.0
+    while target.game.phase is not Phase.OVER:
+        now_s += 0.01
+        target.tick(now_s, [said("drop")])
+    placed = target.game.pieces_placed
+    target.tick(now_s + AGAIN_S / 2, [said("drop")])
+    assert target.game.pieces_placed == placed
+    ticked = target.tick(now_s + AGAIN_S * 1.1, [said("drop")])
+    assert [action for _, action in ticked.acted] == [Action.RESTART]
+    assert target.game.pieces_placed == 0
+
+
+def test_mouse_in_the_window_presses_the_virtual_orb() -> None:
+    pygame.display.init()
+    surface = pygame.display.set_mode((1280, 720))
+    target = playing()
+    target.tick(0.1, [FELT])
+    target.draw(surface)
+    on_dome = on_screen(target, 0.5, 2.0)
+    target.handle(pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=1, pos=on_dome), 0.1)
+    (contacts,) = target.outgoing(0.1)
+    assert isinstance(contacts, Contacts)
+    (contact,) = contacts.contacts
+    assert (contact.x, contact.y) == pytest.approx((0.5, 2.0), abs=0.03)
+    target.handle(pygame.event.Event(pygame.MOUSEBUTTONUP, button=1, pos=on_dome), 0.2)
+    assert target.outgoing(0.2) == [Contacts(())]
+
+
+def test_window_that_loses_the_focus_lifts_the_finger_and_the_keys() -> None:
+    pygame.display.init()
+    surface = pygame.display.set_mode((1280, 720))
+    target = playing()
+    target.draw(surface)
+    target.handle(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_DOWN), 0.0)
+    at = on_screen(target, 2.0, 2.0)
+    target.handle(pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=3, pos=at), 0.0)
+    assert len(target.outgoing(0.0)) == 1
+    target.handle(pygame.event.Event(pygame.WINDOWFOCUSLOST), 0.1)
+    assert target.outgoing(0.1) == [Contacts(())]
+    assert not target.keys.soft_drop
+
+
+def test_fingers_are_lifted_for_good_when_the_link_goes() -> None:
+    target = playing()
+    target.touch.press(2.0, 2.0, 0.0)
+    assert len(target.outgoing(0.0)) == 1
+    target.tick(0.1, [Stale()])
+    assert target.outgoing(0.1) == []
+    target.tick(0.2, [FELT])
+    assert target.outgoing(0.2) == [Contacts(())]
+    assert target.outgoing(0.3) == []
+
+
+def test_real_orb_takes_no_contacts_from_the_mouse() -> None:
+    target = TetrisTarget(seed=1)
+    fields = {name: getattr(WELCOME, name) for name in WELCOME.__slots__}
+    target.tick(0.0, [Connected(Welcome(**{**fields, "virtual": False}))])
+    target.touch.press(2.0, 2.0, 0.0)
+    assert target.outgoing(0.0) == []
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (500, 900), (2560, 1080)])
+def test_window_of_any_size_can_be_drawn_in_every_phase(size: tuple[int, int]) -> None:
+    pygame.display.init()
+    surface = pygame.display.set_mode(size)
+    target = TetrisTarget(seed=1)
+    target.draw(surface)
+    story: list[Received] = [Connected(WELCOME), FELT, said("left"), Stale(), Lost("gone")]
+    for number, item in enumerate(story):
+        target.tick(number / 10, [item])
+        target.draw(surface)
+
+
+def test_targets_are_found_by_name() -> None:
+    assert targets.names() == ("tetris",)
+    assert isinstance(targets.load("tetris"), TetrisTarget)
+    with pytest.raises(targets.TargetError, match="there is no target 'chess'"):
+        targets.load("chess")
+
+
+class FakeReceiver:
+    """A link whose news are written down beforehand, a list for each frame of the window."""
+
+    def __init__(self, *news: Sequence[Received]) -> None:
+        self.news = list(news)
+        self.sent: list[Message] = []
+
+    def poll(self) -> list[Received]:
+        return list(self.news.pop(0)) if self.news else []
+
+    def send(self, message: Message) -> None:
+        self.sent.append(message)
+
+
+def test_loop_plays_until_its_time_is_up() -> None:
+    surface = loop.window(headless=True)
+    target = TetrisTarget(seed=1)
+    clock = iter(range(100))
+    receiver = FakeReceiver([Connected(WELCOME)], [FELT], [said("drop")])
+    loop.play(target, receiver, surface, seconds=5, clock=lambda: float(next(clock)))
+    assert target.game.pieces_placed >= 1
+
+
+def test_loop_ends_with_the_reason_when_the_first_connection_fails() -> None:
+    surface = loop.window(headless=True)
+    target = TetrisTarget(seed=1)
+    with pytest.raises(LinkError, match="COM7 is busy"):
+        loop.play(target, FakeReceiver([], [Refused("COM7 is busy")]), surface)
+
+
+def on_screen(target: TetrisTarget, x: float, y: float) -> tuple[int, int]:
+    assert target.projection is not None
+    across, down = target.projection.to_screen(x, y)
+    return round(across), round(down)
