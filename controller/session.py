@@ -131,9 +131,7 @@ class DeviceSession:
     def _greet(self, packet: Packet, hello: Hello, now_ms: int) -> list[Message]:
         """Answer Hello with Welcome and State, or with Refuse."""
         ended = self.end("the host started anew")
-        self.output[:] = (
-            b"\0"  # ends what an earlier session got half of; the rest it shall not get
-        )
+        self.output[:] = b"\0"  # ends a frame that an earlier session got half of
         self._sequence = self._taken = packet.sequence
         self._heard_ms = self._beat_ms = now_ms
         self._echo_ms, self._skew_ms = packet.t_ms, 0
