@@ -79,8 +79,9 @@ Life
 Granted time
     A host that says ``granted`` in Hello owns the clock of a virtual device: Grant(t) lets it step
     exactly to t (milliseconds since the session's Welcome), and Granted(t) follows every packet up
-    to t. What the host sent before a Grant is done before that step. No heartbeats are sent;
-    dead-man times count granted time, and a Grant is answered within 2 s by the wall clock.
+    to t; a device may stop short of a t that is far off, and says so in Granted. What the host sent
+    before a Grant is done before that step. No heartbeats are sent and no silence counts, except
+    that a device with a Grant to answer says something every 2 s of the wall clock.
 """
 
 from __future__ import annotations

@@ -243,7 +243,7 @@ def run(
         screenshot: Save the window's last picture here.
     """
     try:
-        surface = None if headless else window()
+        surface = None if headless and screenshot is None else window(headless=headless)
         with Demo(seed, seconds) as demo:
             _play(demo, speed, surface)
             verdict = demo.verdict()

@@ -57,7 +57,7 @@ def _train(arguments: argparse.Namespace) -> int:
     for package in ("torch", "onnx", "tomli_w"):
         if find_spec(package) is None:
             raise ValueError(
-                f"training needs {package}; install it with: pip install 'orbtouch[train]'"
+                f"training needs {package}; install it with: pip install -e '.[train]'"
             )
     from models.recipe import train_bundle
 
