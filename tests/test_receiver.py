@@ -6,14 +6,12 @@ import errno
 import os
 import pty
 import queue
-import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import Any
 
 import pytest
 import serial
+from cable import Cable
 from fake_device import welcome
 
 from controller.links import open_link
@@ -235,40 +234,6 @@ def test_a_host_that_closes_is_gone_for_the_orb_at_once() -> None:
 
 
 # --- two processes over a pty ---
-
-
-class Cable:
-    """Two ptys, joined while `plugged`: a serial cable with a name at each end."""
-
-    def __init__(self) -> None:
-        self.plugged = True
-        self._masters, self._slaves = [], []
-        for _ in range(2):
-            master, slave = pty.openpty()
-            tty.setraw(slave)
-            self._masters.append(master)
-            self._slaves.append(slave)
-        self.ends = [os.ttyname(slave) for slave in self._slaves]
-        self._stop, self._stopped = os.pipe()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while True:
-            readable, _, _ = select.select([*self._masters, self._stop], [], [])
-            if self._stop in readable:
-                return
-            for here, there in (self._masters, self._masters[::-1]):
-                if here in readable:
-                    data = os.read(here, 4096)
-                    if self.plugged:
-                        os.write(there, data)
-
-    def close(self) -> None:
-        os.write(self._stopped, b"!")
-        self._thread.join()
-        for descriptor in (*self._masters, *self._slaves, self._stop, self._stopped):
-            os.close(descriptor)
 
 
 @pytest.fixture
