@@ -3,7 +3,6 @@
 import argparse
 import json
 import logging
-import math
 import os
 import platform
 import secrets
@@ -14,7 +13,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
-from pathlib import Path
 from types import FrameType
 
 from controller import bundle as bundles
@@ -25,6 +23,7 @@ from controller.bundle import Bundle, BundleError
 from controller.links import Link, LinkError, open_link
 from controller.loop import ORPHAN_S, Device, Loop, steady
 from controller.mapping import Mapping, MappingError
+from controller.options import PRINT, parser
 from controller.pipeline import Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Perform, Welcome
 from controller.recognizer import Recognizer, engine
@@ -35,14 +34,13 @@ from controller.sensors.replay import Replay
 from controller.sensors.virtual import show
 
 TOKEN = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb that it started
-PRINT = "-"  # the link that prints commands
 
 _log = logging.getLogger("controller")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
-    options = _parser().parse_args(argv)
+    options = parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     try:
         parts = _prepare(options)
@@ -57,6 +55,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     finally:
         parts.link.close()
+        if options.link == PRINT and not parts.link.connected:
+            # Python flushes what nobody reads once more at exit; let it have somewhere to go.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
@@ -71,86 +72,6 @@ class _Parts:
     sensor: Sensor  # at its first frame, for the first session
     link: Link
     owned: bool  # by the host that started this process
-
-
-def _parser() -> argparse.ArgumentParser:
-    """Return the command line's grammar."""
-    parser = argparse.ArgumentParser(
-        prog="controller",
-        description="Recognise gestures on the soft sensor and send them as commands.",
-        epilog="Try it without hardware: controller --sensor virtual --link -",
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
-    )
-    add = parser.add_argument
-    add(
-        "--sensor",
-        metavar="NAME",
-        default="virtual",
-        help=f"where frames come from: {', '.join(sensors.names())} (default: virtual)",
-    )
-    add(
-        "--seed",
-        metavar="N",
-        type=_seed,
-        default=1,
-        help="which orb and hand are simulated, 0 or more (default: 1)",
-    )
-    add(
-        "--bundle",
-        metavar="FILE",
-        type=Path,
-        default=bundles.default_path(),
-        help="the trained networks and their settings (default: the one that ships)",
-    )
-    add(
-        "--mapping",
-        metavar="FILE",
-        type=Path,
-        help="gestures to commands, in place of the bundle's: docs/mapping.md",
-    )
-    add(
-        "--link",
-        metavar="URL",
-        default=PRINT,
-        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, "
-        "else a serial port or a pyserial URL (default: -)",
-    )
-    add(
-        "--record",
-        metavar="FILE",
-        type=Path,
-        help="keep the session in a new .npz; written when the program ends",
-    )
-    add(
-        "--replay",
-        metavar="FILE",
-        type=Path,
-        help="a recording in place of a sensor: as fast as it can, or, over a link, as recorded",
-    )
-    add(
-        "--rate",
-        metavar="HZ",
-        type=_rate,
-        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
-    )
-    return parser  # fmt: skip
-
-
-def _seed(text: str) -> int:
-    value = int(text)
-    if not 0 <= value < 2**32:
-        raise ValueError
-    return value
-
-
-def _rate(text: str) -> float:
-    value = float(text)
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError
-    return value
-
-
-_seed.__name__, _rate.__name__ = "seed", "rate"  # argparse shows them: "invalid seed value"
 
 
 # --- before the first frame -----------------------------------------------------------------------
@@ -169,13 +90,13 @@ def _prepare(options: argparse.Namespace) -> _Parts:
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:  # the file is not written yet, but it must be possible
         Recorder(options.record, _origin(sensor, bundle), {})
+    token = os.environ.pop(TOKEN, "")
+    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
     _log.info(
         "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
         recordings.software(), platform.python_version(), engine(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
-    token = os.environ.pop(TOKEN, "")
-    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
     return _Parts(options, bundle, recognizer, mapping, sensor, link, bool(token))
 
 
@@ -263,7 +184,8 @@ def _run(parts: _Parts, stopped: Callable[[], bool]) -> None:
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
     )
-    loop.run(stopped)
+    # Whoever read the lines has gone (`controller | head`): that is an end as well.
+    loop.run(lambda: stopped() or (printing and not parts.link.connected))
     if loop.missed:
         _log.info("%d frames were missed; is the machine too busy?", loop.missed)
 

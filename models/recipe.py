@@ -11,7 +11,7 @@ import torch
 from controller import bundle
 from controller.debounce import DebounceSettings
 from controller.preprocess import PreprocessSettings
-from controller.simulator.orb import PITCH_MM
+from controller.simulator.orb import NOMINAL
 from controller.simulator.session import LABELS, Session, simulate
 from models import evaluate, export
 from models.dataset import Examples, Source, prepare
@@ -73,7 +73,7 @@ def train_bundle(
 
     def write(path: Path, debounce: DebounceSettings) -> float:
         content = export.manifest(
-            LABELS, train.images.shape[1:], PITCH_MM, settings, debounce, MAPPING, made
+            LABELS, train.images.shape[1:], NOMINAL.pitch_mm, settings, debounce, MAPPING, made
         )
         return export.write_bundle(
             path, gesture, location, manifest=content, windows=windows, images=images

@@ -209,6 +209,13 @@ def test_a_mapping_of_unknown_gestures_is_refused(
     assert "'poke' is unknown; known are press" in complaint(capsys, "--mapping", path)
 
 
+def test_links_that_cannot_be_opened_are_told_in_one_sentence(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert "cannot open" in complaint(capsys, "--link", "nowhere://x")
+    assert "strangers" in complaint(capsys, "--link", "listen://0.0.0.0:0")
+
+
 @pytest.mark.parametrize("words", [["--rate", "fast"], ["--rate", "-1"], ["--seed", "x"], ["--no"]])
 def test_wrong_usage_exits_with_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):

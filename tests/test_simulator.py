@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from controller.protocol import Contact
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, Fingers, Skin
+from controller.simulator.electronics import ElectronicsModel
 from controller.simulator.hand import (
     DISTRACTORS,
     GESTURES,
@@ -19,9 +20,10 @@ from controller.simulator.hand import (
     draw_style,
     perform,
 )
-from controller.simulator.orb import OrbModel, OrbSimulator, VirtualOrb
+from controller.simulator.orb import OrbModel, OrbSimulator
 from controller.simulator.readout import ReadoutModel, read, scan_times
 from controller.simulator.session import LABELS, simulate
+from controller.simulator.virtual import VirtualOrb
 
 SKIN = Skin(membrane.inflate(), 5, 5, 10.0, ContactModel())
 
@@ -138,7 +140,9 @@ def test_a_frame_is_a_rolling_exposure_column_by_column() -> None:
 
 
 def test_untouched_taxels_spread_like_the_papers() -> None:
-    values = np.concatenate([OrbSimulator(np.random.SeedSequence([9, i]))._rest for i in range(40)])
+    values = np.concatenate(
+        [OrbSimulator(np.random.SeedSequence([9, i])).electronics.rest_pf for i in range(40)]
+    )
     assert values.mean() == pytest.approx(41.2, abs=0.3)
     assert values.std() == pytest.approx(2.9, abs=0.3)
 
@@ -175,7 +179,8 @@ def test_another_seed_is_another_orb() -> None:
 
 
 def test_rubber_remembers_a_press_for_a_while() -> None:
-    quiet = OrbModel(pressure=0.0, readout=ReadoutModel(noise_lsb=0.0, mains=0.0), dead=0, leaky=0)
+    circuit = ReadoutModel(noise_lsb=0.0, mains=0.0)
+    quiet = OrbModel(electronics=ElectronicsModel(readout=circuit, pressure=0, dead=0, leaky=0))
     point, depth, radius = paths(200)
     depth[80:] = 0.0
     frames = OrbSimulator(np.random.SeedSequence(3), model=quiet).advance(point, depth, radius)

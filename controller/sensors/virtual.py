@@ -7,7 +7,7 @@ import numpy as np
 from controller.preprocess import Frame
 from controller.protocol import Contact, Perform, Truth
 from controller.sensors import Geometry, SensorError, SensorOptions
-from controller.simulator.orb import VirtualOrb
+from controller.simulator.virtual import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1
 
@@ -27,7 +27,8 @@ class Virtual:
 
     def __init__(self, seed: int, rate_hz: float) -> None:
         self._orb = VirtualOrb(seed, rate_hz)
-        self.geometry = Geometry(self._orb.rows, self._orb.columns, self._orb.pitch_mm)
+        model = self._orb.model
+        self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
         self.rate_hz = rate_hz
         self.device_id = f"virtual-{seed}"
 

@@ -16,7 +16,7 @@ from controller.simulator.hand import (
     draw_style,
     perform,
 )
-from controller.simulator.orb import PITCH_MM, OrbModel, OrbSimulator
+from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 
 LABELS: Final = ("null", *GESTURES)
 TRAINING: Final = 0  # the domain of seeds that only training may use
@@ -56,7 +56,7 @@ def simulate(
     user: int | None = None,
     pointer: bool = False,
     rate_hz: float = 10.0,
-    model: OrbModel | None = None,
+    model: OrbModel = NOMINAL,
 ) -> Session:
     """Simulate one session: an orb, a user, and a mixed stream of gestures and distractors.
 
@@ -104,8 +104,8 @@ def simulate(
             events.append(Event(onset, release, kind))
             if kind == "press":
                 at = np.clip(np.rint(time_s[during] * MECHANICS_HZ).astype(int) - 1, 0, steps - 1)
-                touch[during, 0] = point[at, 0].real / PITCH_MM + 2.0
-                touch[during, 1] = point[at, 0].imag / PITCH_MM + 2.0
+                touch[during, 0] = point[at, 0].real / model.pitch_mm + (model.columns - 1) / 2
+                touch[during, 1] = point[at, 0].imag / model.pitch_mm + (model.rows - 1) / 2
         else:
             distractors.append((onset, release))
         now = start + len(done.point) / MECHANICS_HZ + _pause(rng)

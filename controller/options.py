@@ -1,0 +1,90 @@
+"""The grammar of the command line; `controller/__main__.py` does what it says."""
+
+import argparse
+import math
+from pathlib import Path
+
+from controller import bundle as bundles
+from controller import sensors
+
+PRINT = "-"  # the link that prints commands
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    grammar = argparse.ArgumentParser(
+        prog="controller",
+        description="Recognise gestures on the soft sensor and send them as commands.",
+        epilog="Try it without hardware: controller --sensor virtual --link -",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = grammar.add_argument
+    add(
+        "--sensor",
+        metavar="NAME",
+        default="virtual",
+        help=f"where frames come from: {', '.join(sensors.names())} (default: virtual)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        default=1,
+        help="which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--bundle",
+        metavar="FILE",
+        type=Path,
+        default=bundles.default_path(),
+        help="the trained networks and their settings (default: the one that ships)",
+    )
+    add(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="gestures to commands, in place of the bundle's: docs/mapping.md",
+    )
+    add(
+        "--link",
+        metavar="URL",
+        default=PRINT,
+        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, "
+        "else a serial port or a pyserial URL (default: -)",
+    )
+    add(
+        "--record",
+        metavar="FILE",
+        type=Path,
+        help="keep the session in a new .npz; written when the program ends",
+    )
+    add(
+        "--replay",
+        metavar="FILE",
+        type=Path,
+        help="a recording in place of a sensor: as fast as it can, or, over a link, as recorded",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=_rate,
+        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
+    )
+    return grammar  # fmt: skip
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if not 0 <= value < 2**32:
+        raise ValueError
+    return value
+
+
+def _rate(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError
+    return value
+
+
+_seed.__name__, _rate.__name__ = "seed", "rate"  # argparse shows them: "invalid seed value"

@@ -1,0 +1,168 @@
+"""The virtual orb: a sensor that has a hand of its own, and that a host's fingers may touch."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.preprocess import Frame
+from controller.protocol import Contact, Truth
+from controller.simulator.hand import (
+    DISTRACTORS,
+    MECHANICS_HZ,
+    SLOTS,
+    Performance,
+    draw_mood,
+    draw_style,
+    perform,
+)
+from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
+_SINK_MM_S: Final = 75.0  # a finger presses 9 mm deep in 0.12 s
+_FOLLOW_S: Final = 0.03  # a finger lags the pointer by this much
+
+
+@dataclass(slots=True)
+class _Running:
+    """A performance under way."""
+
+    number: int
+    start_s: float
+    performance: Performance
+
+
+class VirtualOrb:
+    """A sensor that is simulated: its own hand performs, and a host's fingers touch it."""
+
+    def __init__(
+        self, seed: int, rate_hz: float = 10.0, domain: int = 1, model: OrbModel = NOMINAL
+    ) -> None:
+        """Build an orb, its user and its session from a seed.
+
+        Args:
+            seed: Which orb, user and session.
+            rate_hz: Frames per second.
+            domain: Family of seeds: 0 belongs to training, which nothing else may use.
+            model: The orb's constants.
+        """
+        root = np.random.SeedSequence([domain, seed])
+        orb, user = root.spawn(2)
+        self.rate_hz, self.model = rate_hz, model
+        self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model)
+        self._rng = np.random.default_rng(user)
+        self.style = draw_mood(draw_style(self._rng), self._rng)
+        self._running: list[_Running] = []
+        self._ended: list[Truth] = []
+        self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
+        self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque()
+        self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
+        self._slot_of: dict[int, int] = {}  # contact id -> slot
+        self._pointer = np.zeros(POINTERS, dtype=np.complex128)
+        self._pointer_depth = np.zeros(POINTERS)
+        self._pointer_radius = np.full(POINTERS, 7.0)
+
+    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
+        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
+
+        Raises:
+            ValueError: The hand does not know the label.
+        """
+        done = perform(label, (x, y), self.style, self._rng)
+        self._running.append(_Running(number, t_s, done))
+        onset, release = t_s + done.onset_s, t_s + done.release_s
+        self._history.append((onset, release, label))
+
+    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
+        """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them."""
+        self._updates.append((t_s, tuple(contacts)[:POINTERS]))
+
+    def truths(self) -> list[Truth]:
+        """Return the performances that have ended since the last call."""
+        ended, self._ended = self._ended, []
+        return ended
+
+    def label(self, t_s: float) -> str:
+        """Return what the orb's own hand truly did at `t_s`: a gesture, else "null"."""
+        for onset, release, label in self._history:
+            if onset <= t_s < release and label not in DISTRACTORS:
+                return label
+        return "null"
+
+    def read(self, t_s: float) -> Frame:
+        """Scan: return the frame whose scan ends at `t_s`, pF; call at the sensor's rate."""
+        steps = self._simulator.steps_per_frame
+        step_s = self._simulator.step_s
+        slots = SLOTS + POINTERS
+        point = np.zeros((steps, slots), dtype=np.complex128)
+        depth, radius = np.zeros((steps, slots)), np.full((steps, slots), 7.0)
+        for i in range(steps):
+            now = t_s - (steps - 1 - i) * step_s
+            self._pose(now, point[i], depth[i], radius[i])
+            self._follow_pointers(now, step_s)
+            point[i, SLOTS:] = self._pointer
+            depth[i, SLOTS:] = self._pointer_depth
+            radius[i, SLOTS:] = self._pointer_radius
+        self._finish(t_s)
+        return np.asarray(self._simulator.advance(point, depth, radius)[-1], dtype=np.float32)
+
+    def _pose(self, now: float, point: Complex, depth: Array, radius: Array) -> None:
+        """Put the hand's fingers where its performance is at `now`."""
+        for run in self._running:
+            step = round((now - run.start_s) * MECHANICS_HZ)
+            if 0 <= step < len(run.performance.point):
+                point[:SLOTS] = run.performance.point[step]
+                depth[:SLOTS] = run.performance.depth_mm[step]
+                radius[:SLOTS] = run.performance.radius_mm
+
+    def _finish(self, now: float) -> None:
+        """Report the performances whose last finger has left."""
+        for run in [r for r in self._running if now >= r.start_s + r.performance.release_s]:
+            self._running.remove(run)
+            onset_ms = round((run.start_s + run.performance.onset_s) * 1000)
+            release_ms = round((run.start_s + run.performance.release_s) * 1000)
+            self._ended.append(Truth(run.number, run.performance.label, onset_ms, release_ms))
+
+    def _follow_pointers(self, now: float, step_s: float) -> None:
+        """Let the host's fingers sink in, move and rise as fast as fingers can."""
+        while self._updates and self._updates[0][0] <= now:
+            self._assign(self._updates.popleft()[1])
+        for slot in range(POINTERS):
+            wanted = self._wanted.get(slot)
+            goal = wanted.depth_mm if wanted else 0.0
+            step = _SINK_MM_S * step_s
+            change = float(np.clip(goal - self._pointer_depth[slot], -step, step))
+            self._pointer_depth[slot] += change
+            if wanted:
+                target = self._point(wanted)
+                share = 1.0 - np.exp(-step_s / _FOLLOW_S)
+                self._pointer[slot] += share * (target - self._pointer[slot])
+                self._pointer_radius[slot] = wanted.radius_mm
+
+    def _assign(self, contacts: tuple[Contact, ...]) -> None:
+        """Give each contact a slot of its own for as long as it lasts."""
+        present = {contact.id for contact in contacts}
+        self._slot_of = {i: s for i, s in self._slot_of.items() if i in present}
+        self._wanted = {}
+        for contact in contacts:
+            slot = self._slot_of.get(contact.id)
+            if slot is None:
+                taken = set(self._slot_of.values())
+                free = [s for s in range(POINTERS) if s not in taken]
+                slot = min(free, key=lambda s: self._pointer_depth[s])
+                self._slot_of[contact.id] = slot
+                self._pointer[slot] = self._point(contact)
+                self._pointer_depth[slot] = 0.0
+            self._wanted[slot] = contact
+
+    def _point(self, contact: Contact) -> complex:
+        """Return where a contact is, complex mm from the centre."""
+        model = self.model
+        centre = complex(model.columns - 1, model.rows - 1) / 2.0
+        return (complex(contact.x, contact.y) - centre) * model.pitch_mm
