@@ -1,14 +1,20 @@
 """From stretched capacitors to frames: drift, pressure, faults, and the rolling read-out."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.simulator.faults import Fault
 from controller.simulator.readout import ReadoutModel, read, scan_times
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+_WEAK: Final = 0.6  # what is left of a leaky taxel's reaction
+_OPEN_PF: Final = 1.0  # a lead that hangs free still couples this much
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +29,7 @@ class ElectronicsModel:
         common_drift: The same for all taxels together.
         dead: Share of taxels that do not react.
         leaky: Share of taxels that react weakly and noisily.
+        leak_noise: Their relative noise.
         jitter_s: Deviation of a scan's start.
     """
 
@@ -33,6 +40,7 @@ class ElectronicsModel:
     common_drift: tuple[float, float] = (0.01, 200.0)
     dead: float = 0.01
     leaky: float = 0.02
+    leak_noise: float = 0.01
     jitter_s: float = 0.001
 
 
@@ -64,22 +72,44 @@ class Electronics:
         self._rows, self._columns = grid
         self._pitch_mm = pitch_mm
         self._step_s = 1.0 / (rate_hz * steps_per_frame)
-        build, self._drift_noise, self._pressure_noise, self._noise, self._jitter_noise = (
-            np.random.default_rng(child) for child in seed.spawn(5)
+        self._readout = model.readout.fitted(*grid, rate_hz)
+        # One generator for each noise, so that frames asked for singly or together are the same.
+        build, self._drift_noise, self._pressure_noise, self._noise, self._jitter_noise, leak = (
+            np.random.default_rng(child) for child in seed.spawn(6)
         )
+        self._leak_generator = leak
         taxels = self._rows * self._columns
         self.rest_pf = build.normal(*model.rest_pf, taxels)
         fault = build.random(taxels)
-        self._dead = fault < model.dead
-        self._leaky = (fault >= model.dead) & (fault < model.dead + model.leaky)
+        self._strength = np.where(fault < model.dead, 0.0, 1.0)
+        leaky = (fault >= model.dead) & (fault < model.dead + model.leaky)
+        self._strength[leaky] = _WEAK
+        self._leak_noise = np.where(leaky, model.leak_noise, 0.0)
         self._mains_phase = build.uniform(0.0, 2 * np.pi)
-        self._drift = self._drift_noise.normal(0.0, model.taxel_drift[0], taxels)
-        self._common = float(self._drift_noise.normal(0.0, model.common_drift[0]))
+        # Drift of each taxel, and of all together as one more column.
+        self._drift_sd = np.append(np.full(taxels, model.taxel_drift[0]), model.common_drift[0])
+        taus = np.append(np.full(taxels, model.taxel_drift[1]), model.common_drift[1])
+        self._keep = np.exp(-1.0 / (taus * rate_hz))
+        self._drift = self._drift_noise.normal(0.0, 1.0, taxels + 1) * self._drift_sd
         self._last = np.zeros((2, taxels))  # ln C at the last mechanics steps
         self._tail = np.zeros((2, slots, 3))  # x, y (mm), depth at those steps
         self._previous = np.array(0.3)
-        self._scan = scan_times(self._rows, self._columns, model.readout)
+        self._scan = scan_times(self._rows, self._columns, self._readout)
         self._frames = 0
+        self._since: dict[Fault, int] = {}  # fault -> frame in which it was switched on
+
+    @property
+    def faults(self) -> frozenset[Fault]:
+        """The faults that are switched on."""
+        return frozenset(self._since)
+
+    def switch(self, faults: Iterable[Fault], on: bool = True) -> None:
+        """Switch faults on or off; what leaks or drifts begins anew."""
+        for fault in faults:
+            if on:
+                self._since.setdefault(fault, self._frames)
+            else:
+                self._since.pop(fault, None)
 
     def scan(self, log_c: Array, position: Complex, depth_mm: Array) -> NDArray[np.float32]:
         """Return the frames that were completed, (frames, rows, columns), pF.
@@ -90,40 +120,91 @@ class Electronics:
             depth_mm: Their indentations, same shape.
         """
         frames = len(log_c) // self._per_frame
-        taxels = self._rows * self._columns
-        model = self._model
         track = np.concatenate([self._last, log_c])
         finger = np.stack([position.real, position.imag, depth_mm], axis=-1)
         touched = np.concatenate([self._tail, finger])
         self._last, self._tail = track[-2:].copy(), touched[-2:].copy()
+        when = self._slots_s(frames)
+        capacitance = self._capacitance(self._at(track, when), frames)
+        shape = (frames, self._rows, self._columns)
+        circuit = self._circuit()
+        phase = 2 * np.pi * circuit.mains_hz * (when + self._frames / self._rate_hz)
+        picofarads, self._previous = read(
+            circuit,
+            self._broken(capacitance).reshape(shape),
+            self._rows_touched(touched[1 + self._per_frame :: self._per_frame]),
+            (phase + self._mains_phase).reshape(shape),
+            self._previous,
+            self._noise.normal(0.0, 1.0, shape),
+        )
+        self._frames += frames
+        return picofarads.astype(np.float32)
+
+    def _slots_s(self, frames: int) -> Array:
+        """When each taxel is read, seconds from the start of this call, (frames, taxels)."""
+        late_s = self._model.jitter_s + sum(f.size for f in self._since if f.kind == "jitter")
         ends = (np.arange(frames) + 1.0) / self._rate_hz
-        jitter = np.abs(self._jitter_noise.normal(0.0, model.jitter_s, frames))
-        when = ends[:, None] + self._scan[None, :] - jitter[:, None]
+        late = np.abs(self._jitter_noise.normal(0.0, late_s, frames))
+        # A loop that is late scans old skin; more than a frame late is a missed frame.
+        return ends[:, None] + self._scan[None, :] - np.minimum(late, 0.5 / self._rate_hz)[:, None]
+
+    def _at(self, track: Array, when: Array) -> Array:
+        """Interpolate ln C to the slots, (frames, taxels)."""
         # Step i of this call ends at (i + 1) * step_s; two older ones stand before it.
         place = np.clip(when / self._step_s + 1.0, 0.0, len(track) - 1.001)
         low = place.astype(int)
         share = place - low
-        column = np.arange(taxels)
-        values = track[low, column] * (1.0 - share) + track[low + 1, column] * share
-        drift = self._wander(frames)
-        pressure = self._pressure_noise.normal(0.0, model.pressure, (frames, 1))
-        rest = self.rest_pf * (1.0 + drift) * (1.0 + pressure) ** 2
-        weak = np.where(self._leaky, 0.6, 1.0) * np.where(self._dead, 0.0, 1.0)
-        capacitance = rest * np.exp(values * weak)
-        noise = self._noise.normal(0.0, 1.0, (frames, 2, taxels))
-        capacitance *= 1.0 + 0.01 * noise[:, 1] * self._leaky
-        phase = 2 * np.pi * model.readout.mains_hz * (when + self._frames / self._rate_hz)
-        shape = (frames, self._rows, self._columns)
-        picofarads, self._previous = read(
-            model.readout,
-            capacitance.reshape(shape),
-            self._rows_touched(touched[2 + self._per_frame - 1 :: self._per_frame]),
-            (phase + self._mains_phase).reshape(shape),
-            self._previous,
-            noise[:, 0].reshape(shape),
-        )
-        self._frames += frames
-        return picofarads.astype(np.float32)
+        taxel = np.arange(track.shape[1])
+        values = track[low, taxel] * (1.0 - share) + track[low + 1, taxel] * share
+        return np.asarray(values, dtype=np.float64)
+
+    def _capacitance(self, log_c: Array, frames: int) -> Array:
+        """Return what the skin's capacitances truly are at their slots, pF, (frames, taxels)."""
+        strength, noise_sd = self._strength, self._leak_noise
+        for fault in self._since:
+            taxel = fault.row * self._columns + fault.column
+            if fault.kind == "dead":
+                strength = strength.copy()
+                strength[taxel] = 0.0
+            elif fault.kind == "leaky":
+                strength, noise_sd = strength.copy(), noise_sd.copy()
+                strength[taxel], noise_sd[taxel] = _WEAK, fault.size
+        pressure = 1.0 + self._pressure_noise.normal(0.0, self._model.pressure, (frames, 1))
+        warmth = np.ones((frames, 1))
+        for fault, since in self._since.items():
+            minutes = (self._frames - since + np.arange(1, frames + 1)) / (60.0 * self._rate_hz)
+            if fault.kind == "air_leak":
+                pressure = pressure * np.exp(-fault.size * minutes)[:, None]
+            elif fault.kind == "temperature":
+                warmth = warmth + (fault.size * minutes)[:, None]
+        rest = self.rest_pf * (1.0 + self._wander(frames)) * warmth * pressure**2
+        leak = 1.0 + noise_sd * self._leak_generator.normal(0.0, 1.0, log_c.shape)
+        return np.asarray(rest * np.exp(log_c * strength) * leak)
+
+    def _broken(self, capacitance: Array) -> Array:
+        """Return what the leads make of it: open and shorted electrodes."""
+        grid = capacitance.reshape(-1, self._rows, self._columns)
+        for fault in self._since:
+            r, c = fault.row, fault.column
+            if fault.kind == "open_row":
+                grid[:, r] = _OPEN_PF
+            elif fault.kind == "open_column":
+                grid[:, :, c] = _OPEN_PF
+            elif fault.kind == "short_row":
+                grid[:, r : r + 2] = grid[:, r : r + 2].sum(axis=1, keepdims=True)
+            elif fault.kind == "short_column":
+                grid[:, :, c : c + 2] = grid[:, :, c : c + 2].sum(axis=2, keepdims=True)
+        return grid
+
+    def _circuit(self) -> ReadoutModel:
+        """Return the circuit as it is now."""
+        circuit = self._readout
+        for fault in self._since:
+            if fault.kind == "saturation":
+                circuit = replace(circuit, ceiling=fault.size * circuit.usual(self._columns))
+            elif fault.kind == "mains":
+                circuit = replace(circuit, mains=circuit.mains + fault.size)
+        return circuit
 
     def _rows_touched(self, finger: Array) -> Array:
         """How much finger lies over each row at each frame's end, (frames, rows), 0 ... 1."""
@@ -134,17 +215,12 @@ class Electronics:
 
     def _wander(self, frames: int) -> Array:
         """Ornstein-Uhlenbeck drift of every taxel and of all together, (frames, taxels)."""
-        taxels = self._rows * self._columns
-        deviation, tau_s = self._model.taxel_drift
-        common, common_s = self._model.common_drift
-        keep = np.exp(-1.0 / (tau_s * self._rate_hz))
-        keep_common = np.exp(-1.0 / (common_s * self._rate_hz))
-        noise = self._drift_noise.normal(0.0, 1.0, (frames, taxels + 1))
-        out = np.empty((frames, taxels))
+        kick = self._drift_noise.normal(0.0, 1.0, (frames, len(self._keep)))
+        kick *= np.sqrt(1.0 - self._keep**2) * self._drift_sd
+        out = np.empty_like(kick)
+        level = self._drift
         for i in range(frames):
-            kick = np.sqrt(1 - keep**2) * deviation * noise[i, :-1]
-            self._drift = keep * self._drift + kick
-            push = np.sqrt(1 - keep_common**2) * common * noise[i, -1]
-            self._common = float(keep_common * self._common + push)
-            out[i] = self._drift + self._common
-        return out
+            level = self._keep * level + kick[i]
+            out[i] = level
+        self._drift = level
+        return np.asarray(out[:, :-1] + out[:, -1:])

@@ -5,7 +5,7 @@ Each reading divides the taxel against the input's stray capacitance, a share of
 neighbours on the row (ghosting), and the finger's own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SCAN_SHARE: Final = 0.75  # of a frame that a scan may take
 NOMINAL_PF: Final = 41.2  # mean capacitance of a taxel: paper, section 3.2
 
 
@@ -31,6 +32,7 @@ class ReadoutModel:
         noise_lsb: Standard deviation of a reading.
         mains: Relative mains hum; a touching body carries it in.
         mains_hz: Its frequency.
+        ceiling: Reading at which the converter clips, of full scale.
     """
 
     stray_pf: float = 60.0
@@ -43,11 +45,26 @@ class ReadoutModel:
     noise_lsb: float = 1.0
     mains: float = 0.0015
     mains_hz: float = 60.0
+    ceiling: float = 1.0
 
     @property
     def settled(self) -> float:
         """How far a reading charges within its slot, 0 ... 1."""
         return float(1.0 - np.exp(-self.slot_s / self.charge_s))
+
+    def fitted(self, rows: int, columns: int, rate_hz: float) -> "ReadoutModel":
+        """Return the circuit for a grid and a rate: slots as long as planned, if they fit.
+
+        Where they do not, slots and charging time shrink alike (a smaller resistor), so that
+        a scan takes `SCAN_SHARE` of a frame.
+        """
+        slot_s = min(self.slot_s, SCAN_SHARE / (rate_hz * rows * columns))
+        return replace(self, slot_s=slot_s, charge_s=self.charge_s * slot_s / self.slot_s)
+
+    def usual(self, columns: int) -> float:
+        """Return what an untouched taxel usually reads, of full scale."""
+        load = self.stray_pf + self.ghosting * (columns - 1) * NOMINAL_PF
+        return NOMINAL_PF / (NOMINAL_PF + load) * self.settled
 
 
 def scan_times(rows: int, columns: int, model: ReadoutModel) -> Array:
@@ -91,7 +108,7 @@ def read(
     scanned = scanned + residue * before
     full = 2.0**model.bits
     volts = scanned.reshape(scans, columns, rows).transpose(0, 2, 1)
-    counts = np.clip(np.rint(volts * full + model.noise_lsb * noise), 1, full - 1)
+    counts = np.clip(np.rint(volts * full + model.noise_lsb * noise), 1, full * model.ceiling - 1)
     return picofarads(model, counts / full, columns), np.asarray(scanned[-1])
 
 

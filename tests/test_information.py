@@ -1,0 +1,51 @@
+"""The paper's histogram statistics, on distributions whose answers are known."""
+
+import numpy as np
+import pytest
+
+from models.information import BITS, entropy, histogram_statistics
+
+
+def test_the_papers_label_entropy_is_nats_printed_as_bits() -> None:
+    # Section 6: five classes, p_static = .57, H(y) = "1.28 bits": so it is, in nats.
+    p = np.array([0.57, *[0.43 / 4] * 4])
+    assert entropy(p) == pytest.approx(1.28, abs=0.005)
+    assert entropy(p) * BITS == pytest.approx(1.85, abs=0.005)
+    assert entropy(np.full(5, 0.2)) * BITS == pytest.approx(2.32, abs=0.005)  # figure 9's bar
+
+
+def test_a_uniform_signal_has_the_entropy_of_its_bins() -> None:
+    z = np.linspace(0.0, 1.0, 50_000)[:, None]
+    found = histogram_statistics(z, np.zeros(len(z), dtype=int), bins=25)
+    assert found.h_z[0] == pytest.approx(np.log(25), abs=1e-3)
+    assert found.information[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_signal_that_is_the_label_says_all_of_it() -> None:
+    y = np.repeat([0, 1, 2, 3], 250)
+    found = histogram_statistics(y[:, None].astype(float), y, scaling="global")
+    assert found.information[0] == pytest.approx(np.log(4))
+    assert found.h_y == pytest.approx(np.log(4))
+
+
+def test_scaling_each_gesture_on_its_own_hides_what_its_size_says() -> None:
+    rng = np.random.default_rng(0)
+    y = np.repeat([0, 1], 5000)
+    z = rng.uniform(0.0, 1.0, (10_000, 1)) * np.where(y == 1, 10.0, 1.0)[:, None]
+    by_label = histogram_statistics(z, y, scaling="paper").information[0]
+    together = histogram_statistics(z, y, scaling="global").information[0]
+    assert by_label < 0.01
+    assert together > 0.3
+
+
+def test_independent_noise_carries_nothing_but_the_estimators_bias() -> None:
+    rng = np.random.default_rng(1)
+    z, y = rng.normal(size=(35_000, 2)), rng.integers(0, 5, 35_000)
+    found = histogram_statistics(z, y, scaling="global")
+    bias = (25 - 1) * (5 - 1) / (2 * 35_000)  # Miller-Madow
+    assert found.information.max() < 3 * bias
+
+
+def test_labels_and_signals_must_be_equally_many() -> None:
+    with pytest.raises(ValueError, match="signals"):
+        histogram_statistics(np.zeros((3, 2)), np.zeros(4, dtype=int))
