@@ -136,7 +136,7 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
             "choose a bundle that was trained for it"
         )
     name = options.sensor if options.replay is None else "replay"
-    sensor = sensors.load(name, SensorOptions(wanted_hz, options.seed, options.replay))
+    sensor = sensors.load(name, _sensor_options(options, wanted_hz))
     if isinstance(sensor, Replay):
         recordings.check(sensor.source, bundle)
     grid = sensor.geometry
@@ -146,6 +146,12 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
             f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
         )
     return sensor
+
+
+def _sensor_options(options: argparse.Namespace, rate_hz: float) -> SensorOptions:
+    return SensorOptions(
+        rate_hz, options.seed, options.replay, options.preset, tuple(options.fault)
+    )
 
 
 def _origin(sensor: Sensor, bundle: Bundle) -> Origin:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from controller import bundle as bundles
 from controller import sensors
+from controller.simulator.presets import PRESETS
 
 PRINT = "-"  # the link that prints commands
 
@@ -31,6 +32,20 @@ def parser() -> argparse.ArgumentParser:
         type=_seed,
         default=1,
         help="which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--preset",
+        metavar="NAME",
+        default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
+    )
+    add(
+        "--fault",
+        metavar="FAULT",
+        action="append",
+        default=[],
+        help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
+        "air_leak ...: docs/simulator.md",
     )
     add(
         "--bundle",

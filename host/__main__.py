@@ -47,7 +47,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
     surface = loop.window(headless=options.headless)
     with ExitStack() as stack:
         if options.link is None:
-            own = OwnDevice(seed)
+            own = OwnDevice(seed, options.orb)
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         else:
@@ -68,6 +68,7 @@ def _demo(options: argparse.Namespace, seed: int) -> int:
         headless=options.headless,
         as_json=options.json,
         screenshot=options.screenshot,
+        orb_options=options.orb,
     )
 
 
@@ -75,6 +76,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
     """Refuse combinations that make no sense, with what would."""
     if options.demo and options.link is not None:
         parser.error("--demo plays with a virtual orb of its own; leave out --link")
+    if options.orb and options.link is not None:
+        parser.error("what follows -- is for a virtual orb of our own; leave out --link")
     if options.demo and options.target != "tetris":
         parser.error("--demo plays Tetris; leave out --target")
     if not options.demo and (options.json or options.speed is not None):
@@ -95,6 +98,13 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=20),
     )
     add = parser.add_argument
+    add(
+        "orb",
+        nargs="*",
+        metavar="-- OPTION",
+        help="options of the virtual orb, after two dashes: -- --preset paper-snr; "
+        "controller --help lists them",
+    )
     add(
         "--link",
         metavar="URL",

@@ -9,7 +9,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -130,14 +130,14 @@ class Record:
 class Demo:
     """A demo game, tick by tick: the granted clock, the player, the game, the record."""
 
-    def __init__(self, seed: int, seconds: float) -> None:
+    def __init__(self, seed: int, seconds: float, orb_options: Sequence[str] = ()) -> None:
         self.target = TetrisTarget(seed)
         self.record = Record()
         self.meter = Meter()
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
         self._player = Player(seed, seconds)
-        self._device = OwnDevice(seed)
+        self._device = OwnDevice(seed, orb_options)
         self._receiver = Receiver(
             self.meter.on(self._device.open), token=self._device.token, granted=True
         )
@@ -231,6 +231,7 @@ def run(
     headless: bool,
     as_json: bool,
     screenshot: Path | None = None,
+    orb_options: Sequence[str] = (),
 ) -> int:
     """Play a demo; return the exit status.
 
@@ -241,10 +242,11 @@ def run(
         headless: Without a window.
         as_json: Print the verdict as one JSON object, the last line.
         screenshot: Save the window's last picture here.
+        orb_options: Further options of the orb's `controller`.
     """
     try:
         surface = None if headless and screenshot is None else window(headless=headless)
-        with Demo(seed, seconds) as demo:
+        with Demo(seed, seconds, orb_options) as demo:
             _play(demo, speed, surface)
             verdict = demo.verdict()
         if surface is not None and screenshot is not None:

@@ -36,18 +36,26 @@ class OwnDevice:
         process: The present process; None while there is none.
     """
 
-    def __init__(self, seed: int, *, command: Sequence[str] = (), start_s: float = START_S) -> None:
+    def __init__(
+        self,
+        seed: int,
+        options: Sequence[str] = (),
+        *,
+        command: Sequence[str] = (),
+        start_s: float = START_S,
+    ) -> None:
         """Prepare; nothing is started yet.
 
         Args:
             seed: Of the orb, its hand and its noise.
+            options: Further options of `controller`.
             command: What to start in place of the orb, if not empty.
             start_s: How long it may take to say where it listens.
         """
         orb = (sys.executable, "-m", "controller", "--sensor", "virtual", "--seed", str(seed))
         self.token = secrets.token_hex(16)
         self.process: subprocess.Popen[bytes] | None = None
-        self._command = [*(command or (*orb, "--link", "listen://127.0.0.1:0"))]
+        self._command = [*(command or (*orb, *options, "--link", "listen://127.0.0.1:0"))]
         self._start_s = start_s
         self._url = ""  # where the present process listens, once it has said so
         self._messages: IO[bytes] | None = None  # its standard error

@@ -52,9 +52,9 @@ def test_two_shorted_electrodes_read_their_sum_alike() -> None:
 def test_an_air_leak_and_warmth_pull_all_taxels_along() -> None:
     sound = frames(seconds=60.0)
     leak, warm = frames("air_leak=0.2", seconds=60.0), frames("temperature=0.1", seconds=60.0)
-    # The pressure falls to exp(-.2), C with its square; ghosting, which falls too, hides a part.
+    # The pressure falls to exp(-.2), C with its square; ghosting, which goes along, hides a part.
     assert np.exp(-0.4) < np.median(leak[-10:] / sound[-10:]) < np.exp(-0.2)
-    assert np.median(warm[-10:] / sound[-10:]) == pytest.approx(1.1, abs=0.02)
+    assert 1.05 < np.median(warm[-10:] / sound[-10:]) < 1.1
 
 
 def test_a_saturated_converter_clips() -> None:

@@ -32,11 +32,15 @@ class SensorOptions:
         rate_hz: Scans per second; None: the sensor's own.
         seed: Which orb and hand are simulated.
         path: The recording to replay.
+        preset: Quality of the virtual orb.
+        faults: What is broken on it.
     """
 
     rate_hz: float | None = None
     seed: int = 1
     path: Path | None = None
+    preset: str = "nominal"
+    faults: tuple[str, ...] = ()
 
 
 class Sensor(Protocol):

@@ -7,6 +7,9 @@ import numpy as np
 from controller.preprocess import Frame
 from controller.protocol import Contact, Perform, Truth
 from controller.sensors import Geometry, SensorError, SensorOptions
+from controller.simulator.faults import Fault, FaultError
+from controller.simulator.orb import NOMINAL, OrbModel
+from controller.simulator.presets import PresetError, preset
 from controller.simulator.virtual import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1
@@ -16,8 +19,17 @@ _EVERY_S = (1.8, 3.2)  # from one performance to the next
 
 
 def create(options: SensorOptions) -> "Virtual":
-    """Return the orb, hand and session of a seed."""
-    return Virtual(options.seed, options.rate_hz or RATE_HZ)
+    """Return the orb, hand and session of a seed.
+
+    Raises:
+        SensorError: The preset or a fault does not exist.
+    """
+    try:
+        model = preset(options.preset)
+        faults = [Fault.parse(text, model.rows, model.columns) for text in options.faults]
+    except (PresetError, FaultError) as error:
+        raise SensorError(str(error)) from None
+    return Virtual(options.seed, options.rate_hz or RATE_HZ, model, faults)
 
 
 class Virtual:
@@ -25,8 +37,11 @@ class Virtual:
 
     virtual = True
 
-    def __init__(self, seed: int, rate_hz: float) -> None:
-        self._orb = VirtualOrb(seed, rate_hz)
+    def __init__(
+        self, seed: int, rate_hz: float, model: OrbModel = NOMINAL, faults: Sequence[Fault] = ()
+    ) -> None:
+        self._orb = VirtualOrb(seed, rate_hz, model=model)
+        self._orb.switch(faults)
         model = self._orb.model
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
         self.rate_hz = rate_hz

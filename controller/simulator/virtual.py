@@ -1,7 +1,7 @@
 """The virtual orb: a sensor that has a hand of its own, and that a host's fingers may touch."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
+from controller.simulator.faults import Fault
 from controller.simulator.hand import (
     DISTRACTORS,
     MECHANICS_HZ,
@@ -67,6 +68,10 @@ class VirtualOrb:
         self._pointer = np.zeros(POINTERS, dtype=np.complex128)
         self._pointer_depth = np.zeros(POINTERS)
         self._pointer_radius = np.full(POINTERS, 7.0)
+
+    def switch(self, faults: Iterable[Fault], on: bool = True) -> None:
+        """Switch faults on or off."""
+        self._simulator.electronics.switch(faults, on)
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
         """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
