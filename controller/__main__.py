@@ -8,9 +8,10 @@ import platform
 import secrets
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
 from types import FrameType
@@ -21,6 +22,7 @@ from controller import recording as recordings
 from controller import sensors
 from controller.bundle import Bundle, BundleError
 from controller.links import Link, LinkError, open_link
+from controller.links.stdout import let_go
 from controller.loop import ORPHAN_S, Device, Loop, steady
 from controller.mapping import Mapping, MappingError
 from controller.options import PRINT, parser
@@ -42,23 +44,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     options = parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    try:
-        parts = _prepare(options)
-    except (BundleError, MappingError, RecordingError, SensorError, LinkError) as error:
-        print(f"controller: {error}", file=sys.stderr)
-        return 2
-    try:
-        with _signals() as stopped:
+    with _signals() as stopped:
+        try:
+            parts = _prepare(options)
+        except (BundleError, MappingError, RecordingError, SensorError, LinkError) as error:
+            return _complain(error, 2)
+        try:
             _run(parts, stopped)
-    except (RecordingError, SensorError) as error:
-        print(f"controller: {error}", file=sys.stderr)
-        return 1
-    finally:
-        parts.link.close()
-        if options.link == PRINT and not parts.link.connected:
-            # Python flushes what nobody reads once more at exit; let it have somewhere to go.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
+        except (RecordingError, SensorError, LinkError) as error:
+            return _complain(error, 1)
+        finally:
+            parts.link.close()
+        problem: str = getattr(parts.link, "problem", "")
+        return _complain(problem, 1) if problem else 0
+
+
+def _complain(problem: Exception | str, status: int) -> int:
+    print(f"controller: {problem}", file=sys.stderr)
+    return status
 
 
 @dataclass
@@ -177,7 +180,9 @@ def _run(parts: _Parts, stopped: Callable[[], bool]) -> None:
     """Run until stopped, or until the recording ends."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := getattr(parts.link, "url", None):
-        print(json.dumps({"listening": url}), flush=True)
+        _announce(url)
+    if parts.owned:
+        threading.Thread(target=_end_with_host, name="owner", daemon=True).start()
     if printing and replaying:
         _replay(_device(parts, 1), stopped)
         return
@@ -194,6 +199,23 @@ def _run(parts: _Parts, stopped: Callable[[], bool]) -> None:
     loop.run(lambda: stopped() or (printing and not parts.link.connected))
     if loop.missed:
         _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+
+
+def _announce(url: str) -> None:
+    """Print where a host finds us, the first line of all."""
+    try:
+        print(json.dumps({"listening": url}), flush=True)
+    except OSError as error:
+        let_go(sys.stdout)
+        raise LinkError(f"cannot print where this orb listens: {error.strerror}") from None
+
+
+def _end_with_host() -> None:
+    """End when the host does: it holds the other end of our standard input, however it dies."""
+    with suppress(OSError):
+        while os.read(0, 4096):
+            pass
+    signal.raise_signal(signal.SIGTERM)
 
 
 def _replay(device: Device, stopped: Callable[[], bool]) -> None:

@@ -13,6 +13,7 @@ from typing import Final, Protocol
 
 from controller.pipeline import Pipeline, Step
 from controller.protocol import (
+    Bye,
     Command,
     Contacts,
     Grant,
@@ -90,9 +91,14 @@ class Device:
         self._next = next(self.script, None)
         self._pressed: tuple[str, ...] = ()
 
-    def greet(self) -> None:
+    def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
         self._pressed = ()
+        self.lift(t_s)
+
+    def lift(self, t_s: float) -> None:
+        """Take the host's fingers off the orb: they never outlast their host."""
+        self.request(Contacts(()), t_s)
 
     def request(self, message: Contacts | Perform, t_s: float) -> None:
         """Hand a wish of the host to the virtual sensor, effective at `t_s` (never in the past)."""
@@ -260,9 +266,12 @@ class Loop:
             if message.granted or self._granted or self.device is None:
                 self._begin(granted=message.granted)
             else:
-                self.device.greet()
+                self.device.greet(self._elapsed_s())
         elif self.device is None:
             return
+        elif isinstance(message, Bye):
+            if not self._granted:  # granted time has stopped, and the next host's begins anew
+                self.device.lift(self._elapsed_s())
         elif isinstance(message, Grant):
             if self._granted:
                 self._step_to(self.device, message.until_ms, stopped)

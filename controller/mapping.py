@@ -121,6 +121,8 @@ def read(path: Path, labels: Sequence[str]) -> Mapping:
         return parse(tomllib.loads(data.decode()), labels)
     except OSError as error:
         raise MappingError(f"cannot read {path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise MappingError(f"{path} is no text in UTF-8; is it a mapping?") from None
     except (ValueError, RecursionError) as error:  # of decoding, of TOML, or ours
         raise MappingError(f"{path}: {error} (docs/mapping.md)") from None
 

@@ -271,7 +271,7 @@ def encode(message: Message, *, session: int, sequence: int, t_ms: int) -> bytes
         head = _HEADER.pack(VERSION << 4, kind, session, sequence, t_ms & 0xFFFFFFFF)
         body = head + record.write(message)
     except (struct.error, ValueError, OverflowError, TypeError) as error:
-        raise ProtocolError(f"cannot send {message}: {error}") from None
+        raise ProtocolError(f"cannot send {type(message).__name__}: {error}") from None
     if len(body) > _HEADER.size + MAX_PAYLOAD:
         size = len(body) - _HEADER.size
         raise ProtocolError(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.pipeline import CommandRecord, Touch
 from controller.preprocess import Frame, State
-from controller.recording import NUMBERS, STATE, UNKNOWN, Origin, RecordingError
+from controller.recording import NUMBERS, STATE, UNKNOWN, Origin, Recording, RecordingError, Truth
 
 _NOWHERE = (np.nan, np.nan)
 
@@ -71,10 +71,23 @@ class Recorder:
         """
         if not self._frames:
             return None
-        data = npz.pack(self._arrays())
+        t, sequence, label, button = zip(*self._rows, strict=True)
+        data = pack(
+            Recording(
+                self._origin,
+                np.array(self._frames, dtype=np.float32),
+                t=np.array(t, dtype=np.float64),
+                sequence=np.array(sequence, dtype=np.int64),
+                label=np.array(label, dtype=np.int16),
+                button=np.array(button, dtype=np.int16),
+                touch=np.array(self._touches, dtype=np.float64),
+                commands=tuple(self._commands),
+                state=self._state,
+            )
+        )
         self._frames.clear()
         try:
-            _write_beside(self.path, data)
+            write_beside(self.path, data)
         except FileExistsError:
             kept = _write_aside(self.path, data)
             raise RecordingError(f"{self.path} appeared meanwhile; recorded into {kept}") from None
@@ -82,34 +95,51 @@ class Recorder:
             raise RecordingError(f"cannot write {self.path}: {error.strerror or error}") from None
         return self.path
 
-    def _arrays(self) -> npz.Arrays:
-        """Return everything as plain arrays."""
-        t, sequence, label, button = zip(*self._rows, strict=True)
-        commands = self._commands
-        columns = zip(
-            ("t", "sequence", "label", "button"), (t, sequence, label, button), strict=True
-        )
-        return {
-            "frames": np.array(self._frames, dtype=np.float32),
-            **{name: np.array(values, dtype=NUMBERS[name]) for name, values in columns},
-            "touch": np.array(self._touches, dtype=np.float64),
+
+def pack(recording: Recording) -> bytes:
+    """Return a recording as the bytes of its file; the same recording gives the same bytes."""
+    commands = recording.commands
+    return npz.pack(
+        {
+            "frames": recording.frames,
+            **{name: getattr(recording, name) for name in NUMBERS},
+            "touch": recording.touch,
             "command_t": np.array([c.t_s for c in commands], dtype=np.float64),
             "command_frame": np.array([c.frame for c in commands], dtype=np.int64),
             "command_gesture": np.array([c.gesture for c in commands], dtype=np.str_),
             "command_probability": np.array([c.probability for c in commands], dtype=np.float64),
             "command_touch": _touches([c.touch for c in commands]),
             "command_name": np.array([c.command for c in commands], dtype=np.str_),
-            **{STATE + name: array for name, array in self._state.items()},
-            "meta": np.array(json.dumps(dataclasses.asdict(self._origin))),
+            **{STATE + name: array for name, array in recording.state.items()},
+            **(_truth(recording.truth) if recording.truth else {}),
+            "meta": np.array(json.dumps(dataclasses.asdict(recording.origin))),
         }
+    )
+
+
+def _truth(truth: Truth) -> npz.Arrays:
+    return {
+        "true_touch": truth.touch,
+        "true_contact": truth.contact,
+        "event_onset": np.array([e.onset_s for e in truth.events], dtype=np.float64),
+        "event_release": np.array([e.release_s for e in truth.events], dtype=np.float64),
+        "event_name": np.array([e.kind for e in truth.events], dtype=np.str_),
+    }
 
 
 def _touches(touches: Sequence[Touch | None]) -> NDArray[np.float64]:
     return np.array([touch or _NOWHERE for touch in touches], dtype=np.float64).reshape(-1, 2)
 
 
-def _write_beside(path: Path, data: bytes) -> None:
-    """Write a file under another name, then give it its own, unless that is taken."""
+def write_beside(path: Path, data: bytes) -> None:
+    """Write a file under another name, then give it its own, unless that is taken.
+
+    So there is never half a file of this name, whatever happens.
+
+    Raises:
+        FileExistsError: The name is taken.
+        OSError: It cannot be written.
+    """
     beside = _write_aside(path, data)
     try:
         try:

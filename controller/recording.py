@@ -9,23 +9,30 @@ Arrays: `frames` float32 (n, rows, columns) pF; `t` float64 (n,) seconds, the en
 `button` int16 (n,), the labelling button, -1 none; `touch` float64 (n, 2), the touch as
 recognised, NaN none; `command_*` (m,), a column each of the commands given; `state.*`, the
 pipeline before the first frame; `meta`, a JSON text (`Origin`).
+
+A simulated session knows the truth as well (`Truth`): `true_touch` float32 (n, 2), where a press
+is; `true_contact` float32 (n, fingers, 3), every finger's x, y and depth, NaN where it does not
+touch; `event_onset` and `event_release` float64 (k,) seconds, `event_name` text (k,), every true
+gesture and every touch that was none.
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
 from controller.bundle import Bundle
+from controller.events import Event
 from controller.pipeline import CommandRecord, Touch
 from controller.preprocess import State
 
-SCHEMA = 1  # of the arrays and of meta
+SCHEMA = 2  # of the arrays and of meta
+READABLE: Final = (1, SCHEMA)  # form 1 had no truth and did not say who played
 MAX_BYTES = 512 << 20  # of a file and of what it unpacks to: half a year's play is less
 RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MIN_PF, MAX_PF = 1e-3, 1e6  # what can be a taxel: paper, section 3.2: 41 pF
@@ -53,6 +60,11 @@ class Origin:
         bundle: Hash of the bundle that gave the commands.
         engine: What ran its networks.
         software: Version of this program.
+        user: Who touched it; "" unknown.
+        session: Which of the user's sessions.
+        protocol: What they were asked to do.
+        preset: Quality of a simulated orb.
+        seed: Of the simulation; None where nothing is simulated.
         schema: Version of the file's form.
     """
 
@@ -65,7 +77,27 @@ class Origin:
     bundle: str
     engine: str
     software: str
+    user: str = ""
+    session: str = ""
+    protocol: str = ""
+    preset: str = ""
+    seed: int | None = None
     schema: int = SCHEMA
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a simulation knows beside every frame; the arrays are described at the top.
+
+    Attributes:
+        touch: Where a press is, grid units, NaN elsewhere, (n, 2).
+        contact: Every finger: x, y in grid units, depth in mm, NaN elsewhere, (n, fingers, 3).
+        events: Gestures, and touches that were none, in order.
+    """
+
+    touch: NDArray[np.float32]
+    contact: NDArray[np.float32]
+    events: tuple[Event, ...]
 
 
 @dataclass(frozen=True)
@@ -79,8 +111,9 @@ class Recording:
     label: NDArray[np.int16]
     button: NDArray[np.int16]
     touch: NDArray[np.float64]
-    commands: tuple[CommandRecord, ...]
-    state: State
+    commands: tuple[CommandRecord, ...] = ()
+    state: State = field(default_factory=dict)
+    truth: Truth | None = None
 
     @property
     def rate_hz(self) -> float:
@@ -149,9 +182,9 @@ def _parse(arrays: npz.Arrays) -> Recording:
     for name in ("t", "sequence"):
         if not np.isfinite(columns[name]).all() or not (np.diff(columns[name]) > 0).all():
             raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
-    label = columns["label"]
-    if not ((label >= UNKNOWN) & (label < len(origin.labels))).all():
-        raise RecordingError("holds labels that it does not name")
+    for name in ("label", "button"):
+        if not ((columns[name] >= UNKNOWN) & (columns[name] < len(origin.labels))).all():
+            raise RecordingError(f"holds a {name} that it does not name")
     state = {
         name.removeprefix(STATE): array for name, array in arrays.items() if name.startswith(STATE)
     }
@@ -159,7 +192,13 @@ def _parse(arrays: npz.Arrays) -> Recording:
         raise RecordingError("holds a state that is not all finite numbers")
     touch = _array(arrays, "touch", np.float64, (count, 2))
     return Recording(
-        origin, frames, touch=touch, commands=_commands(arrays), state=state, **columns
+        origin,
+        frames,
+        touch=touch,
+        commands=_commands(arrays),
+        state=state,
+        truth=_truth(arrays, count),
+        **columns,
     )
 
 
@@ -169,22 +208,27 @@ def _origin(meta: NDArray[Any] | None) -> Origin:
         raise RecordingError("is no recording of OrbTouch")
     try:
         fields = json.loads(meta.item())
-        if fields.get("schema") != SCHEMA:
+        if fields.get("schema") not in READABLE:
             raise RecordingError(
-                f"has form {fields.get('schema')!r}, this program reads {SCHEMA} (update one)"
+                f"has form {fields.get('schema')!r}, this program reads "
+                f"{' and '.join(map(str, READABLE))} (update one)"
             )
         origin = Origin(**{**fields, "labels": tuple(fields["labels"])})
     except RecordingError:
         raise
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise RecordingError("says nothing legible about its origin") from None
-    texts = (origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels)
+    texts = (
+        *(origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels),
+        *(origin.user, origin.session, origin.protocol, origin.preset),
+    )
     sizes = (origin.rows, origin.columns)
     scales = (origin.pitch_mm, origin.rate_hz)
     if not (
         all(isinstance(text, str) for text in texts)
         and all(type(size) is int and size > 0 for size in sizes)
         and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
+        and (origin.seed is None or (type(origin.seed) is int and origin.seed >= 0))
     ):
         raise RecordingError("says impossible things about its origin")
     return origin
@@ -223,6 +267,24 @@ def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
         )
         for i in range(len(t))
     )
+
+
+def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
+    """Return what a simulation knew; None for a recording of the world."""
+    if "true_touch" not in arrays:
+        return None
+    touch = _array(arrays, "true_touch", np.float32, (count, 2))
+    contact = _array(arrays, "true_contact", np.float32, (count, -1, 3))
+    onset = _array(arrays, "event_onset", np.float64, (-1,))
+    release = _array(arrays, "event_release", np.float64, onset.shape)
+    name = arrays.get("event_name")
+    if name is None or name.dtype.kind != "U" or name.shape != onset.shape:
+        raise RecordingError("has a table of events without their names")
+    table = zip(onset.tolist(), release.tolist(), name.tolist(), strict=True)
+    events = tuple(Event(*row) for row in table)
+    if not np.isfinite([*onset, *release]).all() or (release < onset).any():
+        raise RecordingError("has events that end before they begin")
+    return Truth(touch, contact, events)
 
 
 def _place(touch: NDArray[np.float64]) -> Touch | None:

@@ -82,6 +82,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("--demo plays Tetris; leave out --target")
     if not options.demo and (options.json or options.speed is not None):
         parser.error("--json and --speed belong to the demo; add --demo")
+    if options.link == "":
+        parser.error("--link names no port; leave it out to play with a virtual orb")
     if options.headless and not options.demo and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
     if options.speed is None:
@@ -141,7 +143,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--screenshot",
         metavar="FILE",
-        type=Path,
+        type=_picture,
         help="save the last picture of the window, as .png",
     )
     add("--verbose", action="store_true", help="tell what happens to the link")
@@ -152,6 +154,13 @@ def _seed(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and int(words) < 2**31):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to 2147483647")
     return int(words)
+
+
+def _picture(words: str) -> Path:
+    path = Path(words)
+    if path.suffix.lower() != ".png" or not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"{words} must end in .png and be in a folder that exists")
+    return path
 
 
 def _number(*, least: float = -math.inf, above: float = -math.inf) -> Callable[[str], float]:

@@ -24,6 +24,7 @@ from host.player import Player
 from host.receiver import Delivered, Lost, Received, Receiver, Refused
 from host.targets.tetris import TetrisTarget, Ticked
 from host.transport import LinkError, Transport
+from tetris.console import say
 from tetris.events import Locked
 
 TICKS_PER_S: Final = 60
@@ -254,8 +255,7 @@ def run(
     except (LinkError, DemoError) as error:
         print(f"host: {error}", file=sys.stderr)
         return 1
-    print(json.dumps(verdict) if as_json else summary(verdict))
-    return 0
+    return say("host", json.dumps(verdict) if as_json else summary(verdict))
 
 
 def summary(verdict: dict[str, Any]) -> str:

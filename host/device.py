@@ -73,7 +73,9 @@ class OwnDevice:
             self._end()
         if self.process is None:
             self._start()
-        return open_transport(self._url)
+        transport = open_transport(self._url)
+        transport.name = "the virtual orb"  # its port is nobody's concern
+        return transport
 
     def close(self) -> None:
         """End the orb, for good."""

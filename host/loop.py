@@ -64,7 +64,7 @@ def play(
             if event.type == pygame.QUIT:
                 playing = False
             elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
-                pygame.display.toggle_fullscreen()
+                surface = _toggle_fullscreen()
             else:
                 target.handle(event, now_s)
         received = orb.poll()
@@ -81,6 +81,13 @@ def play(
         playing = playing and (seconds is None or now_s < seconds)
     if screenshot is not None:
         save(surface, screenshot)
+
+
+def _toggle_fullscreen() -> pygame.Surface:
+    """Fill the screen, or go back to a window; pygame's own toggle does nothing on Wayland."""
+    if pygame.display.is_fullscreen():
+        return pygame.display.set_mode(SIZE, pygame.RESIZABLE)
+    return pygame.display.set_mode((0, 0), pygame.FULLSCREEN)
 
 
 def window(*, headless: bool = False) -> pygame.Surface:

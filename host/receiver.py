@@ -185,10 +185,12 @@ class Receiver:
         try:
             self._listen(session, transport)
         except OSError as error:
-            reason = f"{transport.name}: {error}"
+            log.info("%s: %s", transport.name, error)
+            cut = str(error) if isinstance(error, LinkError) else f"{transport.name} was cut off"
             greeting = session.state == "greeting"
             session.state = "over"
-            self._tell([Refused(reason) if greeting else Lost(reason)])
+            early = f"{cut} before an OrbTouch answered; name the orb's own port with --link"
+            self._tell([Refused(early) if greeting else Lost(cut)])
         finally:
             with self._lock:
                 self._session = self._transport = None

@@ -108,6 +108,7 @@ class HostSession:
         self._deadman_ms = DEADMAN_MS
         self._owed = 0  # Grants that are not answered yet
         self._foreign = 0  # version of a peer that we do not understand
+        self._mute = True  # the peer has said nothing at all
         hello = Hello(VERSION, VERSION, token, "host", granted)
         self.output = bytearray(b"\0")  # ends what an earlier host may have left half
         self.output += encode(hello, session=0, sequence=sequence, t_ms=0)
@@ -120,6 +121,7 @@ class HostSession:
     def receive(self, data: bytes, now_ms: int) -> list[Received]:
         """Return what these bytes tell."""
         news = self.tick(now_ms)  # what comes too late cannot undo that it was late
+        self._mute = self._mute and not data
         if self.over:
             return news
         stalled = self.state == "stale"
@@ -229,7 +231,7 @@ class HostSession:
                 f"{self._name} speaks protocol version {self._foreign}, this host version "
                 f"{VERSION}; update the {side}"
             )
-        if self._decoder.noise_bytes or self.ignored:
+        if not self._mute:
             return (
                 f"{self._name} says something, but not what an OrbTouch says; "
                 "name the orb's own port with --link"

@@ -14,6 +14,7 @@ import select
 import socket
 import threading
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 import serial
 from serial.urlhandler import protocol_socket
@@ -144,13 +145,21 @@ def _numbers(error: BaseException | None) -> list[int]:
     return numbers
 
 
+def _address(url: str) -> tuple[str, int]:
+    """Return host and port of a socket's URL, or raise ValueError: pyserial only stumbles."""
+    with contextlib.suppress(ValueError):
+        parts = urlsplit(url)
+        if parts.hostname and parts.port:
+            return parts.hostname, parts.port
+    raise ValueError("expected is socket://ADDRESS:PORT")
+
+
 class _Socket(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not typed
     """pyserial's socket:// without delays: no Nagle, no sleep at close, and it always closes."""
 
     def open(self) -> None:
         self.logger = None
-        address = self.from_url(self.portstr)
-        self._socket = socket.create_connection(address, timeout=OPEN_S)
+        self._socket = socket.create_connection(_address(self.portstr), timeout=OPEN_S)
         if self._socket.getsockname() == self._socket.getpeername():
             # A connection to a free port of this machine can, by chance, end in itself.
             self._socket.close()

@@ -1,12 +1,19 @@
 """Examples from sessions, through the very preprocessing that runs on the device."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import recording
 from controller.preprocess import Preprocessor, PreprocessSettings
+from controller.recording import Recording
+from controller.simulator.session import TEST_SEEDS
+
+Labels = Literal["true", "button"]  # what truly happened, or what the label button said
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,72 @@ class Source:
     frames: NDArray[np.float32]
     label: NDArray[np.integer]
     touch: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, recorded: Recording, labels: Labels = "true") -> "Source":
+        """Return a recording as training needs it.
+
+        Args:
+            recorded: From a simulation or from the world; only the first knows true touches.
+            labels: Which labels to learn from.
+
+        Raises:
+            ValueError: It has no such labels.
+        """
+        label = recorded.label if labels == "true" else recorded.button
+        if (label == recording.UNKNOWN).any():
+            other = "button" if labels == "true" else "true"
+            raise ValueError(
+                f"a recording of {recorded.origin.device_id} lacks {labels} labels for some "
+                f"frames; learn from {other} labels, or leave it out"
+            )
+        nowhere = np.full((len(label), 2), np.nan, dtype=np.float32)
+        return cls(recorded.frames, label, recorded.truth.touch if recorded.truth else nowhere)
+
+
+def refuse_test_seed(seed: int | None, what: str) -> None:
+    """Keep the seeds that are for tests out of training and tuning.
+
+    Raises:
+        ValueError: This is one of them.
+    """
+    if seed in TEST_SEEDS:
+        raise ValueError(
+            f"{what} has seed {seed}, and seeds {TEST_SEEDS.start} to {TEST_SEEDS.stop - 1} are "
+            "for tests only; choose another"
+        )
+
+
+def read_training(paths: Iterable[Path]) -> list[Recording]:
+    """Return recordings to train or tune on: files, and all in folders, in order of their names.
+
+    Raises:
+        RecordingError: One cannot be read.
+        ValueError: There are none, one is for tests only, or they are not of one kind.
+    """
+    files = [
+        file
+        for path in paths
+        for file in (sorted(path.rglob("[!.]*.npz")) if path.is_dir() else [path])
+    ]
+    if not files:
+        raise ValueError("there are no recordings there; make some with: models simulate --out DIR")
+    loaded: list[Recording] = []
+    for file in files:
+        loaded.append(recording.load(file))
+        refuse_test_seed(loaded[-1].origin.seed, f"the recording {file}")
+        first, this = _kind(loaded[0]), _kind(loaded[-1])
+        if first != this:
+            raise ValueError(f"{files[0]} has {first}, {file} has {this}; train on one kind")
+    return loaded
+
+
+def _kind(recorded: Recording) -> str:
+    origin = recorded.origin
+    return (
+        f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz "
+        f"and the labels {', '.join(origin.labels)}"
+    )
 
 
 def prepare(sources: Sequence[Source], settings: PreprocessSettings) -> Examples:

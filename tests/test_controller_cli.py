@@ -223,6 +223,19 @@ def test_wrong_usage_exits_with_2(words: list[str], capsys: pytest.CaptureFixtur
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_ctrl_c_while_it_is_still_loading_ends_it_without_a_word(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def read_slowly(path: Path) -> bundle.Bundle:
+        signal.raise_signal(signal.SIGINT)
+        return read(path)
+
+    read = bundle.read
+    monkeypatch.setattr(bundle, "read", read_slowly)
+    assert main(["--sensor", "virtual"]) == 0
+    assert capsys.readouterr().out == ""
+
+
 # --- as a process of its own ----------------------------------------------------------------------
 
 
@@ -232,8 +245,9 @@ class Process:
     def __init__(self, *argv: str | Path, token: str = "") -> None:
         environment = {**os.environ, TOKEN: token}
         command = [sys.executable, "-m", "controller", *map(str, argv)]
+        pipe = subprocess.PIPE
         self.child = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+            command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, env=environment
         )
 
     def line(self) -> dict[str, object]:
@@ -247,6 +261,16 @@ class Process:
     def stop(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
         """Ask it to end; return its exit status and what else it had to say."""
         self.child.send_signal(number)
+        return self.end()
+
+    def abandon(self) -> tuple[int, str, str]:
+        """Let go of its standard input, as the system does for a host that is killed."""
+        assert self.child.stdin is not None
+        self.child.stdin.close()
+        self.child.stdin = None
+        return self.end()
+
+    def end(self) -> tuple[int, str, str]:
         out, err = self.child.communicate(timeout=30)
         return self.child.returncode, out, err
 
@@ -345,6 +369,26 @@ def test_an_orb_with_a_token_refuses_strangers(start: Start, connect: Connect) -
     (answer,) = host.hear(Refuse)
     assert isinstance(answer, Refuse)
     assert process.stop(signal.SIGINT)[0] == 0
+
+
+def test_an_orb_of_a_host_s_own_ends_when_the_host_does(start: Start) -> None:
+    process = start("--link", "listen://127.0.0.1:0", token="secret")
+    assert "listening" in process.line()
+    status, _, messages = process.abandon()
+    assert status == 0
+    assert "has been gone" not in messages  # it waited for nobody
+
+
+@pytest.mark.parametrize("arguments", [["--link", "listen://127.0.0.1:0"], []])
+def test_a_reader_that_went_away_is_no_reason_for_a_traceback(arguments: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "controller", "--sensor", "virtual", *arguments]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(writing)
+    assert done.returncode == bool(arguments)  # commands may end; where it listens must be known
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
 
 
 def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_recording(

@@ -33,6 +33,9 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--seed", "-3"], "whole number"),
         (["--headless"], "add --demo or --seconds"),
         (["--demo", "--link", "COM7"], "leave out --link"),
+        (["--link", ""], "leave it out to play with a virtual orb"),
+        (["--screenshot", "play.txt"], "must end in .png"),
+        (["--screenshot", "no/such/folder/play.png"], "a folder that exists"),
     ],
 )
 def test_wrong_usage_is_answered_with_what_would_be_right(

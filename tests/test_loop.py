@@ -13,6 +13,7 @@ from controller.loop import Device, Loop, steady, telemetry
 from controller.pipeline import Pipeline
 from controller.preprocess import Frame, Image, Window
 from controller.protocol import (
+    Bye,
     Command,
     Contact,
     Contacts,
@@ -212,6 +213,14 @@ def test_a_host_that_comes_back_is_not_told_that_the_old_command_is_held() -> No
     bench = Bench((3.0, FINGER), (5.0, HELLO)).run(8.0)
     assert len(bench.sensors) == 1  # the same session of sensing goes on
     assert bench.messages(Command, State)[1:] == [State(("left",))]
+
+
+@pytest.mark.parametrize("change", [Bye("the host was silent for 2 s"), HELLO])
+def test_fingers_of_a_host_leave_the_orb_with_it(change: Message) -> None:
+    bench = Bench((3.0, FINGER), (4.0, change)).run(6.0)
+    (_, finger), (lifted_s, none) = bench.sensors[0].touches
+    assert (finger, none) == (FINGER.contacts, ())
+    assert lifted_s == pytest.approx(4.0)
 
 
 def test_a_performance_is_done_and_its_truth_reported() -> None:

@@ -90,7 +90,7 @@ def test_a_file_that_cannot_be_read_is_told_so(tmp_path: Path) -> None:
         mapping.read(tmp_path, LABELS)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(MappingError):
+    with pytest.raises(MappingError, match=r"binary\.toml is no text in UTF-8"):
         mapping.read(binary, LABELS)
 
 

@@ -1,5 +1,6 @@
 """Training: what augmentation may do, what export must prove, and a bundle made from nothing."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,30 @@ def test_an_augmented_touch_stays_where_its_image_shows_it() -> None:
             varied, moved = CALM.images(images, touches, torch.Generator().manual_seed(seed))
             at = int(varied[0].argmin())
             assert moved[0].tolist() == [at % 5, 4 - at // 5]
+
+
+def test_a_half_turn_fits_a_grid_that_is_not_square() -> None:
+    halves = replace(CALM, rotations="half")
+    images = torch.ones(1, 3, 5)
+    images[0, 2, 1] = 0.5
+    seen = set()
+    for seed in range(24):
+        varied, moved = halves.images(
+            images, torch.tensor([[1.0, 0.0]]), torch.Generator().manual_seed(seed)
+        )
+        at = int(varied[0].argmin())
+        assert moved[0].tolist() == [at % 5, 2 - at // 5]
+        seen.add(at)
+    assert len(seen) == 4
+
+
+def test_examples_are_varied_only_as_far_as_every_gesture_declares() -> None:
+    assert Augmentation.declared(LABELS, 5, 5) == Augmentation()
+    assert Augmentation.declared(LABELS, 4, 5).rotations == "half"
+    one_way = Augmentation.declared(("null", "press", "twist_cw"), 5, 5)
+    assert one_way.mirrors is None  # its mirror image is no gesture here
+    unknown = Augmentation.declared(("null", "press", "wave"), 5, 5)
+    assert (unknown.rotations, unknown.mirrors) == ("none", None)
 
 
 def test_windows_never_span_two_sessions() -> None:

@@ -168,7 +168,7 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
     killed = device.process
     killed.send_signal(signal.SIGKILL)
     killed_s = time.monotonic()
-    ear.next(Lost)
+    assert ear.next(Lost) == Lost("the virtual orb was cut off")
     assert ear.at_s - killed_s < 2.0
     assert ear.receiver.state == "lost"
     assert not ear.receiver.send(Contacts(()))
@@ -341,6 +341,13 @@ def test_an_orb_that_belongs_to_another_program_refuses() -> None:
     link.close()
 
 
+def test_a_port_that_closes_before_an_orb_answers_is_explained() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        threading.Thread(target=lambda: server.accept()[0].close(), daemon=True).start()
+        assert failure(url).startswith(f"{url} was cut off before an OrbTouch answered; name")
+
+
 def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(
     ears: Callable[[Receiver], Ear],
 ) -> None:
@@ -374,8 +381,9 @@ def test_a_port_that_another_program_has_is_explained() -> None:
         ("/dev/ttyNONE", "there is no port /dev/ttyNONE; plug in or pair the orb"),
         ("/dev/null", "/dev/null is not a serial port; name the one that the orb is behind"),
         ("/", "/ is not a serial port; name the one that the orb is behind"),
-        ("socket://127.0.0.1", "cannot open socket://127.0.0.1: "),
-        ("socket://127.0.0.1:99999", "cannot open socket://127.0.0.1:99999: "),
+        ("socket://127.0.0.1", "cannot open socket://127.0.0.1: expected is socket://ADDRESS:"),
+        ("socket://x:y", "cannot open socket://x:y: expected is socket://ADDRESS:PORT; name"),
+        ("socket://127.0.0.1:99999", "cannot open socket://127.0.0.1:99999: expected is socket:"),
         ("foo://x", "cannot open foo://x: invalid URL, protocol 'foo' not known; name another"),
     ],
 )

@@ -6,13 +6,15 @@ import os
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from controller import bundle, npz, recording
+from controller import bundle, npz, recorder, recording
+from controller.events import Event
 from controller.pipeline import CommandRecord
 from controller.recorder import Recorder
 from controller.recording import Origin, RecordingError
@@ -28,6 +30,7 @@ ORIGIN = Origin(
     engine="onnxruntime 1.20",
     software="0.1.0",
 )
+NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
 
 
@@ -187,7 +190,7 @@ BROKEN[3, 2, 2] = np.nan
         ({"t": TIMES[::-1].copy()}, "does not rise"),
         ({"t": TIMES * np.nan}, "does not rise"),
         ({"t": TIMES * 0}, "does not rise"),
-        ({"label": np.full(30, 3, dtype=np.int16)}, "labels that it does not name"),
+        ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
         ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
         ({"command_name": np.zeros(1)}, "without their names"),
         ({"command_touch": np.zeros((2, 2))}, r"not float64 \(1, 2\)"),
@@ -195,7 +198,7 @@ BROKEN[3, 2, 2] = np.nan
         ({"meta": None}, "no recording of OrbTouch"),
         ({"meta": np.array("{")}, "nothing legible"),
         ({"meta": np.array("[1]")}, "nothing legible"),
-        ({"meta": meta(schema=2)}, "has form 2"),
+        ({"meta": meta(schema=3)}, "has form 3, this program reads 1 and 2"),
         ({"meta": meta(rows=-1)}, "impossible things"),
         ({"meta": meta(rows="5")}, "impossible things"),
         ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
@@ -208,6 +211,60 @@ def test_a_recording_with_something_wrong_in_it_is_refused_with_what(
     path = changed(record(tmp_path / "one.npz"), **arrays)
     with pytest.raises(RecordingError, match=complaint):
         recording.load(path)
+
+
+TRUTH = recording.Truth(
+    touch=np.full((30, 2), 2.0, dtype=np.float32),
+    contact=np.full((30, 3, 3), np.nan, dtype=np.float32),
+    events=(Event(0.3, 0.9, "press"), Event(1.2, 1.6, "brush")),
+)
+
+
+def simulated(path: Path) -> Path:
+    """A simulated recording, which knows the truth."""
+    origin = replace(ORIGIN, user="03", session="01", seed=7, preset="nominal", protocol="free")
+    whole = recording.load(record(path))
+    path.write_bytes(recorder.pack(replace(whole, origin=origin, truth=TRUTH)))
+    return path
+
+
+def test_a_simulated_recording_keeps_the_truth_and_who_played(tmp_path: Path) -> None:
+    loaded = recording.load(simulated(tmp_path / "one.npz"))
+    assert (loaded.origin.user, loaded.origin.seed) == ("03", 7)
+    assert loaded.truth is not None
+    assert loaded.truth.events == TRUTH.events
+    np.testing.assert_array_equal(loaded.truth.contact, TRUTH.contact)
+    assert recording.load(record(tmp_path / "two.npz")).truth is None
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"true_touch": TRUTH.touch[1:]}, r"not float32 \(30, 2\)"),
+        ({"true_contact": TRUTH.contact[:, :, :2]}, r"not float32 \(30, n, 3\)"),
+        ({"true_contact": None}, "has no 'true_contact'"),
+        ({"event_release": np.zeros(3)}, r"not float64 \(2\)"),
+        ({"event_release": np.array([0.1, 1.6])}, "end before they begin"),
+        ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
+        ({"event_name": np.zeros(2)}, "events without their names"),
+        ({"button": np.full(30, 7, dtype=np.int16)}, "a button that it does not name"),
+        ({"meta": meta(seed=-1)}, "impossible things"),
+        ({"meta": meta(user=3)}, "impossible things"),
+    ],
+)
+def test_a_truth_that_cannot_be_is_refused(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(simulated(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        recording.load(path)
+
+
+def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
+    old = {k: v for k, v in vars(ORIGIN).items() if k not in NEW_IN_FORM_2}
+    path = changed(record(tmp_path / "one.npz"), meta=np.array(json.dumps({**old, "schema": 1})))
+    loaded = recording.load(path)
+    assert (loaded.origin.user, loaded.origin.seed, loaded.truth) == ("", None, None)
 
 
 def test_any_damage_is_a_recording_error_or_harmless(tmp_path: Path) -> None:

@@ -338,10 +338,11 @@ def test_a_device_that_works_on_a_long_grant_is_alive_as_long_as_it_sends() -> N
     ("answer", "sentence"),
     [
         (b"", "opened orb, but no OrbTouch answered within 2 s; switch the orb on"),
+        (b"login: \r\n", "orb says something, but not what an OrbTouch says; name"),
         (b"login: \r\n\0", "orb says something, but not what an OrbTouch says; name"),
         (encode(Bye(""), session=1, sequence=1, t_ms=0), "orb says something, but not"),
     ],
-    ids=["silence", "nonsense", "somebody else's conversation"],
+    ids=["silence", "text", "nonsense", "somebody else's conversation"],
 )
 def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sentence: str) -> None:
     host = HostSession("orb", 1, 0)

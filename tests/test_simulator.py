@@ -35,7 +35,8 @@ def change(
     z = np.array([points_mm], dtype=np.complex128) / membrane.RADIUS_MM
     drag = np.array([drag_mm or [0j] * len(points_mm)], dtype=np.complex128)
     fingers = Fingers(z, np.full(z.shape, depth_mm), np.full(z.shape, 7.0), drag)
-    log_c, _ = SKIN.log_capacitance(fingers, np.zeros(1))
+    [grip] = SKIN.grips(fingers)
+    log_c = SKIN.log_capacitance(grip, np.zeros(1))
     return np.asarray(np.exp(log_c[0]).reshape(5, 5) - 1.0)
 
 
@@ -110,7 +111,7 @@ def test_the_mirror_image_of_a_twist_is_the_opposite_twist(
     mirrored = [complex(-p.conjugate()) for p in grip]
     mirrored_drag = [complex(-d.conjugate()) for d in drag]
     np.testing.assert_allclose(
-        change(mirrored, 6.0, mirrored_drag), change(grip, 6.0, drag)[:, ::-1], atol=1e-10
+        change(mirrored, 6.0, mirrored_drag), change(grip, 6.0, drag)[:, ::-1], atol=1e-5
     )
 
 
@@ -209,7 +210,7 @@ def test_the_hand_comes_and_goes(label: str, pointer: bool) -> None:
 
 def test_an_unknown_gesture_is_refused_with_the_known_ones() -> None:
     rng = np.random.default_rng(0)
-    with pytest.raises(ValueError, match=r"'wave'.*press, pinch"):
+    with pytest.raises(ValueError, match=r"'wave'.*pinch, press"):
         perform("wave", (2.0, 2.0), draw_style(rng), rng)
 
 

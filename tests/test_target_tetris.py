@@ -178,7 +178,7 @@ def test_real_orb_takes_no_contacts_from_the_mouse() -> None:
     assert target.outgoing(0.0) == []
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (500, 900), (2560, 1080)])
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (500, 900), (2560, 1080), (1, 1)])
 def test_window_of_any_size_can_be_drawn_in_every_phase(size: tuple[int, int]) -> None:
     pygame.display.init()
     surface = pygame.display.set_mode(size)
@@ -218,6 +218,16 @@ def test_loop_plays_until_its_time_is_up() -> None:
     receiver = FakeReceiver([Connected(WELCOME)], [FELT], [said("drop")])
     loop.play(target, receiver, surface, seconds=5, clock=lambda: float(next(clock)))
     assert target.game.pieces_placed >= 1
+
+
+def test_f11_fills_the_screen_and_comes_back() -> None:
+    surface = loop.window(headless=True)
+    target = TetrisTarget(seed=1)
+    f11 = pygame.event.Event(pygame.KEYDOWN, key=pygame.K_F11)
+    for expected in (pygame.display.get_desktop_sizes()[0], loop.SIZE):
+        pygame.event.post(f11)
+        loop.play(target, FakeReceiver(), surface, seconds=1e-9)
+        assert pygame.display.get_window_size() == expected
 
 
 def test_loop_ends_with_the_reason_when_the_first_connection_fails() -> None:

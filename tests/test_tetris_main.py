@@ -1,10 +1,14 @@
 """The command line."""
 
 import json
+import os
+import subprocess
+import sys
 
 import pygame
 import pytest
 
+import tetris.__main__
 from tetris.__main__ import main
 
 
@@ -30,6 +34,7 @@ def test_without_json_the_result_is_a_line_to_read(capsys: pytest.CaptureFixture
     [
         (["--headless"], "add --bot"),
         (["--level", "0"], "from 1 to 20"),
+        (["--seed", "x"], "x must be a whole number from 0 to 4294967295"),
         (["--headless", "--bot", "--pieces", "many"], "whole number"),
     ],
 )
@@ -40,6 +45,27 @@ def test_wrong_usage_is_answered_in_a_sentence(
         main(argv)
     assert stop.value.code == 2
     assert says in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_a_game_without_a_word(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tetris.__main__, "_play_unseen", interrupt)
+    assert main(["--headless", "--bot"]) == 130
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_result_that_nobody_reads_is_one_sentence() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "tetris", "--headless", "--bot", "--pieces", "3"]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(writing)
+    assert done.returncode == 1
+    assert done.stderr == "tetris: cannot print the result: Broken pipe\n"
 
 
 def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,24 +8,33 @@ from collections.abc import Callable
 from typing import Final
 
 from tetris import bot
+from tetris.console import say
 from tetris.engine import Config, Game, Phase
 
 _LAST_LEVEL: Final = 20
 _MOST_PIECES: Final = 1_000_000
+_LAST_SEED: Final = 2**32 - 1
 _BOT_ACTION_S: Final = 0.08  # quick, and still to be followed by eye
+_INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Play, and return the exit status: 0, or 2 for wrong usage."""
+    """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage, 130 Ctrl+C."""
     parser = _parser()
     options = parser.parse_args(argv)
+    if options.headless and not options.bot:
+        parser.error("--headless leaves nobody to press keys; add --bot")
+    try:
+        return _play(options)
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+
+
+def _play(options: argparse.Namespace) -> int:
     seed = secrets.randbits(32) if options.seed is None else options.seed
     config = Config(start_level=options.level)
     if options.headless:
-        if not options.bot:
-            parser.error("--headless leaves nobody to press keys; add --bot")
-        _report(_play_unseen(seed, config, options.pieces), seed, options.json)
-        return 0
+        return _report(_play_unseen(seed, config, options.pieces), seed, options.json)
     # Imported here, because a headless game needs neither pygame nor the time it takes.
     from tetris.window.app import play
     from tetris.window.display import DisplayError
@@ -35,8 +44,7 @@ def main(argv: list[str] | None = None) -> int:
     except DisplayError as error:
         print(f"tetris: {error}; without one, play with --headless --bot", file=sys.stderr)
         return 2
-    _report(game, seed, options.json)
-    return 0
+    return _report(game, seed, options.json)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -47,7 +55,10 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Try it: tetris --bot",
     )
     parser.add_argument(
-        "--seed", type=int, metavar="N", help="which game; the same again (default: a new one)"
+        "--seed",
+        type=_whole(_LAST_SEED, least=0),
+        metavar="N",
+        help="which game; the same again (default: a new one)",
     )
     parser.add_argument(
         "--level",
@@ -71,12 +82,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _whole(most: int) -> Callable[[str], int]:
-    """Return a reader of whole numbers from 1 to `most`."""
+def _whole(most: int, *, least: int = 1) -> Callable[[str], int]:
+    """Return a reader of whole numbers from `least` to `most`."""
 
     def read(words: str) -> int:
-        if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= most):
-            raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {most}")
+        if not (words.isascii() and words.isdecimal() and least <= int(words) <= most):
+            wanted = f"a whole number from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"{words} must be {wanted}")
         return int(words)
 
     return read
@@ -89,7 +101,7 @@ def _play_unseen(seed: int, config: Config, pieces: int) -> Game:
     return game
 
 
-def _report(game: Game, seed: int, as_json: bool) -> None:
+def _report(game: Game, seed: int, as_json: bool) -> int:
     result = {
         "seed": seed,
         "score": game.score,
@@ -99,11 +111,11 @@ def _report(game: Game, seed: int, as_json: bool) -> None:
         "over": game.phase is Phase.OVER,
     }
     if as_json:
-        print(json.dumps(result))
-        return
-    print(
+        return say("tetris", json.dumps(result))
+    return say(
+        "tetris",
         f"{game.score:,} points, {game.lines:,} lines, level {game.level}, "
-        f"{game.pieces_placed:,} pieces (seed {seed})"
+        f"{game.pieces_placed:,} pieces (seed {seed})",
     )
 
 

@@ -6,7 +6,7 @@ import importlib
 import importlib.util
 from typing import Protocol
 
-from controller.protocol import Message, Welcome
+from controller.protocol import Message, ProtocolError, Welcome
 
 
 class LinkError(OSError):
@@ -64,5 +64,8 @@ def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
     module = "controller.links.port"
     if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
         module = f"controller.links.{scheme}"
-    link: Link = importlib.import_module(module).create(url, welcome, token)
+    try:
+        link: Link = importlib.import_module(module).create(url, welcome, token)
+    except ProtocolError as error:  # this Welcome, before anybody has asked for it
+        raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link

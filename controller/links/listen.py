@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from controller.links import LinkError
 from controller.links.stream import StreamLink
-from controller.protocol import Welcome
+from controller.protocol import ProtocolError, Welcome
 
 SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
 PEERS = 8  # connections at a time; one of them is the host, the others are told so
@@ -22,8 +22,14 @@ def create(url: str, welcome: Welcome, token: str) -> ListenLink:
 
     Raises:
         LinkError: The address is not of this machine's own, or the port is taken.
+        ProtocolError: The wire cannot carry this Welcome.
     """
-    return ListenLink(_bind(url), welcome, token)
+    listener = _bind(url)
+    try:
+        return ListenLink(listener, welcome, token)
+    except ProtocolError:
+        listener.close()
+        raise
 
 
 class ListenLink(StreamLink):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import logging
 import os
 import socket
 from typing import Any
+from urllib.parse import urlsplit
 
 import serial
 
@@ -43,7 +45,9 @@ class PortLink(StreamLink):
             self._attach(_PortStream(url))
         except Exception as error:  # pyserial lets many kinds through, termios.error among them
             self._shut()
-            raise LinkError(f"cannot open {url}: {error}; name another port with --link") from error
+            raise LinkError(
+                f"cannot open {url}: {_why(error)}; name another with --link"
+            ) from error
         self.start()
 
     def _tick(self, now_ms: int) -> None:
@@ -55,10 +59,42 @@ class PortLink(StreamLink):
                 log.info("port %s is back", self._url)
 
 
+def _why(error: BaseException) -> str:
+    """Return what the system says is wrong; pyserial wraps its words, sometimes twice."""
+    inner: BaseException | None = error
+    while inner is not None:
+        number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)
+        if isinstance(number, int):
+            return _WORDS.get(number) or os.strerror(number).lower()
+        inner = inner.__cause__ or inner.__context__
+    return " ".join(str(error).split())
+
+
+_WORDS = {
+    errno.ENOENT: "there is no such port",
+    errno.EAGAIN: "another program uses it",  # the lock of exclusive=True
+    errno.EBUSY: "another program uses it",
+    errno.EACCES: "you may not; join the group that owns it (often dialout)",
+    errno.ENOTTY: "it is not a serial port",
+    errno.EISDIR: "it is not a serial port",
+}
+
+
+def _check_address(url: str) -> None:
+    """Raise ValueError unless a socket's URL has an address and a port: pyserial only stumbles."""
+    with contextlib.suppress(ValueError):
+        parts = urlsplit(url)
+        if parts.hostname and parts.port:
+            return
+    raise ValueError("expected is socket://ADDRESS:PORT")
+
+
 class _PortStream:
     """A pyserial port, read and written directly: pyserial's own methods may wait."""
 
     def __init__(self, url: str) -> None:
+        if url.startswith("socket:"):
+            _check_address(url)
         self._port: Any = serial.serial_for_url(
             url, baudrate=BAUD, timeout=0, write_timeout=0, exclusive=True
         )

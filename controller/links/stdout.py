@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
 import sys
 import threading
 from typing import TextIO
 
+from controller.links import LinkError
 from controller.protocol import Command, Message, Welcome
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 
 
 def create(url: str, welcome: Welcome, token: str) -> StdoutLink:
-    """Return the link to the standard output; it has use for none of the arguments."""
+    """Return the link to the standard output; it has use for none of the arguments.
+
+    Raises:
+        LinkError: The program was started without one.
+    """
+    if sys.stdout is None:
+        raise LinkError("there is no standard output to print to; name a port with --link")
     return StdoutLink(sys.stdout)
 
 
@@ -24,12 +32,14 @@ class StdoutLink:
     Attributes:
         dropped: Commands that were not printed: the reader is too slow, or has gone.
         connected: Whether somebody reads.
+        problem: Why nothing is printed any more, in one sentence; "" where the reader just went.
     """
 
     def __init__(self, stream: TextIO) -> None:
         """Begin to write to `stream`, which stays open when the link is closed."""
         self.dropped = 0
         self.connected = True
+        self.problem = ""
         self._stream = stream
         self._lines: queue.Queue[str | None] = queue.Queue()
         self._closed = threading.Event()
@@ -66,9 +76,21 @@ class StdoutLink:
                 self._stream.write(line)
                 if self._lines.empty():
                     self._stream.flush()
-            except (OSError, ValueError):  # the reader has gone, or the stream was closed
+            except BrokenPipeError:  # the reader has gone, as in `controller | head -1`
                 self.connected = False
+            except OSError as error:
+                self.problem = f"cannot print the commands: {error.strerror or error}"
+                self.connected = False
+            if not self.connected:
+                let_go(self._stream)
                 return
+
+
+def let_go(stream: TextIO) -> None:
+    """Let what nobody takes go nowhere: Python flushes once more at exit, and would complain."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def _line(command: Command, t_ms: int) -> str:

@@ -185,9 +185,9 @@ class StreamLink:
     def _attach(self, stream: Stream) -> None:
         """Begin to listen to a new peer."""
         peer = Peer(stream, DeviceSession(self._welcome, token=self._token), self._now_ms())
+        self._selector.register(stream, selectors.EVENT_READ, partial(self._serve, peer))
         with self._lock:
             self._peers.append(peer)
-        self._selector.register(stream, selectors.EVENT_READ, partial(self._serve, peer))
 
     def _detach(self, peer: Peer, reason: str) -> None:
         """Let go of a peer; tell the loop if it was the host."""

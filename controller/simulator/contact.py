@@ -1,49 +1,67 @@
 """Fingers on the inflated dome: from where they are to how each capacitor stretches.
 
-A closed-form model, vectorised over time: the membrane is a tension membrane in its material
-coordinates (the flat unit disc, complex z = x + iy), pressed inward by regularised Green's
-functions, held by a closed gas volume, and dragged in its plane by friction.
+A closed-form model: the membrane is a tension membrane in its material coordinates (the flat
+unit disc), pressed inward by regularised Green's functions, held by a closed gas volume, and
+dragged in its plane by friction.
+
+For speed, steps with equally many fingers are evaluated together, and time is the last axis.
+A step's result does not depend on its company.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.simulator.membrane import RADIUS_MM, Membrane
+from controller.simulator.fields import (
+    drag_system,
+    poisson,
+    press_system,
+    pull,
+    push,
+    room,
+    solve,
+)
+from controller.simulator.membrane import Membrane, clamp_radius_mm
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
+Steps = NDArray[np.intp]
 
-POISSON: Final = 0.5  # incompressible rubber, plane stress
-ELECTRODE_MM: Final = 5.0  # width of an electrode, so the side of a taxel: paper, figure 3
-_RIDGE_PRESS: Final = 0.05  # keeps two fingers on one spot solvable
-_RIDGE_DRAG: Final = 0.08
+# Fingers times nodes times steps evaluated at once: few enough for a core's cache, and yet so
+# many steps that NumPy's inner loops are long.
+_ELEMENTS: Final = 56_000
+_FEWEST: Final = 32
 
 
 @dataclass(frozen=True, slots=True)
 class ContactModel:
-    """Constants of the contact model.
+    """Constants of the contact model; docs/simulator.md shows what the last four rest on.
 
     Attributes:
-        bulge: Fraction of the indented gas volume that returns as a bulge elsewhere.
+        bulge: Fraction of the indented gas volume that returns as a bulge elsewhere: 0 at constant
+            pressure, .95 with the valve shut, .45 with a hundred dome volumes of reservoir.
         regulated: Fraction of the bulge that the pump's regulator takes away in time.
-        stick: Share of a local area change that stays local: .26 frictionless ... 1 stuck;
-            the rest spreads over the membrane.
-        spread: How much of the mean area change the rest of the membrane takes up.
-        thickness: Extra ln J right under a finger, from compressing the dielectric.
         permittivity_drop: Relative loss of permittivity per unit of area stretch.
         extremes: Limits of ln J; strongly converging fingers would invert an area.
+        stick: Share of a local area change that stays local; the rest spreads over the membrane.
+        spread: How much of the mean area change the rest of the membrane takes up.
+        wrap: ln J that the skin stuck to a fingertip gains by being bent around it, for an
+            indentation by the clamped radius; it grows as the indentation squared.
+        reach: How far from a finger's middle that gain extends, of the finger's radius.
     """
 
     bulge: float = 0.45
     regulated: float = 0.8
-    stick: float = 0.45
-    spread: float = 0.8
-    thickness: float = 0.015
     permittivity_drop: float = 0.08
     extremes: tuple[float, float] = (-0.6, 0.5)
+    stick: float = 0.5
+    spread: float = 0.48
+    wrap: float = 1.7
+    reach: float = 0.4
 
 
 @dataclass(slots=True)
@@ -63,171 +81,226 @@ class Fingers:
     drag_mm: Complex
 
 
+class Grip(NamedTuple):
+    """Steps with equally many fingers on the skin; lengths in clamped radii.
+
+    Attributes:
+        steps: Which steps, (steps,).
+        at: Where the fingers are on the unit disc, x and y, (2, fingers, steps).
+        depth: How deep they press, (fingers, steps).
+        size: How wide they are on the unstretched disc, (fingers, steps).
+        force: How hard they pull the skin along x and y, (2, fingers, steps).
+        system: What their loads do under each other, (fingers, fingers, steps).
+        hold: Loads that hold the depths, and what relief takes off them, (fingers, 2, steps).
+    """
+
+    steps: Steps
+    at: Array
+    depth: Array
+    size: Array
+    force: Array
+    system: Array
+    hold: Array
+
+    def part(self, of: NDArray[np.bool_] | slice) -> "Grip":
+        """Return some of the steps."""
+        return Grip(self.steps[of], *(values[..., of] for values in self[1:]))
+
+    @property
+    def room(self) -> Array:
+        """How free the skin is under each finger: 1 at the apex, 0 at the clamp."""
+        return np.asarray(room(*self.at), dtype=np.float64)
+
+    def loads(self, relief: Array | float) -> Array:
+        """Return the loads that hold the depths while the bulge is relieved."""
+        load = self.hold[:, 0] - self.hold[:, 1] * relief
+        return push(self.system, self.depth - self.room * relief, load)
+
+
 class Skin:
-    """The taxels' nodes on the inflated membrane, and what fingers do to them."""
+    """The taxels' nodes on the inflated membrane, and what fingers do to them.
+
+    Attributes:
+        radius_mm: Clamped radius.
+        taxels: Their number; in results the top row comes first.
+        stretch: Mean linear stretch of the inflated membrane.
+    """
 
     def __init__(
-        self, membrane: Membrane, rows: int, columns: int, pitch_mm: float, model: ContactModel
+        self,
+        membrane: Membrane,
+        rows: int,
+        columns: int,
+        pitch_mm: float,
+        model: ContactModel,
+        *,
+        radius_mm: float | None = None,
+        nodes: int = 3,
     ) -> None:
-        self.model = model
-        self.taxels = rows * columns
-        self.nodes = _nodes(rows, columns, pitch_mm)  # (taxels, 3, 3), unit disc
-        flat = self.nodes.ravel()
-        reference = np.minimum(np.abs(flat), 1.0)
-        angle = np.angle(flat)
-        radius = membrane.at(reference, membrane.radius)
-        slope = membrane.at(reference, membrane.slope)
-        height = membrane.at(reference, membrane.height)
-        outward = np.exp(1j * angle)
-        self._surface = np.stack([radius * outward.real, radius * outward.imag, height])
-        self._normal = np.stack(
-            [np.sin(slope) * outward.real, np.sin(slope) * outward.imag, np.cos(slope)]
-        )
-        self._free = 1.0 - np.abs(flat) ** 2  # vanishes at the clamp
-        self._area = _areas_3d(self._surface.reshape(3, self.taxels, 3, 3))
-        self._flat_area = _areas_plane(self.nodes)
-        centres = self.nodes[:, 1, 1]
-        self.inflation = membrane.at(np.abs(centres), membrane.area_ratio)[:, None]
-        self.stretch = float(np.sqrt(self.inflation.mean()))  # mean linear stretch
-
-    def log_capacitance(self, fingers: Fingers, relief: Array) -> tuple[Array, Array]:
-        """Return ln(C / C0) of every taxel, (steps, taxels), and the bulge, (steps,).
+        """Lay the taxels on the inflated membrane.
 
         Args:
-            fingers: Contacts, (steps, slots).
-            relief: Bulge that the regulator has taken away so far, in radii, (steps,).
+            membrane: The inflated state.
+            rows: Of taxels.
+            columns: Of taxels.
+            pitch_mm: Distance of two taxels.
+            model: Constants of contact.
+            radius_mm: Clamped radius; without it, as large as the grid needs.
+            nodes: Along each side of a taxel.
         """
+        self.model, self.taxels = model, rows * columns
+        self.radius_mm = radius_mm or clamp_radius_mm(rows, columns, pitch_mm)
+        # Axes of all nodes: down and across a taxel, its row, its column, time.
+        pitch = pitch_mm / self.radius_mm
+        side = np.linspace(-0.25, 0.25, nodes)[:, None]  # half a pitch wide: paper, figure 3
+        x = pitch * (np.arange(columns) - (columns - 1) / 2)
+        y = pitch * ((rows - 1) / 2 - np.arange(rows))
+        self._centre_x, self._centre_y = _single(x[:, None]), _single(y[:, None, None])
+        self._x = _single((x + pitch * side)[None, :, None, :, None])
+        self._y = _single((y - pitch * side)[:, None, :, None, None])
+        distance = np.hypot(self._x, self._y)
+        slope = membrane.at(distance, membrane.slope)
+        lean, rise = membrane.at(distance, membrane.radius), membrane.at(distance, membrane.height)
+        ray_x, ray_y = (a / np.maximum(distance, 1e-9) for a in (self._x, self._y))
+        self._surface = [_single(a) for a in (lean * ray_x, lean * ray_y, rise)]
+        lean = np.sin(slope)
+        self._normal = [_single(a) for a in (lean * ray_x, lean * ray_y, np.cos(slope))]
+        self._area = _area_on_dome(self._surface)
+        self._flat_area = _area_on_disc(*np.broadcast_arrays(self._x, self._y))
+        inflation = membrane.at(np.hypot(x, y[:, None]), membrane.area_ratio)
+        self.stretch = float(np.sqrt(inflation.mean()))
+        self._poisson = poisson(self.stretch)
+        self._inflation = _single(inflation[:, :, None])
+
+    def grips(self, fingers: Fingers) -> list[Grip]:
+        """Sort steps by how many fingers touch, and find what the fingers do to each other."""
+        touch = fingers.depth_mm > 0.0
+        count = touch.sum(axis=1)
+        present = np.flatnonzero(np.bincount(count)).tolist()
+        return [self._grip(fingers, np.flatnonzero(count == n), touch, n) for n in present]
+
+    def free_bulge(self, grip: Grip) -> Array:
+        """Return the bulge that the closed gas alone would make, (steps,)."""
+        return self._bulge(grip, grip.loads(0.0))
+
+    def log_capacitance(self, grip: Grip, relief: Array) -> Array:
+        """Return ln(C / C0) of every taxel, (steps, taxels).
+
+        Args:
+            grip: Fingers on the skin.
+            relief: Bulge that the regulator has taken away so far, in clamped radii, (steps,).
+        """
+        out = np.empty((len(relief), self.taxels))
+        load = grip.loads(relief)
+        bulge = self._bulge(grip, load) - relief
+        count = max(_FEWEST, _ELEMENTS // (self._surface[0].size * max(1, len(load))))
+        for start in range(0, len(relief), count):
+            of = slice(start, start + count)
+            part = grip.part(of)
+            field = self.displacement(part, load[:, of], bulge[of], self._x, self._y)
+            log_j = self._log_area(part, *field)
+            out[of] = self._log_ratio(log_j).reshape(self.taxels, -1).T
+        return out
+
+    def displacement(
+        self, grip: Grip, load: Array, bulge: Array, x: Single, y: Single
+    ) -> tuple[Single, Single, Single]:
+        """Return how far points of the disc move inward, and along x and y.
+
+        Args:
+            grip: Fingers on the skin.
+            load: How hard each presses, (fingers, steps).
+            bulge: How far the apex rises for lack of room, (steps,).
+            x: The points, shapes that broadcast and end in an axis for time.
+            y: The same.
+        """
+        free = room(x, y)
+        over_all = (-1, *[1] * (free.ndim - 1), len(bulge))  # fingers, then the points, then time
+        fingers = (*grip.at, grip.room, grip.size**2, 0.5 * load, *grip.force)
+        at_x, at_y, here, wide, weight, force_x, force_y = (
+            _single(values).reshape(over_all) for values in fingers
+        )
+        dx, dy = x - at_x, y - at_y
+        near = (dx * dx + wide) + dy * dy
+        rooms = free * here
+        green = np.log((near + rooms) / near)
+        inward = (weight * green).sum(axis=0) - _single(bulge) * free
+        if not grip.force.any():
+            return inward, np.zeros_like(inward), np.zeros_like(inward)
+        ahead, aslant = pull(green, near, rooms, wide, self._poisson)
+        along = aslant * (dx * force_x + dy * force_y)
+        along_x = (ahead * force_x + along * dx).sum(axis=0)
+        along_y = (ahead * force_y + along * dy).sum(axis=0)
+        return inward, along_x, along_y
+
+    def _grip(self, fingers: Fingers, steps: Steps, touch: NDArray[np.bool_], count: int) -> Grip:
+        """Gather the fingers of steps that have equally many."""
+        slots = np.nonzero(touch[steps])[1].reshape(len(steps), count).T.copy()
+        position, drag = fingers.position[steps, slots], fingers.drag_mm[steps, slots]
+        depth = fingers.depth_mm[steps, slots] / self.radius_mm
+        size = fingers.radius_mm[steps, slots] / (self.radius_mm * self.stretch)
+        at = np.stack([position.real, position.imag])
+        target = np.stack([drag.real, drag.imag]) / self.radius_mm
+        force = np.zeros_like(target)
+        dragged = target.any(axis=(0, 1))
+        if dragged.any():
+            system = drag_system(at[..., dragged], size[:, dragged], self._poisson)
+            wanted = target[..., dragged].reshape(2 * count, 1, -1)
+            force[..., dragged] = solve(system, wanted).reshape(2, count, -1)
+        system = press_system(at, size, self.model.bulge)
+        hold = solve(system, np.stack([depth, room(*at)], axis=1))
+        return Grip(steps, at, depth, size, force, system, hold)
+
+    def _bulge(self, grip: Grip, load: Array) -> Array:
+        return np.asarray(self.model.bulge * (load * grip.room).sum(axis=0))
+
+    def _log_area(self, grip: Grip, inward: Single, along_x: Single, along_y: Single) -> Single:
+        """Return ln J of the patches of each taxel, (down, across, rows, columns, steps)."""
         model = self.model
-        z = fingers.position
-        size = fingers.radius_mm / (RADIUS_MM * self.stretch)
-        load, bulge = self._loads(z, size, fingers.depth_mm / RADIUS_MM, relief)
-        flat = self.nodes.ravel()
-        inward = np.einsum("tk,tkn->tn", load, _green(z[:, :, None], size[:, :, None], flat))
-        inward -= bulge[:, None] * self._free
-        surface = self._surface[:, None, :] - inward[None] * self._normal[:, None, :]
-        area = _areas_3d(surface.reshape(3, len(z), self.taxels, 3, 3))
-        local = np.log(np.maximum(area / self._area, 1e-3))
-        mean = local.mean(axis=(1, 2))[:, None, None]
-        log_j = model.stick * local + (1.0 - model.stick) * model.spread * mean
-        moved = self.nodes.ravel() + self._drag(z, size, fingers)
-        plane = _areas_plane(moved.reshape(-1, self.taxels, 3, 3))
-        log_j += np.log(np.maximum(plane / self._flat_area, 1e-3))
-        log_j += self._pad(fingers)[:, :, None]
-        stretch = np.exp(np.clip(log_j, *model.extremes))
-        beta = model.permittivity_drop
-        ratio = stretch**2 * (1.0 - beta * (self.inflation * stretch - 1.0))
-        ratio /= 1.0 - beta * (self.inflation - 1.0)
-        return np.log(ratio.mean(axis=2)), bulge
+        surface = [p - inward * n for p, n in zip(self._surface, self._normal, strict=True)]
+        local: Single = np.log(np.maximum(_area_on_dome(surface) / self._area, 1e-6))
+        mean = local.mean(axis=(0, 1, 2, 3), dtype=np.float64)
+        local *= model.stick / 2
+        local += _single((1.0 - model.stick) / 2 * model.spread * mean)
+        plane = _area_on_disc(self._x + along_x, self._y + along_y)
+        local += np.log(np.maximum(plane / self._flat_area, 1e-3))
+        local += self._wrap(grip)
+        return local
 
-    def free_bulge(self, z: Complex, depth_mm: Array, radius_mm: Array) -> Array:
-        """Return the bulge that the closed gas alone would make, in radii, (steps,)."""
-        size = radius_mm / (RADIUS_MM * self.stretch)
-        return self._loads(z, size, depth_mm / RADIUS_MM, np.zeros(len(z)))[1]
+    def _wrap(self, grip: Grip) -> Single:
+        """Extra ln J where skin is bent around the fingers, (rows, columns, steps)."""
+        gain = self.model.wrap * grip.depth**2
+        blunt = -0.5 / (self.model.reach * self.stretch * grip.size) ** 2
+        x, y, share, rate = (_single(values)[:, None, None] for values in (*grip.at, gain, blunt))
+        across, down = (self._centre_x - x) ** 2, (self._centre_y - y) ** 2
+        return np.asarray((share * np.exp(rate * across) * np.exp(rate * down)).sum(axis=0))
 
-    def _loads(self, z: Complex, size: Array, depth: Array, relief: Array) -> tuple[Array, Array]:
-        """Solve for each finger's load so that the skin is `depth` inward under it."""
-        slots = z.shape[1]
-        room = 1.0 - np.abs(z) ** 2
-        kernel = _green(z[:, None, :], size[:, None, :], z[:, :, None])
-        matrix = kernel - self.model.bulge * room[:, :, None] * room[:, None, :]
-        matrix += _RIDGE_PRESS * np.eye(slots)
-        target = depth - room * relief[:, None]
-        active = depth > 0.0
-        for _ in range(2):  # a finger cannot pull: drop those that would, and solve again
-            both = active[:, :, None] & active[:, None, :]
-            system = np.where(both, matrix, np.eye(slots))
-            load = np.linalg.solve(system, np.where(active, target, 0.0)[:, :, None])[:, :, 0]
-            pulling = active & (load < 0.0)
-            if not pulling.any():
-                break
-            active = active & ~pulling
-        load = np.maximum(load, 0.0)
-        bulge = self.model.bulge * (load * room).sum(axis=1) - relief
-        return load, bulge
-
-    def _drag(self, z: Complex, size: Array, fingers: Fingers) -> Complex:
-        """In-plane displacement of the nodes, unit disc, complex (steps, nodes)."""
-        drag = np.where(fingers.depth_mm > 0.0, fingers.drag_mm, 0.0) / RADIUS_MM
-        if not drag.any():
-            return np.zeros((1, self.nodes.size), dtype=np.complex128)
-        steps, slots = z.shape
-        system = np.empty((steps, 2 * slots, 2 * slots))
-        taper = 1.0 - np.abs(z) ** 2
-        between = z[:, :, None] - z[:, None, :]
-        direct, cross = _kelvin(between, size[:, None, :])
-        scale = taper[:, :, None]
-        unit = between.conjugate()
-        # (r . f) r, written with real and imaginary parts of f.
-        x, y = between.real, -unit.imag
-        system[:, :slots, :slots] = scale * (direct + cross * x * x)
-        system[:, :slots, slots:] = scale * cross * x * y
-        system[:, slots:, :slots] = scale * cross * x * y
-        system[:, slots:, slots:] = scale * (direct + cross * y * y)
-        idle = fingers.depth_mm <= 0.0
-        off = np.concatenate([idle, idle], axis=1)
-        system[off[:, :, None] | off[:, None, :]] = 0.0
-        system += np.eye(2 * slots) * np.where(off, 1.0, _RIDGE_DRAG)[:, :, None]
-        target = np.concatenate([drag.real, drag.imag], axis=1)
-        force = np.linalg.solve(system, target[:, :, None])[:, :, 0]
-        pull = force[:, :slots] + 1j * force[:, slots:]
-        pull[idle] = 0.0
-        flat = self.nodes.ravel()
-        r = flat - z[:, :, None]
-        direct, cross = _kelvin(r, size[:, :, None])
-        along = (r.conjugate() * pull[:, :, None]).real
-        field: Complex = direct * pull[:, :, None] + cross * r * along
-        moved: Complex = field.sum(axis=1) * self._free
-        return moved
-
-    def _pad(self, fingers: Fingers) -> Array:
-        """Thickness compression right under the fingers, (steps, taxels)."""
-        centres = self.nodes[:, 1, 1]
-        distance = np.abs(centres - fingers.position[:, :, None]) * RADIUS_MM
-        reach = np.maximum(fingers.radius_mm, 1.0)[:, :, None]
-        firm = np.minimum(fingers.depth_mm / 5.0, 1.0)[:, :, None]
-        under = firm * np.exp(-0.5 * (distance / reach) ** 2)
-        return np.asarray(self.model.thickness * under.sum(axis=1))
+    def _log_ratio(self, log_j: Single) -> Single:
+        """Return ln(C / C0) of every taxel for ln J of its patches, (rows, columns, steps)."""
+        beta = self.model.permittivity_drop
+        stretch = np.exp(np.clip(log_j, *self.model.extremes))
+        ratio = stretch * stretch * ((1.0 + beta) - (beta * self._inflation) * stretch)
+        mean = ratio.mean(axis=(0, 1))
+        return np.asarray(np.log(mean / ((1.0 + beta) - beta * self._inflation)))
 
 
-def _nodes(rows: int, columns: int, pitch_mm: float) -> Complex:
-    """Three by three nodes of every taxel, row 0 at the top, (taxels, 3, 3), unit disc."""
-    x = (np.arange(columns) - (columns - 1) / 2) * pitch_mm
-    y = ((rows - 1) / 2 - np.arange(rows)) * pitch_mm
-    side = np.array([-0.5, 0.0, 0.5]) * min(ELECTRODE_MM, pitch_mm)
-    centre = x[None, :] + 1j * y[:, None]
-    offset = side[None, :] + 1j * side[:, None]
-    return np.asarray((centre.reshape(-1, 1, 1) + offset) / RADIUS_MM, dtype=np.complex128)
+def _single(values: Array | Single) -> Single:
+    return np.asarray(values, dtype=np.float32)
 
 
-def _green(source: Complex, size: Array, point: Complex) -> Array:
-    """Inward displacement at `point` for a unit load at `source`; zero at the clamp."""
-    image = np.abs(1.0 - source.conjugate() * point) ** 2
-    near = np.abs(point - source) ** 2
-    return np.asarray(0.5 * np.log((image + size**2) / (near + size**2)))
+def _diagonals(nodes: Single) -> tuple[Single, Single]:
+    """Differences along both diagonals of each patch between four nodes."""
+    return nodes[1:, 1:] - nodes[:-1, :-1], nodes[:-1, 1:] - nodes[1:, :-1]
 
 
-def _kelvin(r: Complex, size: Array) -> tuple[Array, Array]:
-    """Plane-stress Kelvin solution, regularised: factors of f and of r (r . f)."""
-    square = np.abs(r) ** 2 + size**2
-    direct = (3.0 - POISSON) * -0.5 * np.log(np.minimum(square, 1.0))
-    return direct, (1.0 + POISSON) / square
+def _area_on_dome(nodes: Sequence[Single]) -> Single:
+    """Squared areas of the patches, times four; three coordinates."""
+    (ax, bx), (ay, by), (az, bz) = map(_diagonals, nodes)
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return np.asarray(x * x + y * y + z * z)
 
 
-def _areas_3d(points: Array) -> Array:
-    """Areas of the four quadrilaterals of each taxel; points (3, ..., 3, 3) -> (..., 4)."""
-    a, b = points[..., :-1, :-1], points[..., 1:, 1:]
-    c, d = points[..., :-1, 1:], points[..., 1:, :-1]
-    p, q = b - a, c - d
-    x = p[1] * q[2] - p[2] * q[1]
-    y = p[2] * q[0] - p[0] * q[2]
-    z = p[0] * q[1] - p[1] * q[0]
-    area = 0.5 * np.sqrt(x * x + y * y + z * z)
-    return np.asarray(area.reshape(*area.shape[:-2], 4))
-
-
-def _areas_plane(points: Complex) -> Array:
-    """Areas of the four quadrilaterals of each taxel in the plane; (..., 3, 3) -> (..., 4)."""
-    p = points[..., 1:, 1:] - points[..., :-1, :-1]
-    q = points[..., :-1, 1:] - points[..., 1:, :-1]
-    area = 0.5 * np.abs((p.conjugate() * q).imag)
-    return np.asarray(area.reshape(*area.shape[:-2], 4))
+def _area_on_disc(x: Single, y: Single) -> Single:
+    """Areas of the patches in the plane, times two."""
+    (ax, bx), (ay, by) = _diagonals(x), _diagonals(y)
+    return np.abs(ax * by - ay * bx)

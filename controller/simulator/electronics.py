@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator.faults import Fault
+from controller.simulator.lowpass import Lowpass
 from controller.simulator.readout import ReadoutModel, read, scan_times
 
 Array = NDArray[np.float64]
@@ -87,10 +88,12 @@ class Electronics:
         self._leak_noise = np.where(leaky, model.leak_noise, 0.0)
         self._mains_phase = build.uniform(0.0, 2 * np.pi)
         # Drift of each taxel, and of all together as one more column.
-        self._drift_sd = np.append(np.full(taxels, model.taxel_drift[0]), model.common_drift[0])
+        drift_sd = np.append(np.full(taxels, model.taxel_drift[0]), model.common_drift[0])
         taus = np.append(np.full(taxels, model.taxel_drift[1]), model.common_drift[1])
-        self._keep = np.exp(-1.0 / (taus * rate_hz))
-        self._drift = self._drift_noise.normal(0.0, 1.0, taxels + 1) * self._drift_sd
+        keep = np.exp(-1.0 / (taus * rate_hz))
+        self._kick = np.sqrt(1.0 - keep**2) * drift_sd
+        start = self._drift_noise.normal(0.0, 1.0, taxels + 1) * drift_sd
+        self._drift = Lowpass(keep, start)
         self._last = np.zeros((2, taxels))  # ln C at the last mechanics steps
         self._tail = np.zeros((2, slots, 3))  # x, y (mm), depth at those steps
         self._previous = np.array(0.3)
@@ -151,8 +154,8 @@ class Electronics:
     def _at(self, track: Array, when: Array) -> Array:
         """Interpolate ln C to the slots, (frames, taxels)."""
         # Step i of this call ends at (i + 1) * step_s; two older ones stand before it.
-        place = np.clip(when / self._step_s + 1.0, 0.0, len(track) - 1.001)
-        low = place.astype(int)
+        place = np.maximum(when / self._step_s + 1.0, 0.0)
+        low = np.minimum(place.astype(int), len(track) - 2)
         share = place - low
         taxel = np.arange(track.shape[1])
         values = track[low, taxel] * (1.0 - share) + track[low + 1, taxel] * share
@@ -215,12 +218,6 @@ class Electronics:
 
     def _wander(self, frames: int) -> Array:
         """Ornstein-Uhlenbeck drift of every taxel and of all together, (frames, taxels)."""
-        kick = self._drift_noise.normal(0.0, 1.0, (frames, len(self._keep)))
-        kick *= np.sqrt(1.0 - self._keep**2) * self._drift_sd
-        out = np.empty_like(kick)
-        level = self._drift
-        for i in range(frames):
-            level = self._keep * level + kick[i]
-            out[i] = level
-        self._drift = level
-        return np.asarray(out[:, :-1] + out[:, -1:])
+        kick = self._drift_noise.normal(0.0, 1.0, (frames, len(self._kick)))
+        drift = self._drift.advance(kick * self._kick)
+        return drift[:, :-1] + drift[:, -1:]

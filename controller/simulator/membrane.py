@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-RADIUS_MM: Final = 38.0  # clamped radius; the 55 mm electrodes fit inside
+RADIUS_MM: Final = 38.0  # clamped radius of the paper's dome; its 55 mm electrodes fit inside
+_REACH_MM: Final = 22.5 * 2**0.5  # from its middle to a corner of its grid
 APEX_STRETCH: Final = 1.5  # apex height 0.8 R, the working inflation
 _STEPS: Final = 400  # along the radius; the apex height moves by < 1e-6 R from 400 to 800
 _CANDIDATES: Final = 129  # pressures tried side by side in each round of the shooting
@@ -75,6 +76,18 @@ def inflate(apex_stretch: float = APEX_STRETCH) -> Membrane:
     reference = np.linspace(0.0, 1.0, _STEPS + 1)
     hoop = np.concatenate(([apex_stretch], radius[1:] / reference[1:]))
     return Membrane(reference, radius, height - height[-1], slope, stretch, hoop, float(low))
+
+
+def clamp_radius_mm(rows: int, columns: int, pitch_mm: float) -> float:
+    """Return the radius of a dome in which a grid has as much room as the paper's, at least its.
+
+    Args:
+        rows: Of taxels, each half a pitch wide.
+        columns: The same.
+        pitch_mm: Distance of two taxels.
+    """
+    reach_mm = np.hypot(rows - 0.5, columns - 0.5) / 2 * pitch_mm
+    return float(RADIUS_MM * max(1.0, reach_mm / _REACH_MM))
 
 
 def paper_capacitance_ratio(deflection_over_radius: Array) -> Array:

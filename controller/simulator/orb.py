@@ -1,6 +1,7 @@
 """An orb: mechanics and electronics joined, finger paths in and frames out."""
 
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Final
 
 import numpy as np
@@ -47,7 +48,7 @@ class OrbSimulator:
         model: OrbModel = NOMINAL,
     ) -> None:
         self.model = model
-        self.steps_per_frame = max(1, round(MECHANICS_HZ / rate_hz))
+        self.steps_per_frame = ceil(MECHANICS_HZ / rate_hz - 1e-9)
         self.step_s = 1.0 / (rate_hz * self.steps_per_frame)
         grid, pitch_mm = (model.rows, model.columns), model.pitch_mm
         circuit, surface = seed.spawn(2)

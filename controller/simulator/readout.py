@@ -105,11 +105,12 @@ def read(
     scanned = volts.transpose(0, 2, 1).ravel()  # in the order of reading
     residue = np.exp(-model.discharge_slots)
     before = np.concatenate([previous.reshape(1), scanned[:-1]])
+    last = np.asarray(scanned[-1])
     scanned = scanned + residue * before
     full = 2.0**model.bits
     volts = scanned.reshape(scans, columns, rows).transpose(0, 2, 1)
     counts = np.clip(np.rint(volts * full + model.noise_lsb * noise), 1, full * model.ceiling - 1)
-    return picofarads(model, counts / full, columns), np.asarray(scanned[-1])
+    return picofarads(model, counts / full, columns), last
 
 
 def picofarads(model: ReadoutModel, reading: Array, columns: int) -> Array:

@@ -1,28 +1,33 @@
 """Whole simulated sessions: a hand at play for minutes, with the truth beside every frame."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.events import Event
-from controller.simulator.hand import (
-    DISTRACTORS,
-    GESTURES,
-    MECHANICS_HZ,
-    SLOTS,
-    draw_mood,
-    draw_style,
-    perform,
-)
+from controller.simulator import button
+from controller.simulator.hand import GESTURES, Style, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.repertoire import Repertoire, shipped
+from controller.simulator.take import LOCATED, Take
+
+Protocol = Literal["free", "blocks"]
 
 LABELS: Final = ("null", *GESTURES)
-TRAINING: Final = 0  # the domain of seeds that only training may use
+PROTOCOLS: Final[tuple[Protocol, ...]] = ("free", "blocks")
+
+# Families of seeds that never meet. (The virtual orb that people play with is family 1.)
+TRAINING: Final = 0  # only training may use it
 EVALUATION: Final = 3  # sessions whose seeds training never saw
-_LEAD_S: Final = 3.0  # quiet time before the first event
-_DISTRACTED: Final = 0.22  # share of contacts that are no gestures
+DATA: Final = 4  # data sets: models/simulate.py
+# Seeds of data sets that are for tests: no training and no tuning accepts them.
+TEST_SEEDS: Final = range(900_000, 1_000_000)
+
+_PLACEMENT_MM: Final = 1.5  # deviation of a session's dome from where the user thinks it is
+_CHUNK: Final = 2_000_000  # taxels times steps simulated at once; bounds memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +37,16 @@ class Session:
     Attributes:
         frames: Scans, float32 (frames, rows, columns), pF.
         time_s: End of each scan, (frames,).
-        label: Index into `LABELS` of what truly happens, (frames,).
+        label: Index into `labels` of what truly happens, (frames,).
         touch: Where the finger of a press truly is, grid units, NaN otherwise, (frames, 2).
         events: True gestures in order.
         event: Index into `events` per frame, -1 between them, (frames,).
-        distractors: (onset, release) of contacts that are no gestures.
+        distractors: Contacts that are no gestures, in order.
+        button: Index into `labels` that the label button gives, 0 while it is up, (frames,).
+        contact: Every finger, (x, y) in grid units and depth in mm, NaN where it does not
+            touch, (frames, SLOTS, 3).
+        labels: "null" and the gestures.
+        style: Who played, in this session's mood.
     """
 
     frames: NDArray[np.float32]
@@ -45,89 +55,92 @@ class Session:
     touch: NDArray[np.float32]
     events: tuple[Event, ...]
     event: NDArray[np.int32]
-    distractors: tuple[tuple[float, float], ...]
+    distractors: tuple[Event, ...]
+    button: NDArray[np.int8]
+    contact: NDArray[np.float32]
+    labels: tuple[str, ...]
+    style: Style
 
 
 def simulate(
-    seed: int,
+    seed: int | np.random.SeedSequence,
     minutes: float,
     *,
     domain: int = TRAINING,
     user: int | None = None,
+    style: Style | None = None,
     pointer: bool = False,
     rate_hz: float = 10.0,
     model: OrbModel = NOMINAL,
+    protocol: Protocol = "free",
+    gestures: Sequence[str] = GESTURES,
+    repertoire: Repertoire | None = None,
 ) -> Session:
-    """Simulate one session: an orb, a user, and a mixed stream of gestures and distractors.
+    """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
     Args:
-        seed: Which session (orb, drift, order of events).
+        seed: Which session (orb, drift, placement, order of events).
         minutes: Its length.
-        domain: Family of seeds.
-        user: Which user; by default the session's own.
+        domain: Family of seeds; unused where the seed is a sequence.
+        user: Which user of the domain; by default the session's own.
+        style: A user in place of a drawn one.
         pointer: The touches are a pointer's on a screen, not a hand's.
         rate_hz: Frames per second.
         model: The orb's constants.
+        protocol: "free": gestures and distractors in any order; "blocks": class by class.
+        gestures: Labels that are played.
+        repertoire: What the hand can do; the gestures that ship if not given.
+
+    Raises:
+        ValueError: The hand does not know a gesture.
     """
-    orb, people, order = np.random.SeedSequence([domain, seed]).spawn(3)
+    if not isinstance(seed, np.random.SeedSequence):
+        seed = np.random.SeedSequence([domain, seed])
+    orb, people, order, placement, labeller = seed.spawn(5)
     if user is not None:
         people = np.random.SeedSequence([domain, 1_000_000 + user])
     rng = np.random.default_rng(order)
-    style = draw_mood(draw_style(np.random.default_rng(people)), rng)
+    style = draw_mood(style or draw_style(np.random.default_rng(people)), rng)
     style = replace(style, pointer=pointer)
-    frames = round(minutes * 60 * rate_hz)
+    x, y = np.random.default_rng(placement).normal(0.0, _PLACEMENT_MM, 2)
+    away_mm = (0.0, 0.0) if pointer else (float(x), float(y))
     simulator = OrbSimulator(orb, rate_hz, model=model)
-    per_frame = simulator.steps_per_frame
-    steps = frames * per_frame
-    point = np.zeros((steps, SLOTS), dtype=np.complex128)
-    depth, radius = np.zeros((steps, SLOTS)), np.full((steps, SLOTS), 7.0)
+    frames, per_frame = round(minutes * 60 * rate_hz), simulator.steps_per_frame
+    grid = (model.rows, model.columns, model.pitch_mm)
+    hand = Take(
+        frames * per_frame, rate_hz * per_frame, grid, style, away_mm, repertoire or shipped(), rng
+    )
+    (hand.stream if protocol == "free" else hand.blocks)(gestures)
+    labels = ("null", *gestures)
     time_s = np.asarray((np.arange(frames) + 1.0) / rate_hz, dtype=np.float64)
-    label, event = np.zeros(frames, dtype=np.int8), np.full(frames, -1, dtype=np.int32)
-    touch = np.full((frames, 2), np.nan, dtype=np.float32)
-    events: list[Event] = []
-    distractors: list[tuple[float, float]] = []
-    now = _LEAD_S
-    while True:
-        kind = str(rng.choice(GESTURES if rng.random() > _DISTRACTED else DISTRACTORS))
-        done = perform(kind, _place(kind, rng), style, rng)
-        first = round(now * MECHANICS_HZ)
-        last = first + len(done.point)
-        if last + MECHANICS_HZ > steps:
-            break
-        point[first:last], depth[first:last] = done.point, done.depth_mm
-        radius[first:last] = done.radius_mm
-        start = first / MECHANICS_HZ
-        onset, release = start + done.onset_s, start + done.release_s
-        during = slice(*np.searchsorted(time_s, (onset, release)))
-        if kind in GESTURES:
-            label[during], event[during] = LABELS.index(kind), len(events)
-            events.append(Event(onset, release, kind))
-            if kind == "press":
-                at = np.clip(np.rint(time_s[during] * MECHANICS_HZ).astype(int) - 1, 0, steps - 1)
-                touch[during, 0] = point[at, 0].real / model.pitch_mm + (model.columns - 1) / 2
-                touch[during, 1] = point[at, 0].imag / model.pitch_mm + (model.rows - 1) / 2
-        else:
-            distractors.append((onset, release))
-        now = start + len(done.point) / MECHANICS_HZ + _pause(rng)
+    label, event = hand.truth(time_s, labels)
+    contact = hand.contact(per_frame)
+    pressed = label == labels.index(LOCATED) if LOCATED in labels else np.zeros(frames, dtype=bool)
     return Session(
-        simulator.advance(point, depth, radius),
-        time_s,
-        label,
-        touch,
-        tuple(events),
-        event,
-        tuple(distractors),
+        frames=_scan(simulator, hand),
+        time_s=time_s,
+        label=label,
+        touch=np.where(pressed[:, None], contact[:, 0, :2], np.float32(np.nan)),
+        events=tuple(hand.events),
+        event=event,
+        distractors=tuple(hand.distractors),
+        button=button.hold(hand.events, labels, time_s, np.random.default_rng(labeller)),
+        contact=contact,
+        labels=labels,
+        style=style,
     )
 
 
-def _place(kind: str, rng: np.random.Generator) -> tuple[float, float]:
-    """Where an event is meant to be, grid units: presses anywhere, the others near the middle."""
-    if kind in ("press", "brush", "rest"):
-        return float(rng.uniform(0.0, 4.0)), float(rng.uniform(0.0, 4.0))
-    x, y = 2.0 + rng.normal(0.0, 0.25, 2)
-    return float(x), float(y)
-
-
-def _pause(rng: np.random.Generator) -> float:
-    """Time until the next event: mostly brisk play, now and then a long look, seconds."""
-    return float(rng.uniform(3.0, 7.0) if rng.random() < 0.12 else rng.uniform(0.35, 1.5))
+def _scan(simulator: OrbSimulator, hand: Take) -> NDArray[np.float32]:
+    """Let the orb feel the whole session, (frames, rows, columns), pF."""
+    model = simulator.model
+    per_chunk = max(1, _CHUNK // (model.rows * model.columns * simulator.steps_per_frame))
+    size = per_chunk * simulator.steps_per_frame
+    return np.concatenate(
+        [
+            simulator.advance(
+                hand.point[i : i + size], hand.depth_mm[i : i + size], hand.radius_mm[i : i + size]
+            )
+            for i in range(0, len(hand.point), size)
+        ]
+    )

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import exp
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,6 @@ from controller.protocol import Contact, Truth
 from controller.simulator.faults import Fault
 from controller.simulator.hand import (
     DISTRACTORS,
-    MECHANICS_HZ,
     SLOTS,
     Performance,
     draw_mood,
@@ -57,6 +57,7 @@ class VirtualOrb:
         orb, user = root.spawn(2)
         self.rate_hz, self.model = rate_hz, model
         self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model)
+        self._step_hz = rate_hz * self._simulator.steps_per_frame
         self._rng = np.random.default_rng(user)
         self.style = draw_mood(draw_style(self._rng), self._rng)
         self._running: list[_Running] = []
@@ -79,7 +80,9 @@ class VirtualOrb:
         Raises:
             ValueError: The hand does not know the label.
         """
-        done = perform(label, (x, y), self.style, self._rng)
+        model = self.model
+        grid = (model.rows, model.columns, model.pitch_mm)
+        done = perform(label, (x, y), self.style, self._rng, grid=grid, step_hz=self._step_hz)
         self._running.append(_Running(number, t_s, done))
         onset, release = t_s + done.onset_s, t_s + done.release_s
         self._history.append((onset, release, label))
@@ -120,7 +123,7 @@ class VirtualOrb:
     def _pose(self, now: float, point: Complex, depth: Array, radius: Array) -> None:
         """Put the hand's fingers where its performance is at `now`."""
         for run in self._running:
-            step = round((now - run.start_s) * MECHANICS_HZ)
+            step = round((now - run.start_s) * self._step_hz)
             if 0 <= step < len(run.performance.point):
                 point[:SLOTS] = run.performance.point[step]
                 depth[:SLOTS] = run.performance.depth_mm[step]
@@ -138,16 +141,14 @@ class VirtualOrb:
         """Let the host's fingers sink in, move and rise as fast as fingers can."""
         while self._updates and self._updates[0][0] <= now:
             self._assign(self._updates.popleft()[1])
-        for slot in range(POINTERS):
+        step, share = _SINK_MM_S * step_s, 1.0 - exp(-step_s / _FOLLOW_S)
+        for slot in {*self._wanted, *np.flatnonzero(self._pointer_depth).tolist()}:
             wanted = self._wanted.get(slot)
             goal = wanted.depth_mm if wanted else 0.0
-            step = _SINK_MM_S * step_s
-            change = float(np.clip(goal - self._pointer_depth[slot], -step, step))
-            self._pointer_depth[slot] += change
+            change = goal - float(self._pointer_depth[slot])
+            self._pointer_depth[slot] += min(max(change, -step), step)
             if wanted:
-                target = self._point(wanted)
-                share = 1.0 - np.exp(-step_s / _FOLLOW_S)
-                self._pointer[slot] += share * (target - self._pointer[slot])
+                self._pointer[slot] += share * (self._point(wanted) - self._pointer[slot])
                 self._pointer_radius[slot] = wanted.radius_mm
 
     def _assign(self, contacts: tuple[Contact, ...]) -> None:

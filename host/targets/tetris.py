@@ -40,6 +40,7 @@ HINTS: Final = {Phase.PAUSED: "P to go on", Phase.OVER: "pinch, or R, to play ag
 _TWO_FINGERS: Final = pygame.K_2
 _RIGHT_BUTTON: Final = 3
 _BUTTONS: Final = (1, _RIGHT_BUTTON)
+_LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
 _MARGIN, _LEFT, _RIGHT, _GAP, _TOUCHES = 20, 358, 222, 8, 214  # design units
 
 
@@ -233,7 +234,7 @@ class _Scene:
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.size = size
-        factor = min(size[0] / DESIGN[0], size[1] / DESIGN[1])
+        factor = max(_LEAST, min(size[0] / DESIGN[0], size[1] / DESIGN[1]))
         self.unit = unit = sprites.Scale(factor)
         page = pygame.Rect(0, 0, round(DESIGN[0] * factor), round(DESIGN[1] * factor))
         page.center = size[0] // 2, size[1] // 2

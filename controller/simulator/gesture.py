@@ -1,0 +1,175 @@
+"""Gestures are data: what the fingers of one event do, as a file tells it (docs/gestures.md).
+
+A gesture has phases, one after the other, and tracks with a key at each boundary between two
+phases: how deep, how far from the middle, at which angle. Between two keys a finger moves as
+people do, smoothly (minimum jerk).
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.simulator.quantity import Count, GestureError, Known, Name, Quantity, Value
+from controller.simulator.style import Style, parameters
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Paths = tuple[Complex, Array, Array]  # points (steps, fingers), depths alike, radii (fingers,)
+
+LONGEST_S: Final = 20.0  # one event
+Key = float | Name  # a number, or the name of one
+_FINGER: Final = Name("finger_radius")
+
+
+@dataclass(frozen=True, slots=True)
+class Gesture:
+    """One gesture, or one touch that is none (a distractor).
+
+    Attributes:
+        label: Its name.
+        rotations: Turns of the dome that leave it the same gesture: "all", "half" or "none".
+        mirror: What its mirror image is: "self", another label, or "none" (no gesture).
+        place: Where it is meant to be: "middle" or "anywhere".
+        distractor: Whether it is no gesture.
+        vary: What is drawn for each event, in this order; `fingers` is a Count.
+        phases: Duration of each phase, seconds.
+        depth: Keys of every finger's indentation, mm; begins and ends with 0.
+        reach: Keys of its distance from the hand's middle, mm.
+        angle: Keys of its angle there, degrees counterclockwise.
+        x: Keys of the hand's middle, mm to the right of the place.
+        y: The same upward.
+        yaw: Direction of the whole hand, degrees.
+        radius: Of the fingertips, mm.
+        angles: Where the fingers are, degrees; they stand at one place if there are none.
+        fan: In its place: a thumb at 180 and the others around 0, so many degrees apart.
+        line: Fingers stand in a line along the yaw, so many mm apart.
+        lead: Share of the first phase by which movements begin before it is over.
+        lag: Seconds by which a finger's movement is late.
+        late: Seconds by which a finger lands late.
+        early: Seconds by which it lifts early.
+    """
+
+    label: str
+    rotations: str
+    mirror: str
+    place: str
+    distractor: bool
+    vary: tuple[tuple[str, Quantity | Count], ...]
+    phases: tuple[Key, ...]
+    depth: tuple[Key, ...]
+    reach: tuple[Key, ...] = (0.0,)
+    angle: tuple[Key, ...] = (0.0,)
+    x: tuple[Key, ...] = (0.0,)
+    y: tuple[Key, ...] = (0.0,)
+    yaw: Key = 0.0
+    radius: Key = _FINGER
+    angles: tuple[Key, ...] = ()
+    fan: Key | None = None
+    line: Key = 0.0
+    lead: Key = 0.0
+    lag: Key = 0.0
+    late: Key = 0.0
+    early: Key = 0.0
+
+    def move(self, style: Style, rng: np.random.Generator, step_hz: float) -> Paths:
+        """Return what the fingers do in one event, relative to where it is.
+
+        Args:
+            style: Who does it.
+            rng: Where its accidents come from.
+            step_hz: Steps per second.
+
+        Returns:
+            Points, complex mm, (steps, fingers); depths, mm, alike; radii, mm, (fingers,).
+        """
+        known: Known = dict(parameters(style))
+        fingers = 1
+        for name, line in self.vary:
+            if isinstance(line, Count):
+                fingers = line.draw(known, rng)
+            else:
+                known[name] = line.draw(known, fingers, style.left_handed, rng)
+        clock = _Clock([_value(phase, known) for phase in self.phases], step_hz)
+        landing, lifting = _value(self.late, known), _value(self.early, known)
+        lag = _value(self.lag, known) - _value(self.lead, known) * clock.spans[0]
+
+        def track(keys: tuple[Key, ...]) -> Value:
+            return clock.track(keys, known, lag, lag)
+
+        depth = np.empty((clock.steps, fingers))
+        np.maximum(clock.track(self.depth, known, landing, -lifting), 0.0, out=depth)
+        points = np.empty((clock.steps, fingers), dtype=np.complex128)
+        points.real, points.imag = track(self.x), track(self.y)
+        if self.reach != (0.0,) or self.line:
+            place = np.arange(fingers) - (fingers - 1) / 2
+            reach = track(self.reach) + place * _value(self.line, known)
+            turn = _value(self.yaw, known) + self._stand(fingers, known) + track(self.angle)
+            points += reach * np.exp(1j * np.radians(turn))
+        return points, depth, np.full(fingers, _value(self.radius, known))
+
+    def _stand(self, fingers: int, known: Known) -> Value:
+        """Return the angle at which each finger stands, degrees."""
+        if self.fan is not None:
+            around = np.arange(fingers - 1) - (fingers - 2) / 2
+            return np.concatenate([[180.0], around * _value(self.fan, known)])
+        if self.angles:
+            if len(self.angles) < fingers:
+                raise GestureError(f"there are {len(self.angles)} angles for {fingers} fingers")
+            return np.array([_value(angle, known) for angle in self.angles[:fingers]])
+        return 0.0
+
+
+class _Clock:
+    """The time of one event: its steps and the boundaries of its phases."""
+
+    def __init__(self, spans: list[Value], step_hz: float) -> None:
+        self.spans = spans
+        self.starts: list[Value] = []
+        end: Value = 0.0
+        for span in spans:
+            self.starts.append(end)
+            end = end + span
+        self.total_s = float(np.max(end))
+        if not 0.0 < self.total_s <= LONGEST_S:
+            raise GestureError(
+                f"its phases last {self.total_s:.3g} s; at most {LONGEST_S:g} may be"
+            )
+        self.steps = round(self.total_s * step_hz) + 1
+        self.time_s = np.arange(self.steps)[:, None] / step_hz
+
+    def track(self, keys: tuple[Key, ...], known: Known, up: Value, down: Value) -> Value:
+        """Return a track at every step, (steps, fingers or 1), or the number that it always is.
+
+        Args:
+            keys: One: it stays so. Two: an even motion from begin to end. Else one for each
+                boundary between phases.
+            known: What the names stand for.
+            up: Seconds by which a rise is late.
+            down: Seconds by which a fall is late.
+        """
+        value = _value(keys[0], known)
+        if len(keys) == 2:
+            return value + (_value(keys[1], known) - value) * (self.time_s / self.total_s)
+        for i in range(len(keys) - 1):
+            if keys[i] == keys[i + 1]:
+                continue
+            change = _value(keys[i + 1], known) - _value(keys[i], known)
+            late = up if up is down else np.where(np.asarray(change) > 0.0, up, down)
+            begin = self.time_s - (self.starts[i] + late)
+            value = value + change * min_jerk(begin / self.spans[i])
+        return value
+
+
+def min_jerk(share: Array) -> Array:
+    """Smooth step of a movement, 0 ... 1 for shares 0 ... 1 (clipped)."""
+    u = np.minimum(np.maximum(share, 0.0), 1.0)
+    return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
+
+
+def _value(key: Any, known: Known) -> Value:
+    if isinstance(key, Name):
+        value = known[key.name]
+        return value if key.sign > 0.0 else -value
+    return float(key)

@@ -1,0 +1,1 @@
+"""The gestures that ship, one `.toml` file each: docs/gestures.md."""

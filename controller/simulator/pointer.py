@@ -1,0 +1,80 @@
+"""A pointer on a screen in place of a hand: rigid, exact fingers (host/touch.py draws the same).
+
+The shipped networks play with a mouse as well as with a hand, so a part of their training
+sessions is touched like this.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.simulator.gesture import Paths, min_jerk
+
+Array = NDArray[np.float64]
+Act = Callable[[complex, np.random.Generator, float], Paths]
+
+# The thumb is where the pointer is, three fingers are across from it. A grip with equal angles
+# would look the same turned either way round (docs/simulator.md).
+GRIP_DEG: Final = (0.0, 147.0, 180.0, 213.0)
+_EDGE_S: Final = 0.12  # a finger sinks in and rises
+_RADIUS_MM: Final = 7.0
+
+
+def _press(centre: complex, rng: np.random.Generator, step_hz: float) -> Paths:
+    total = 0.3 + rng.uniform(0.3, 1.2)
+    time = _times(total, step_hz)
+    slide = complex(*rng.normal(0.0, 1.0, 2)) * (time / total)
+    point = np.asarray((centre + slide)[:, None], dtype=np.complex128)
+    return point, rng.uniform(8.0, 10.0) * _down_and_up(time, total, 1), np.full(1, _RADIUS_MM)
+
+
+def _pinch(centre: complex, rng: np.random.Generator, step_hz: float) -> Paths:
+    close, hold = rng.uniform(0.4, 0.65), rng.uniform(0.0, 0.6)
+    total = 0.24 + close + hold
+    time = _times(total, step_hz)
+    share = _share((time - 0.08) / close, rng)
+    reach = rng.uniform(15.0, 19.0) + (rng.uniform(6.0, 8.0) - 17.0) * share
+    angle = rng.choice([0.0, np.pi / 2, rng.uniform(0.0, np.pi)])
+    points = centre + reach[:, None] * np.exp(1j * (angle + np.array([0.0, np.pi])))
+    return points, rng.uniform(6.0, 8.0) * _down_and_up(time, total, 2), np.full(2, _RADIUS_MM)
+
+
+def _twist(direction: float) -> Act:
+    """Four fingers turn about the dome's middle; direction +1 is counterclockwise."""
+
+    def act(_: complex, rng: np.random.Generator, step_hz: float) -> Paths:
+        before, turn, hold = rng.uniform(0.0, 0.15), rng.uniform(0.4, 1.1), rng.uniform(0.0, 0.3)
+        total = 0.24 + before + turn + hold
+        time = _times(total, step_hz)
+        share = _share((time - 0.08 - before) / turn, rng)
+        angle = np.radians(rng.uniform(35.0, 120.0)) * direction
+        grip = rng.uniform(0.0, 2 * np.pi) + np.radians(GRIP_DEG)
+        points = rng.uniform(16.0, 20.0) * np.exp(1j * (grip + angle * share[:, None]))
+        return points, rng.uniform(6.0, 8.0) * _down_and_up(time, total, 4), np.full(4, _RADIUS_MM)
+
+    return act
+
+
+ACTS: Final[dict[str, Act]] = {
+    "press": _press,
+    "pinch": _pinch,
+    "twist_cw": _twist(-1.0),
+    "twist_ccw": _twist(1.0),
+}
+
+
+def _times(total_s: float, step_hz: float) -> Array:
+    return np.arange(round(total_s * step_hz) + 1) / step_hz
+
+
+def _share(linear: Array, rng: np.random.Generator) -> Array:
+    """Half of the movements are even, half are smooth."""
+    even = np.clip(linear, 0.0, 1.0)
+    return even if rng.random() < 0.5 else min_jerk(even)
+
+
+def _down_and_up(time: Array, total_s: float, fingers: int) -> Array:
+    depth = np.minimum(min_jerk(time / _EDGE_S), min_jerk((total_s - time) / _EDGE_S))
+    return np.repeat(depth[:, None], fingers, axis=1)

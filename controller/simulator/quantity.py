@@ -1,0 +1,232 @@
+"""The numbers of a gesture's file: what a hand draws anew for each event.
+
+    hold = [0.12, 0.35]                                # uniform between two limits
+    depth = { of = "press_depth", scatter = 0.12 }     # a user's own, 12 % more or less
+    lag = { delay = 0.04 }                             # seconds, each finger its own
+
+docs/gestures.md explains every field.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Value = float | Array  # one number, or one for each finger
+Known = dict[str, Value]
+
+
+class GestureError(ValueError):
+    """A gesture cannot be used; the message says why, in one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A style parameter or an earlier quantity, perhaps with a minus sign before it."""
+
+    name: str
+    sign: float = 1.0
+
+
+Term = float | tuple[float, float] | Name  # a number, a range to draw from, or a name
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One line of [vary]; what is not given changes nothing. Applied in this order.
+
+    Attributes:
+        of: What it starts from.
+        values: In its place, a number for each finger; the last one serves all further fingers.
+        delay: In its place, the deviation of a half-normal number, drawn for each finger.
+        times: Factor.
+        plus: Summand.
+        scatter: Deviation of a log-normal factor: 0.1 is 10 % more or less.
+        jitter: Deviation of a normal summand.
+        handed: An angle in degrees, mirrored for left hands.
+        least: Lower limit.
+        most: Upper limit.
+        each: Whether every finger draws its own.
+    """
+
+    of: Term = 0.0
+    values: tuple[float, ...] = ()
+    delay: float = 0.0
+    times: Term | None = None
+    plus: Term | None = None
+    scatter: float = 0.0
+    jitter: float = 0.0
+    handed: bool = False
+    least: Term | None = None
+    most: Term | None = None
+    each: bool = False
+
+    def draw(
+        self, known: Known, fingers: int, left_handed: bool, rng: np.random.Generator
+    ) -> Value:
+        """Return the quantity for one event: a number, or an array (fingers,)."""
+        size = fingers if self.each else None
+        value = self._start(known, fingers, rng)
+        if self.times is not None:
+            value = value * term(self.times, known, rng, size)
+        if self.plus is not None:
+            value = value + term(self.plus, known, rng, size)
+        if self.scatter:
+            value = value * np.exp(rng.normal(0.0, self.scatter, size))
+        if self.jitter:
+            value = value + rng.normal(0.0, self.jitter, size)
+        if self.handed and left_handed:
+            value = 180.0 - value
+        if self.least is not None:
+            value = np.maximum(value, term(self.least, known, rng, size))
+        if self.most is not None:
+            value = np.minimum(value, term(self.most, known, rng, size))
+        return value
+
+    def _start(self, known: Known, fingers: int, rng: np.random.Generator) -> Value:
+        if self.delay:
+            return np.abs(rng.normal(0.0, self.delay, fingers))
+        if self.values:
+            given = self.values + self.values[-1:] * fingers
+            return np.array(given[:fingers])
+        return term(self.of, known, rng, fingers if self.each else None)
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """The line `fingers` of [vary]: how many touch.
+
+    Attributes:
+        of: A number, the two limits of evenly drawn ones, or a style parameter.
+        one_more: Probability of one finger more.
+        off_by_one: Probability of one finger more or fewer.
+        least: Lower limit.
+        most: Upper limit.
+    """
+
+    of: Term = 1.0
+    one_more: float = 0.0
+    off_by_one: float = 0.0
+    least: int = 1
+    most: int = 6
+
+    def draw(self, known: Known, rng: np.random.Generator) -> int:
+        """Return how many fingers touch in one event."""
+        if isinstance(self.of, tuple):
+            count = int(rng.integers(int(self.of[0]), int(self.of[1]) + 1))
+        else:
+            count = round(float(term(self.of, known, rng, None)))
+        if self.one_more and rng.random() < self.one_more:
+            count += 1
+        if self.off_by_one and rng.random() < self.off_by_one:
+            count += int(rng.choice([-1, 1]))
+        return min(max(count, self.least), self.most)
+
+
+def term(what: Term, known: Known, rng: np.random.Generator, size: int | None) -> Value:
+    """Return a number, a drawn one, or what a name stands for."""
+    if isinstance(what, Name):
+        value = known[what.name]
+        return value if what.sign > 0.0 else -value
+    if isinstance(what, tuple):
+        return rng.uniform(what[0], what[1], size)
+    return what
+
+
+# --- reading them ----------------------------------------------------------------------------
+
+_TERMS: Final = ("of", "times", "plus", "least", "most")
+_NUMBERS: Final = ("delay", "scatter", "jitter")
+_FLAGS: Final = ("handed", "each")
+_FIELDS: Final = tuple(field.name for field in fields(Quantity))
+_COUNT_FIELDS: Final = tuple(field.name for field in fields(Count))
+
+
+def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
+    """Return the quantity that a file's value means.
+
+    Args:
+        raw: A number, a name, a range or a table.
+        names: What it may refer to.
+        where: How an error begins: file and line.
+
+    Raises:
+        GestureError: It means none.
+    """
+    if not isinstance(raw, dict):
+        return Quantity(parse_term(raw, names, where))
+    unknown = sorted(set(raw) - set(_FIELDS))
+    if unknown:
+        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {', '.join(_FIELDS)}")
+    if len({"of", "values", "delay"} & set(raw)) > 1:
+        raise GestureError(f"{where} starts twice; give one of of, values and delay")
+    given: dict[str, Any] = {}
+    for name, value in raw.items():
+        if name in _TERMS:
+            given[name] = parse_term(value, names, f"{where} ({name})")
+        elif name in _NUMBERS:
+            given[name] = _deviation(value, f"{where} ({name})")
+        elif name in _FLAGS:
+            if not isinstance(value, bool):
+                raise GestureError(f"{where} has {name} = {value!r}; write true or false")
+            given[name] = value
+        else:
+            if not isinstance(value, list) or not value or not all(map(_is_number, value)):
+                raise GestureError(f"{where} has values = {value!r}; write a list of numbers")
+            given[name] = tuple(float(v) for v in value)
+    return Quantity(**given)
+
+
+def count(raw: Any, names: Collection[str], where: str) -> Count:
+    """Return the number of fingers that a file's value means; arguments as of `quantity`.
+
+    Raises:
+        GestureError: It means none.
+    """
+    table = raw if isinstance(raw, dict) else {"of": raw}
+    unknown = sorted(set(table) - set(_COUNT_FIELDS))
+    if unknown:
+        known = ", ".join(_COUNT_FIELDS)
+        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {known}")
+    for name in ("one_more", "off_by_one"):
+        if not 0.0 <= _deviation(table.get(name, 0.0), f"{where} ({name})") <= 1.0:
+            raise GestureError(f"{where} ({name}) is no probability; write a number from 0 to 1")
+    for name in ("least", "most"):
+        if name in table and type(table[name]) is not int:
+            raise GestureError(f"{where} ({name}) is {table[name]!r}; write a whole number")
+    of = parse_term(table.get("of", 1), names, where)
+    return Count(**{**table, "of": of})
+
+
+def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
+    """Return a number, a range or a name.
+
+    Raises:
+        GestureError: It is none of them, or a name that nobody knows.
+    """
+    if _is_number(raw):
+        return float(raw)
+    if isinstance(raw, str):
+        name = raw.removeprefix("-")
+        if name not in names:
+            raise GestureError(
+                f"{where} names {name!r}, which is neither a user's parameter nor a line above; "
+                f"known are {', '.join(names)}"
+            )
+        return Name(name, -1.0 if raw.startswith("-") else 1.0)
+    if isinstance(raw, list) and len(raw) == 2 and all(map(_is_number, raw)) and raw[0] <= raw[1]:
+        return float(raw[0]), float(raw[1])
+    raise GestureError(f"{where} is {raw!r}; write a number, a name in quotes, or [least, most]")
+
+
+def _deviation(raw: Any, where: str) -> float:
+    if not _is_number(raw) or raw < 0.0:
+        raise GestureError(f"{where} is {raw!r}; write a number that is not below 0")
+    return float(raw)
+
+
+def _is_number(raw: Any) -> bool:
+    return type(raw) in (int, float) and bool(np.isfinite(raw))

@@ -1,0 +1,263 @@
+"""Data sets of simulated sessions: users times sessions, one recording each (docs/data.md).
+
+A session hangs on the data set's settings, its user and its number, and on nothing else: any
+number of processes writes the same bytes, in any order, at once or in several goes.
+"""
+
+import hashlib
+import json
+import math
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import zipfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller import recorder, recording
+from controller.simulator.hand import GESTURES, RIM_MM
+from controller.simulator.orb import OrbModel
+from controller.simulator.presets import preset
+from controller.simulator.repertoire import Repertoire, load
+from controller.simulator.session import DATA, Protocol, simulate
+from controller.simulator.style import person
+
+DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
+_SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
+_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class DataSet:
+    """What all sessions of a data set have in common.
+
+    Attributes:
+        seed: Of its users and their sessions.
+        minutes: Length of a session.
+        protocol: "free" or "blocks".
+        preset: Quality of the orbs.
+        rate_hz: Frames per second.
+        rows: Taxel rows.
+        columns: Taxel columns.
+        pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
+        gestures: Labels that are played.
+        files: Gestures of the user's own.
+    """
+
+    seed: int = 0
+    minutes: float = 6.0
+    protocol: Protocol = "free"
+    preset: str = "nominal"
+    rate_hz: float = 10.0
+    rows: int = 5
+    columns: int = 5
+    pitch_mm: float | None = None
+    gestures: tuple[str, ...] = GESTURES
+    files: tuple[Path, ...] = ()
+
+    def model(self) -> OrbModel:
+        """Return the orb.
+
+        Raises:
+            ValueError: There is no such preset, or the grid is larger than the dome.
+        """
+        longest = max(self.rows, self.columns) - 1
+        pitch = self.pitch_mm or round(_SPAN_MM / longest, 2)
+        reach = pitch * math.hypot(self.rows - 1, self.columns - 1) / 2
+        if reach > RIM_MM:
+            raise ValueError(
+                f"a {self.rows}×{self.columns} grid with a pitch of {pitch:g} mm reaches "
+                f"{reach:.1f} mm from the middle, the dome {RIM_MM:g}; choose a smaller --pitch"
+            )
+        return replace(preset(self.preset), rows=self.rows, columns=self.columns, pitch_mm=pitch)
+
+    def repertoire(self) -> Repertoire:
+        """Return what the hands can do.
+
+        Raises:
+            GestureError: A file holds no gesture.
+            ValueError: A label is unknown, no gesture, or named twice.
+        """
+        known = load(self.files)
+        for label in self.gestures:
+            if label not in known or known[label].distractor:
+                names = ", ".join(name for name, gesture in known.items() if not gesture.distractor)
+                raise ValueError(f"there is no gesture {label!r}; there are {names}")
+        if len(set(self.gestures)) < len(self.gestures):
+            raise ValueError("a gesture is named twice; name each once")
+        return known
+
+    def describe(self) -> str:
+        """Return the settings as the text of `DESCRIPTION`."""
+        own = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in self.files}
+        settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
+        return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
+
+    def session(self, user: int, number: int) -> recording.Recording:
+        """Simulate one session; users and sessions count from 0."""
+        model, repertoire = self.model(), self.repertoire()
+        played = simulate(
+            np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number)),
+            self.minutes,
+            style=person(self.seed, user),
+            rate_hz=self.rate_hz,
+            model=model,
+            protocol=self.protocol,
+            gestures=self.gestures,
+            repertoire=repertoire,
+        )
+        origin = recording.Origin(
+            device_id=f"simulated-{self.seed}-{user + 1}-{number + 1}",
+            rows=model.rows,
+            columns=model.columns,
+            pitch_mm=model.pitch_mm,
+            rate_hz=self.rate_hz,
+            labels=played.labels,
+            bundle="",
+            engine="",
+            software=recording.software(),
+            user=f"{user + 1:02d}",
+            session=f"{number + 1:02d}",
+            protocol=self.protocol,
+            preset=self.preset,
+            seed=self.seed,
+        )
+        fingers = max(1, int(np.isfinite(played.contact[:, :, 2]).any(axis=0).sum()))
+        events = sorted((*played.events, *played.distractors), key=lambda event: event.onset_s)
+        frames = len(played.frames)
+        return recording.Recording(
+            origin,
+            played.frames,
+            t=played.time_s,
+            sequence=np.arange(1, frames + 1, dtype=np.int64),
+            label=played.label.astype(np.int16),
+            button=played.button.astype(np.int16),
+            touch=np.full((frames, 2), np.nan),
+            truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
+        )
+
+
+def name(user: int, number: int) -> str:
+    """Return the file name of a session; users and sessions count from 0, names from 1."""
+    return f"sub-{user + 1:02d}_ses-{number + 1:02d}_run-01.npz"
+
+
+def generate(
+    data: DataSet, out: Path, users: int, sessions: int, workers: int, say: Say
+) -> list[Path]:
+    """Write the recordings that are not there yet, and return the paths of all.
+
+    Args:
+        data: Their settings.
+        out: The folder; made if it does not exist.
+        users: How many play.
+        sessions: How often each of them.
+        workers: Processes.
+        say: Takes lines of progress.
+
+    Raises:
+        ValueError: The folder holds something else or cannot be written to, or the settings are
+            impossible.
+        OSError: A recording cannot be written.
+    """
+    data.model(), data.repertoire()  # what is impossible is told before anything is written
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        _claim(out, data.describe())
+    except OSError as error:
+        problem = error.strerror or error
+        raise ValueError(f"cannot write into {out}: {problem}; choose another --out") from None
+    wanted = [(user, number) for user in range(users) for number in range(sessions)]
+    missing = [(u, n) for u, n in wanted if not _whole(out / name(u, n))]
+    kept = len(wanted) - len(missing)
+    if kept:
+        say(f"{kept} of {len(wanted)} recordings are there already and are kept")
+    begun = time.monotonic()
+    for done, line in enumerate(_work(data, out, missing, workers), 1):
+        left_s = (time.monotonic() - begun) / done * (len(missing) - done)
+        say(f"{kept + done}/{len(wanted)} {line}; {_duration(left_s)} left")
+    return [out / name(user, number) for user, number in wanted]
+
+
+def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int) -> Iterator[str]:
+    """Write these sessions, and yield a line for each that is done."""
+    if workers == 1 or len(missing) < 2:
+        for user, number in missing:
+            yield _write(data, out, user, number)
+        return
+    with _pool(min(workers, len(missing))) as pool:
+        jobs: list[Future[str]] = [pool.submit(_write, data, out, *who) for who in missing]
+        for job in as_completed(jobs):
+            yield job.result()
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes of one thread each; what is under way is finished, whatever happens."""
+    for variable in _THREADS:
+        os.environ.setdefault(variable, "1")
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _serve() -> None:
+    """Prepare a process: Ctrl-C is its parent's, and it does not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow, daemon=True).start()
+
+
+def _follow() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _write(data: DataSet, out: Path, user: int, number: int) -> str:
+    """Simulate a session into its file, and return a line about it."""
+    made = data.session(user, number)
+    path = out / name(user, number)
+    recorder.write_beside(path, recorder.pack(made))
+    assert made.truth is not None
+    return f"{path.name}: {len(made.frames)} frames, {len(made.truth.events)} touches"
+
+
+def _claim(out: Path, description: str) -> None:
+    """Say in the folder how its recordings are made, or check that it says the same."""
+    path = out / DESCRIPTION
+    if not path.exists():
+        if any(out.glob("[!.]*.npz")):
+            raise ValueError(f"{out} holds recordings of another origin; choose another --out")
+        recorder.write_beside(path, description.encode())
+    elif path.read_text(encoding="utf-8") != description:
+        raise ValueError(
+            f"{out} holds a data set with other settings ({path}); repeat them, or choose "
+            "another --out"
+        )
+
+
+def _whole(path: Path) -> bool:
+    """Whether a recording is there; a damaged one is refused rather than replaced."""
+    if not path.exists():
+        return False
+    if not zipfile.is_zipfile(path):
+        raise ValueError(f"{path} is damaged; remove it, and the same command makes it anew")
+    return True
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

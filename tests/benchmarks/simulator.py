@@ -1,0 +1,159 @@
+"""How fast the virtual orb is: frames per second and core, whole sessions with hand and labels.
+
+    python -m tests.benchmarks.simulator [--minutes N] [--repeats N] [--json]
+
+CPU time of this process, which has one thread; median (least ... greatest) of the repetitions.
+`touched` simulates only frames that a finger touches. Grids cover the paper's area, and the dome
+grows where they need it; `online` asks for one frame at a time, as a host does.
+"""
+
+import argparse
+import cProfile
+import json
+import pstats
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.protocol import Contact
+from controller.simulator.hand import GESTURES, draw_style
+from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.presets import PRESETS
+from controller.simulator.repertoire import shipped
+from controller.simulator.session import Session, simulate
+from controller.simulator.take import Take
+from controller.simulator.virtual import VirtualOrb
+
+GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched
+GRIDS: Final = ((5, 10.0), (10, 5.0), (20, 2.5))  # taxels along a side, pitch in mm
+RATES: Final = (10.0, 20.0, 50.0, 100.0, 200.0)
+ONLINE_FRAMES: Final = 300
+STAGES: Final = (  # of a session, by the function that does it
+    ("hand and labels", "take.py", ("stream", "truth", "contact")),
+    ("stick-slip", "mechanics.py", ("_stick",)),
+    ("loads and forces", "contact.py", ("grips", "loads")),
+    ("skin displaced", "contact.py", ("displacement",)),
+    ("areas and pads", "contact.py", ("_log_area",)),
+    ("capacitance ratios", "contact.py", ("_log_ratio",)),
+    ("bulge and memory", "lowpass.py", ("advance",)),
+    ("electronics", "electronics.py", ("scan",)),
+)
+
+
+def fps(work: Callable[[int], int], repeats: int) -> list[float]:
+    """Return frames per CPU second of each repetition; `work` returns its number of frames."""
+    rates = []
+    for seed in range(repeats):
+        start = time.process_time()
+        frames = work(seed)
+        rates.append(frames / (time.process_time() - start))
+    return rates
+
+
+def touched_share(session: Session) -> float:
+    """Return the share of frames that a finger touches."""
+    return float((~np.isnan(session.contact[:, :, 2])).any(axis=1).mean())
+
+
+def touched_paths(model: OrbModel, minutes: float) -> tuple[NDArray[Any], ...]:
+    """Return a session's finger paths without the frames that no finger touches."""
+    simulator = OrbSimulator(np.random.SeedSequence(0), model=model)
+    rng = np.random.default_rng(0)
+    steps_hz = 1.0 / simulator.step_s
+    grid = (model.rows, model.columns, model.pitch_mm)
+    steps = round(600 * minutes) * simulator.steps_per_frame
+    hand = Take(steps, steps_hz, grid, draw_style(rng), (0.0, 0.0), shipped(), rng)
+    hand.stream(GESTURES)
+    frames = hand.depth_mm.reshape(-1, simulator.steps_per_frame * hand.depth_mm.shape[1])
+    keep = np.repeat(frames.any(axis=1), simulator.steps_per_frame)
+    return hand.point[keep], hand.depth_mm[keep], hand.radius_mm[keep]
+
+
+def touched_only(model: OrbModel, paths: tuple[NDArray[Any], ...], seed: int) -> int:
+    """Simulate the touched frames."""
+    simulator = OrbSimulator(np.random.SeedSequence(seed), model=model)
+    return len(simulator.advance(*paths))
+
+
+def online(fingers: int, seed: int) -> int:
+    """Ask a virtual orb for single frames while so many fingers of a host slide on it."""
+    orb = VirtualOrb(seed)
+    for k in range(1, ONLINE_FRAMES + 1):
+        x = 2.0 + np.sin(k / 5)
+        orb.touch([Contact(i, x, i + 0.5, 8.0, 7.0) for i in range(fingers)], (k - 0.5) / 10)
+        orb.read(k / 10)
+    return ONLINE_FRAMES
+
+
+def profile(minutes: float) -> list[tuple[str, float]]:
+    """Return each stage's share of a session, in percent; the profiler adds a little to all."""
+    profiler = cProfile.Profile()
+    profiler.runcall(simulate, 1, minutes)
+    stats: dict[tuple[str, int, str], tuple[Any, ...]] = pstats.Stats(profiler).stats  # type: ignore[attr-defined]
+    spent = {
+        stage: sum(
+            row[3]
+            for (path, _, name), row in stats.items()
+            if path.endswith(f"simulator/{file}") and name in names
+        )
+        for stage, file, names in STAGES
+    }
+    total = max(row[3] for (_, _, name), row in stats.items() if name == "simulate")
+    shares = [(stage, 100.0 * seconds / total) for stage, seconds in spent.items()]
+    return [*shares, ("the rest", 100.0 - sum(share for _, share in shares))]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=20.0, help="length of a session")
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    minutes, repeats = arguments.minutes, arguments.repeats
+    results: list[dict[str, Any]] = []
+
+    def note(name: str, preset: str, values: list[float], goal: float | None = None) -> None:
+        middle = float(np.median(values))
+        aim = "" if goal is None else f"   goal: {goal:,.0f}"
+        spread = f"({min(values):,.0f} ... {max(values):,.0f})"
+        print(f"{name:28} {preset:10} {middle:9,.0f} {spread:24}{aim}")
+        results.append(
+            {"name": name, "preset": preset, "value": middle, "unit": "frames/s", "goal": goal}
+        )
+
+    def session(model: OrbModel, rate_hz: float = 10.0) -> Callable[[int], int]:
+        length = minutes * 10.0 / rate_hz
+        return lambda seed: len(simulate(seed, length, model=model, rate_hz=rate_hz).frames)
+
+    warm = {preset: simulate(0, minutes, model=model) for preset, model in PRESETS.items()}
+    print(f"sessions of {minutes:g} min, {repeats} repetitions; frames per CPU second")
+    for preset, one in warm.items():
+        share = 100.0 * touched_share(one)
+        note("simulator_fps", preset, fps(session(PRESETS[preset]), repeats), GOAL)
+        print(f"{'  frames touched':28} {preset:10} {share:9.0f} %")
+        paths = touched_paths(PRESETS[preset], minutes)
+        model = PRESETS[preset]
+        rates = fps(lambda seed, m=model, p=paths: touched_only(m, p, seed), repeats)  # type: ignore[misc]
+        note("simulator_fps_touched", preset, rates)
+    for side, pitch_mm in GRIDS:
+        model = replace(NOMINAL, rows=side, columns=side, pitch_mm=pitch_mm)
+        note(f"simulator_fps_{side}x{side}", "nominal", fps(session(model), 3))
+    for rate_hz in RATES:
+        note(f"simulator_fps_{rate_hz:g}hz", "nominal", fps(session(NOMINAL, rate_hz), 3))
+    for fingers in (0, 1, 4):
+        rates = fps(lambda seed, n=fingers: online(n, seed), repeats)  # type: ignore[misc]
+        note(f"simulator_fps_online_{fingers}", "nominal", rates)
+    print("\nwhere the time of a session goes")
+    for stage, percent in profile(minutes):
+        print(f"  {stage:26} {percent:5.1f} %")
+    if arguments.json:
+        print(json.dumps({"benchmark": "simulator", "results": results}))
+
+
+if __name__ == "__main__":
+    main()

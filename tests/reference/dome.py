@@ -1,0 +1,304 @@
+"""The whole dome in space: neo-Hookean membrane, closed gas, spherical fingers, full Newton.
+
+Constant-strain triangles; the energy per reference area is (tr C + 1 / det C - 3) / 2. The gas
+obeys Boyle's law in the dome and whatever is connected with it. A finger is a sphere of radial
+springs; where it has touched, it either holds the skin (no slip) or lets it slide freely.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import linalg
+
+from . import material
+from .mesh import disc, taxels
+
+Array = NDArray[np.float64]
+_TOLERANCE = 1e-9
+_STEP_LIMIT = 0.15  # radii that a node may move in one Newton step
+
+
+@dataclass(frozen=True)
+class Finger:
+    """A spherical fingertip.
+
+    Attributes:
+        radius_mm: Of the sphere.
+        stiffness: Of its springs; `material.PULP` or `material.RIGID`.
+        sticky: It holds the skin where it first touched it.
+    """
+
+    radius_mm: float = 7.0
+    stiffness: float = material.PULP
+    sticky: bool = True
+
+
+@dataclass
+class State:
+    """A state of equilibrium.
+
+    Attributes:
+        x: Node positions, (nodes, 3).
+        pressure: Above the atmosphere's.
+        held: Which nodes each finger holds, bool (fingers, nodes).
+        grip: Where it holds them, from its centre, (fingers, nodes, 3).
+    """
+
+    x: Array
+    pressure: float
+    held: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))
+    grip: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
+
+
+@dataclass(frozen=True)
+class Press:
+    """What a finger path did, step by step.
+
+    Attributes:
+        depth_mm: How far inward the skin under each finger moved, (steps, fingers).
+        log_c: ln C / C0 of every taxel, (steps, 25).
+        pressure: Above the atmosphere's, (steps,).
+        x: Node positions, (steps, nodes, 3).
+    """
+
+    depth_mm: Array
+    log_c: Array
+    pressure: Array
+    x: Array
+
+    def at(self, depth_mm: float) -> Array:
+        """Return ln C / C0 at an indentation of the first finger, (25,)."""
+        depth = np.concatenate([[0.0], self.depth_mm[:, 0]])
+        if not depth[-1] >= depth_mm:
+            raise ValueError(f"the finger only came to {depth[-1]:.1f} mm, not {depth_mm} mm")
+        log_c = np.concatenate([np.zeros((1, 25)), self.log_c])
+        return np.array([np.interp(depth_mm, depth, taxel) for taxel in log_c.T])
+
+
+class Dome:
+    """A dome that is inflated once and pressed often."""
+
+    def __init__(self, rings: int, volume: float, connected: float = 0.0) -> None:
+        """Inflate the dome.
+
+        Args:
+            rings: Circles of nodes.
+            volume: Enclosed volume, R^3.
+            connected: Volume of hose and reservoir that shares the dome's gas, R^3.
+        """
+        self.mesh = mesh = disc(rings)
+        dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
+        self._rows, self._columns = np.repeat(dofs, 9, axis=1).ravel(), np.tile(dofs, 9).ravel()
+        self._free = np.flatnonzero(np.repeat(mesh.free, 3))
+        self._cover = taxels(mesh)
+        self._connected = connected
+        flat = np.concatenate([mesh.node, np.zeros((len(mesh.node), 1))], axis=1)
+        flat[:, 2] = 0.05 * (1.0 - (mesh.node**2).sum(axis=1))
+        self.rest = State(flat, 0.5)
+        for part in np.linspace(0.0, volume, max(2, int(volume / 0.2) + 1))[1:]:
+            self.rest = self._settle(self.rest, (), np.zeros((0, 3)), volume=float(part))
+        self.gas = (self.rest.pressure + material.ATMOSPHERE) * (volume + connected)
+
+    def touch(self, points: Sequence[complex]) -> tuple[NDArray[np.int64], Array, Array]:
+        """Return the nodes nearest to reference points, where they are, and outward normals."""
+        flat = self.mesh.node[:, 0] + 1j * self.mesh.node[:, 1]
+        nodes = np.array([int(np.abs(flat - point).argmin()) for point in points])
+        _, gradient, _ = self._volume(self.rest.x)  # of the volume: normal times area
+        normal = gradient.reshape(-1, 3)[nodes]
+        return nodes, self.rest.x[nodes], normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def press(
+        self,
+        points: Sequence[complex],
+        travel_mm: Array,
+        finger: Finger = Finger(),
+        shift_mm: Array | None = None,
+    ) -> Press:
+        """Press fingers straight inward, optionally moving them along the skin as well.
+
+        Args:
+            points: Reference positions, unit disc; the nearest nodes are touched.
+            travel_mm: How far every finger has come since it touched, (steps,).
+            finger: What they are like.
+            shift_mm: Displacement of every finger besides, (steps, fingers, 3).
+        """
+        nodes, surface, normal = self.touch(points)
+        radius = finger.radius_mm / material.RADIUS_MM
+        state = State(
+            self.rest.x,
+            self.rest.pressure,
+            np.zeros((len(points), len(self.mesh.node)), dtype=bool),
+            np.zeros((len(points), len(self.mesh.node), 3)),
+        )
+        depth, log_c, pressure, x = [], [], [], []
+        fingers = [finger] * len(points)
+        before = surface + normal * radius
+        for i, travel in enumerate(travel_mm):
+            centre = surface + normal * (radius - travel / material.RADIUS_MM)
+            if shift_mm is not None:
+                centre = centre + shift_mm[i] / material.RADIUS_MM
+            state = self._follow(state, fingers, before, centre)
+            before = centre
+            moved = (state.x - self.rest.x)[nodes]
+            depth.append(-(moved * normal).sum(axis=1) * material.RADIUS_MM)
+            log_c.append(self.log_capacitance(state.x))
+            pressure.append(state.pressure)
+            x.append(state.x)
+        return Press(np.array(depth), np.array(log_c), np.array(pressure), np.array(x))
+
+    def volume(self, x: Array) -> float:
+        """Return the enclosed volume."""
+        return self._volume(x)[0]
+
+    def area_ratio(self, x: Array) -> Array:
+        """Return deformed over reference area, (triangles,)."""
+        corner = x[self.mesh.triangle]
+        cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        return np.asarray(0.5 * np.linalg.norm(cross, axis=1) / self.mesh.area)
+
+    def log_capacitance(self, x: Array) -> Array:
+        """Return ln C / C0 of every taxel: the area squared, less permittivity, (25,)."""
+        drop = material.PERMITTIVITY_DROP
+        now, rest = (
+            self._cover @ (ratio**2 * (1.0 - drop * (ratio - 1.0)))
+            for ratio in (self.area_ratio(x), self.area_ratio(self.rest.x))
+        )
+        return np.asarray(np.log(now / rest))
+
+    def _follow(
+        self, state: State, fingers: Sequence[Finger], before: Array, centre: Array
+    ) -> State:
+        """Move the fingers, in smaller steps where Newton loses its way."""
+        try:
+            settled = self._settle(state, fingers, centre)
+        except ArithmeticError:
+            if np.abs(centre - before).max() < 1e-3:
+                raise
+            middle = (before + centre) / 2
+            settled = self._follow(state, fingers, before, middle)
+            return self._follow(settled, fingers, middle, centre)
+        held, grip = state.held.copy(), state.grip.copy()
+        for k, finger in enumerate(fingers):
+            radius = finger.radius_mm / material.RADIUS_MM
+            start, end = state.x - before[k], settled.x - centre[k]
+            above = np.linalg.norm(start, axis=1) - radius
+            below = np.linalg.norm(end, axis=1) - radius
+            new = (below < 0.0) & ~held.any(axis=0) & self.mesh.free & finger.sticky
+            when = np.clip(above / np.maximum(above - below, 1e-12), 0.0, 1.0)[:, None]
+            first = start + when * (end - start)  # where it touched, within the step
+            first *= radius / np.linalg.norm(first, axis=1, keepdims=True)
+            grip[k, new] = first[new]
+            held[k] |= new
+        return State(settled.x, settled.pressure, held, grip)
+
+    def _settle(
+        self,
+        state: State,
+        fingers: Sequence[Finger],
+        centre: Array,
+        volume: float | None = None,
+    ) -> State:
+        """Newton's method for positions and pressure; at a given volume, or with the gas closed."""
+        x, pressure = state.x, state.pressure
+        size, free = 3 * len(self.mesh.node), self._free
+        for _ in range(60):
+            _, force, tangent = self._elastic(x)
+            enclosed, swell, bend = self._volume(x)
+            entries = (tangent - pressure * bend).ravel()
+            matrix = sparse.csr_matrix((entries, (self._rows, self._columns)), (size, size))
+            residual = force - pressure * swell
+            for k, finger in enumerate(fingers):
+                push, stiffness = self._contact(x, finger, centre[k], state.held, k, state.grip)
+                residual, matrix = residual + push, matrix + stiffness
+            if volume is None:  # Boyle: (p + p_atm)(V + V_connected) stays
+                total, absolute = enclosed + self._connected, pressure + material.ATMOSPHERE
+                law, by_volume, by_pressure = absolute * total - self.gas, absolute, total
+            else:
+                law, by_volume, by_pressure = enclosed - volume, 1.0, 0.0
+            if max(np.abs(residual[free]).max(), abs(law / by_volume)) < _TOLERANCE:
+                return State(x, pressure, state.held, state.grip)
+            solve = linalg.splu(
+                matrix[free][:, free].tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+            step, more = solve.solve(np.stack([-residual[free], swell[free]], axis=1)).T
+            slope = by_volume * (swell[free] @ more) + by_pressure
+            rise = -(law + by_volume * (swell[free] @ step)) / slope
+            move = np.zeros(size)
+            move[free] = step + rise * more
+            scale = min(1.0, _STEP_LIMIT / max(np.abs(move).max(), 1e-12))
+            x, pressure = x + scale * move.reshape(-1, 3), pressure + scale * rise
+        raise ArithmeticError("Newton found no equilibrium in 60 steps")
+
+    def _elastic(self, x: Array) -> tuple[float, Array, Array]:
+        """Energy, its gradient (nodes * 3,), its second derivative (triangles, 9, 9)."""
+        mesh, slope, eye = self.mesh, self.mesh.slope, np.eye(2)
+        stretch = np.einsum("tai,taj->tij", x[mesh.triangle], slope)  # F, (triangles, 3, 2)
+        right = np.einsum("tki,tkj->tij", stretch, stretch)  # C = F^T F
+        inverse, squash = np.linalg.inv(right), 1.0 / np.linalg.det(right)
+        trace = np.trace(right, axis1=1, axis2=2)
+        energy = 0.5 * float((mesh.area * (trace + squash - 3.0)).sum())
+        second = eye - inverse * squash[:, None, None]  # second Piola-Kirchhoff
+        pull = np.einsum("tij,tjk,tak,t->tai", stretch, second, slope, mesh.area, optimize=True)
+        force = np.zeros_like(x)
+        np.add.at(force, mesh.triangle, pull)
+        along = np.einsum("tij,taj->tai", inverse, slope)
+        spread = np.einsum("tij,taj->tai", stretch, along)
+        both = np.einsum("tai,tbi->tab", slope, along)
+        plane = np.einsum("tij,tjk,tlk->til", stretch, inverse, stretch, optimize=True)
+        tangent = np.einsum("tik,tab->taibk", plane, both)
+        tangent += np.einsum("tbi,tak->taibk", spread, spread)
+        tangent += 2.0 * np.einsum("tai,tbk->taibk", spread, spread)
+        tangent *= squash[:, None, None, None, None]
+        initial = np.einsum("tai,tij,tbj->tab", slope, second, slope, optimize=True)
+        tangent += np.einsum("tab,ik->taibk", initial, np.eye(3))
+        tangent *= mesh.area[:, None, None, None, None]
+        return energy, force.ravel(), tangent.reshape(-1, 9, 9)
+
+    def _volume(self, x: Array) -> tuple[float, Array, Array]:
+        """Enclosed volume, its gradient (nodes * 3,), its second derivative (triangles, 9, 9)."""
+        triangle = self.mesh.triangle
+        corner = x[triangle]
+        gradient = np.zeros_like(x)
+        bend = np.zeros((len(triangle), 3, 3, 3, 3))
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            np.add.at(gradient, triangle[:, i], np.cross(corner[:, j], corner[:, k]) / 6.0)
+            turn = np.cross(np.eye(3), corner[:, k, None, :]) / 6.0  # row a: e_a x corner
+            bend[:, i, :, j, :] = np.swapaxes(turn, 1, 2)
+            bend[:, j, :, i, :] = turn
+        volume = float((gradient * x).sum()) / 3.0
+        return volume, gradient.ravel(), bend.reshape(-1, 9, 9)
+
+    def _contact(
+        self,
+        x: Array,
+        finger: Finger,
+        centre: Array,
+        all_held: NDArray[np.bool_],
+        k: int,
+        grip: Array,
+    ) -> tuple[Array, sparse.csr_matrix]:
+        """Force of one finger's springs, (nodes * 3,), and their stiffness."""
+        held = all_held[k]
+        arm = x - centre
+        length = np.linalg.norm(arm, axis=1)
+        gap = length - finger.radius_mm / material.RADIUS_MM
+        near = (gap < 0.0) & self.mesh.free & ~all_held.any(axis=0)
+        normal = arm / length[:, None]
+        radial = normal[:, :, None] * normal[:, None, :]
+        spring = finger.stiffness * self.mesh.share[:, None]
+        push, block = np.zeros_like(x), np.zeros((len(x), 3, 3))
+        push[near] = (spring * gap[:, None] * normal)[near]
+        block[near] = radial[near] + (gap / length)[near, None, None] * (np.eye(3) - radial[near])
+        push[held] = (spring * (arm - grip[k]))[held]
+        block[held] = np.eye(3)
+        block *= spring[:, :, None]
+        nodes = np.arange(len(x) + 1)
+        stiffness = sparse.bsr_matrix((block, nodes[:-1], nodes), shape=(x.size, x.size))
+        return push.ravel(), sparse.csr_matrix(stiffness)

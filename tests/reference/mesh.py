@@ -1,0 +1,87 @@
+"""Triangles on the clamped disc, and how much of each lies under every taxel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A triangulated unit disc.
+
+    Attributes:
+        node: Reference positions, (nodes, 2).
+        triangle: Corners, counterclockwise, (triangles, 3).
+        slope: Gradients of the corners' shape functions, (triangles, 3, 2).
+        area: Reference areas, (triangles,).
+        share: Reference area that belongs to each node, (nodes,).
+        free: Nodes that are not clamped, (nodes,).
+    """
+
+    node: Array
+    triangle: Index
+    slope: Array
+    area: Array
+    share: Array
+    free: NDArray[np.bool_]
+
+
+def disc(rings: int) -> Mesh:
+    """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles."""
+    nodes, triangles = [np.zeros((1, 2))], []
+    for k in range(1, rings + 1):
+        angle = np.arange(6 * k) * np.pi / (3 * k)
+        nodes.append(k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        inner, outer = _first(k - 1), _first(k)
+        for sector in range(6):
+            for j in range(k):
+                low = inner + (sector * (k - 1) + j) % max(6 * (k - 1), 1)
+                high = outer + sector * k + j
+                following = outer + (sector * k + j + 1) % (6 * k)
+                triangles.append((low, high, following))
+                if j < k - 1:
+                    beside = inner + (sector * (k - 1) + j + 1) % (6 * (k - 1))
+                    triangles.append((low, following, beside))
+    node, triangle = np.concatenate(nodes), np.array(triangles)
+    corner = node[triangle]
+    edges = np.stack([corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]], axis=2)
+    inverse = np.linalg.inv(edges)
+    slope = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+    area = 0.5 * np.linalg.det(edges)
+    share = np.bincount(triangle.ravel(), np.repeat(area / 3, 3), len(node))
+    return Mesh(node, triangle, slope, area, share, np.linalg.norm(node, axis=1) < 1 - 1e-9)
+
+
+def _first(ring: int) -> int:
+    return 3 * ring * (ring - 1) + 1 if ring else 0
+
+
+def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.csr_matrix:
+    """Return the share of every taxel's area that each triangle fills, (25, triangles).
+
+    Args:
+        mesh: The disc.
+        pitch: Distance of two taxels, radii.
+        side: Width of a taxel, radii.
+    """
+    parts = 8  # each triangle is judged by the centres of parts^2 smaller ones
+    i, j = np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")
+    up, down = i + j < parts, i + j < parts - 1
+    first = np.concatenate([i[up] + 1 / 3, i[down] + 2 / 3]) / parts
+    second = np.concatenate([j[up] + 1 / 3, j[down] + 2 / 3]) / parts
+    weight = np.stack([1 - first - second, first, second])
+    points = np.einsum("cs,tcx->tsx", weight, mesh.node[mesh.triangle])
+    column = np.rint(points[..., 0] / pitch)
+    row = -np.rint(points[..., 1] / pitch)  # row 0 is the top
+    under = np.maximum(np.abs(points[..., 0] - column * pitch), np.abs(points[..., 1] + row * pitch))
+    inside = (under < side / 2) & (np.abs(column) <= 2) & (np.abs(row) <= 2)
+    triangle, sample = np.nonzero(inside)
+    taxel = ((row + 2) * 5 + column + 2)[triangle, sample].astype(int)
+    shape = (25, len(mesh.area))
+    cover = sparse.csr_matrix((mesh.area[triangle] / parts**2, (taxel, triangle)), shape=shape)
+    return sparse.csr_matrix(sparse.diags(1 / np.asarray(cover.sum(axis=1)).ravel()) @ cover)

@@ -1,0 +1,235 @@
+"""`models simulate`: whole data sets, the same bytes however they are made, and kept apart."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller import recorder, recording
+from controller.preprocess import PreprocessSettings
+from controller.simulator.session import TEST_SEEDS
+from controller.simulator.style import person
+from models import simulate
+from models.__main__ import main
+from models.dataset import Source, prepare, read_training
+
+SMALL = ["--users", "2", "--sessions", "2", "--minutes", "0.5"]
+
+
+def make(out: Path, *options: str) -> int:
+    """The status of the command with these options."""
+    return main(["simulate", "--out", str(out), *options])
+
+
+def sums(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file in a folder, by name."""
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small data set."""
+    out = tmp_path_factory.mktemp("data") / "set"
+    assert make(out, *SMALL, "--workers", "1") == 0
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture[str], status: int) -> str:
+    """The one sentence of a command that was refused."""
+    assert status == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    return error
+
+
+def test_a_data_set_has_a_recording_for_each_user_and_session(data: Path) -> None:
+    names = [f"sub-{u:02d}_ses-{s:02d}_run-01.npz" for u in (1, 2) for s in (1, 2)]
+    assert [path.name for path in sorted(data.iterdir())] == ["dataset.json", *names]
+    settings = json.loads((data / "dataset.json").read_text())
+    assert (settings["seed"], settings["preset"], settings["pitch_mm"]) == (0, "nominal", 10.0)
+
+
+def test_a_recording_says_who_played_and_holds_the_truth(data: Path) -> None:
+    loaded = recording.load(data / "sub-02_ses-01_run-01.npz")
+    origin = loaded.origin
+    assert (origin.user, origin.session, origin.seed) == ("02", "01", 0)
+    assert (origin.protocol, origin.preset) == ("free", "nominal")
+    assert loaded.frames.shape == (300, 5, 5)
+    assert loaded.rate_hz == pytest.approx(10.0)
+    assert set(loaded.button.tolist()) > {0}
+    truth = loaded.truth
+    assert truth is not None
+    assert truth.contact.shape[::2] == (300, 3)
+    for event in truth.events:
+        if event.kind in origin.labels:
+            inside = (loaded.t >= event.onset_s) & (loaded.t < event.release_s)
+            assert set(loaded.label[inside].tolist()) == {origin.labels.index(event.kind)}
+
+
+def test_any_number_of_processes_writes_the_same_bytes(data: Path, tmp_path: Path) -> None:
+    assert make(tmp_path / "two", *SMALL, "--workers", "2") == 0
+    assert sums(tmp_path / "two") == sums(data)
+
+
+def test_an_interrupted_data_set_goes_on_where_it_was(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "set"
+    real = recorder.pack
+    written: list[recording.Recording] = []
+
+    def interrupted(made: recording.Recording) -> bytes:
+        if len(written) == 2:
+            raise KeyboardInterrupt
+        written.append(made)
+        return real(made)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(recorder, "pack", interrupted)
+        assert make(out, *SMALL, "--workers", "1") == 1
+    assert "the same command goes on from here" in capsys.readouterr().err
+    assert len(list(out.iterdir())) == 3
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert make(out, *SMALL, "--workers", "1") == 0
+    assert "2 of 4 recordings are there already" in capsys.readouterr().err
+    assert sums(out) == sums(data)
+    after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert {name: after[name] for name in before} == before  # what was there is kept
+
+
+def test_a_failed_write_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        assert make(tmp_path / "set", *SMALL, "--workers", "1") == 2
+    assert list((tmp_path / "set").iterdir()) == []
+
+
+def test_users_can_be_added_later_and_do_not_change_the_others(data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "set"
+    assert make(out, "--users", "1", "--sessions", "1", "--minutes", "0.5") == 0
+    assert make(out, *SMALL) == 0
+    assert sums(out) == sums(data)
+
+
+def test_another_seed_is_other_people(data: Path, tmp_path: Path) -> None:
+    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
+    assert make(tmp_path / "set", *one, "--seed", "5") == 0
+    name = simulate.name(0, 0)
+    other, this = recording.load(tmp_path / "set" / name), recording.load(data / name)
+    assert (other.frames != this.frames).any()
+    assert person(5, 0) != person(0, 0)
+
+
+def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> None:
+    own = tmp_path / "tap.toml"
+    own.write_text(
+        'label = "tap"\nphases = [0.1, 0.2, 0.1]\n[path]\ndepth = [0, 6, 6, 0]\n', encoding="utf-8"
+    )
+    status = make(
+        tmp_path / "set",
+        *("--users", "1", "--sessions", "1", "--minutes", "2", "--protocol", "blocks"),
+        *("--preset", "paper-snr", "--rate", "20", "--rows", "4", "--columns", "6"),
+        *("--gestures", f"press,swipe,{own}"),
+    )
+    assert status == 0
+    made = recording.load(tmp_path / "set" / simulate.name(0, 0))
+    assert made.frames.shape == (2400, 4, 6)
+    assert made.origin.pitch_mm == 8.0  # 40 mm long
+    assert made.origin.labels == ("null", "press", "swipe", "tap")
+    assert (made.origin.protocol, made.origin.preset) == ("blocks", "paper-snr")
+    assert set(made.label.tolist()) == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--seed", "1"], "holds a data set with other settings"),
+        (["--preset", "noisy"], "there is no preset 'noisy'"),
+        (["--gestures", "press,wave"], "there is no gesture 'wave'; there are"),
+        (["--gestures", "brush"], "there is no gesture 'brush'"),
+        (["--gestures", "press,press"], "named twice"),
+        (["--gestures", "absent.toml"], "cannot read the gesture absent.toml"),
+        (["--pitch", "20"], "a 5×5 grid with a pitch of 20 mm reaches 56.6 mm"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(
+    data: Path, options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sums(data)
+    assert sentence in refused(capsys, make(data, *SMALL, *options))
+    assert sums(data) == before
+
+
+def test_other_files_are_never_mixed_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "mine.npz").write_bytes(b"precious")
+    assert "of another origin" in refused(capsys, make(tmp_path, *SMALL))
+    (tmp_path / "file").touch()
+    assert "cannot write into" in refused(capsys, make(tmp_path / "file", *SMALL))
+
+
+def test_a_damaged_recording_is_told_and_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
+    assert make(tmp_path / "set", *one) == 0
+    path = tmp_path / "set" / simulate.name(0, 0)
+    path.write_bytes(path.read_bytes()[:-100])
+    capsys.readouterr()
+    assert "is damaged; remove it" in refused(capsys, make(tmp_path / "set", *one))
+
+
+# --- seeds that are for tests, and training from recordings ----------------------------------
+
+
+def test_no_training_accepts_a_test_seed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "--out", str(tmp_path / "x.orb"), "--seed", str(TEST_SEEDS.start)]
+    assert "seeds 900000 to 999999 are for tests only" in refused(capsys, main(command))
+
+
+def test_no_training_accepts_a_recording_with_a_test_seed(tmp_path: Path) -> None:
+    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
+    assert make(tmp_path / "set", *one, "--seed", str(TEST_SEEDS.stop - 1)) == 0
+    with pytest.raises(ValueError, match=r"run-01\.npz has seed 999999, and seeds 900000"):
+        read_training([tmp_path])
+
+
+def test_training_reads_folders_and_files_of_one_kind(data: Path, tmp_path: Path) -> None:
+    assert len(read_training([data])) == 4
+    assert len(read_training([data / simulate.name(1, 1)])) == 1
+    faster = tmp_path / "faster"
+    assert make(faster, "--users", "1", "--sessions", "1", "--minutes", "0.5", "--rate", "20") == 0
+    with pytest.raises(ValueError, match=r"5×5 taxels at 10 Hz .* 20 Hz .* train on one kind"):
+        read_training([data, faster])
+    with pytest.raises(ValueError, match="there are no recordings there"):
+        read_training([])
+
+
+def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:
+    recordings = read_training([data])
+    true = prepare([Source.of(r) for r in recordings], PreprocessSettings())
+    button = prepare([Source.of(r, "button") for r in recordings], PreprocessSettings())
+    np.testing.assert_array_equal(true.images, button.images)
+    assert 0.8 < np.mean(true.label == button.label) < 1.0
+    assert np.isfinite(true.touch[true.label == 1]).all()
+    assert set(true.session.tolist()) == {0, 1, 2, 3}
+
+
+def test_a_recording_without_such_labels_is_refused(data: Path) -> None:
+    recorded = read_training([data])[0]
+    blank = np.full_like(recorded.label, recording.UNKNOWN)
+    unlabelled = recording.Recording(
+        recorded.origin, recorded.frames, recorded.t, recorded.sequence, blank,
+        recorded.button, recorded.touch,
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="lacks true labels for some frames; learn from button"):
+        Source.of(unlabelled)
+    source = Source.of(unlabelled, "button")
+    assert np.isnan(source.touch).all()
