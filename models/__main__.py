@@ -36,7 +36,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Try it (one minute): models train --sessions 6 --minutes 3 --epochs 4 --out my.orb",
     )
     train.add_argument("--out", type=Path, required=True, metavar="FILE", help="bundle to write")
-    train.add_argument("--sessions", type=_count, default=60, help="to train on (default: 60)")
+    train.add_argument("--sessions", type=_count, default=160, help="to train on (default: 160)")
     train.add_argument("--minutes", type=_length, default=6.0, help="of each (default: 6)")
     train.add_argument("--epochs", type=_count, default=16, help="of CNN-3D (default: 16)")
     train.add_argument("--seed", type=int, default=0, help="of everything random (default: 0)")
@@ -49,7 +49,9 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EXAMPLE,
     )
     evaluate.add_argument("bundle", type=Path, nargs="?", help="default: the one that ships")
-    evaluate.add_argument("--sessions", type=_count, default=20, help="default: 20")
+    evaluate.add_argument(
+        "--sessions", type=_count, default=20, help="of each preset (default: 20)"
+    )
     evaluate.add_argument("--minutes", type=_length, default=6.0, help="of each (default: 6)")
     evaluate.add_argument("--card", type=Path, metavar="FILE", help="write the figures as a card")
     evaluate.set_defaults(run=_evaluate)
@@ -175,20 +177,20 @@ def _train(arguments: argparse.Namespace) -> int:
 
 def _evaluate(arguments: argparse.Namespace) -> int:
     from controller import bundle
-    from controller.simulator.session import EVALUATION, simulate
+    from controller.simulator.presets import PRESETS
     from models import card
-    from models.evaluate import report, run
+    from models.evaluate import report, run, unseen
 
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
-    sessions = (
-        simulate(seed, arguments.minutes, domain=EVALUATION, pointer=seed % 4 == 3)
-        for seed in range(arguments.sessions)
-    )
-    result = report(run(loaded, sessions, _say), loaded.debounce)
-    print(card.text(path.name, loaded, result, arguments.sessions, arguments.minutes))
+    results = {}
+    for preset in PRESETS:
+        _say(f"{preset}:")
+        sessions = unseen(preset, arguments.sessions, arguments.minutes)
+        results[preset] = report(run(loaded, sessions, _say), loaded.debounce)
+    content = card.text(path.name, loaded, results, arguments.sessions, arguments.minutes)
+    print(content)
     if arguments.card:
-        content = card.text(path.name, loaded, result, arguments.sessions, arguments.minutes)
         arguments.card.write_text(content + "\n", encoding="utf-8")
     return 0
 

@@ -1,7 +1,7 @@
 """Judge a bundle on sessions that training never saw, through the device's own pipeline."""
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -13,7 +13,8 @@ from controller.debounce import Debouncer, DebounceSettings
 from controller.events import Answer, Score, judge
 from controller.pipeline import Pipeline
 from controller.recognizer import Recognizer
-from controller.simulator.session import LABELS, Session
+from controller.simulator.presets import PRESETS
+from controller.simulator.session import EVALUATION, LABELS, Session, simulate
 
 PRESS: Final = "press"
 
@@ -22,6 +23,19 @@ SMOOTHING: Final = (0.3, 0.35, 0.4, 0.5, 0.6)
 ON: Final = (0.6, 0.7, 0.75, 0.8, 0.85)
 OFF: Final = (0.2, 0.35, 0.5)
 LATENCY_LIMIT_S: Final = 0.45  # median; a faster filter must not cost more than it gives
+
+
+def is_pointer(seed: int) -> bool:
+    """Whether a session's touches are a mouse's: every fourth one's are."""
+    return seed % 4 == 3
+
+
+def unseen(preset: str, sessions: int, minutes: float) -> Iterator[Session]:
+    """Simulate sessions of a preset whose seeds training never saw."""
+    for seed in range(sessions):
+        yield simulate(
+            seed, minutes, domain=EVALUATION, pointer=is_pointer(seed), model=PRESETS[preset]
+        )
 
 
 @dataclass(slots=True)

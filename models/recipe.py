@@ -12,13 +12,16 @@ from controller import bundle
 from controller.debounce import DebounceSettings
 from controller.preprocess import PreprocessSettings
 from controller.simulator.orb import NOMINAL
+from controller.simulator.presets import PRESETS
 from controller.simulator.session import LABELS, Session, simulate
 from models import evaluate, export
+from models.augment import Augmentation
 from models.dataset import Examples, Source, prepare
+from models.evaluate import is_pointer
 from models.train import Progress, Recipe, train_gesture, train_location
 
 CHECK_SEEDS: Final = 10_000  # development sessions: early stop and thresholds
-CHECK_SESSIONS: Final = 12
+CHECK_SESSIONS: Final = 16
 
 # The player's thirds: the lower third of the dome is down, the rest left and right.
 MAPPING: Final[dict[str, Any]] = {
@@ -40,7 +43,7 @@ def train_bundle(
 
     Args:
         out: Where it goes; replaced when everything has succeeded.
-        sessions: How many to train on; a quarter of them a mouse's.
+        sessions: How many to train on, of every preset; a quarter of them a mouse's.
         minutes: Length of each.
         epochs: Of CNN-3D.
         seed: Of initial weights, order, augmentation and sessions.
@@ -56,7 +59,8 @@ def train_bundle(
     train = _examples(range(first, first + sessions), minutes, settings, say)
     held = [_simulate(first + CHECK_SEEDS + i, minutes) for i in range(CHECK_SESSIONS)]
     check = prepare([_source(session) for session in held], settings)
-    recipe = Recipe(epochs=(epochs, 2 * epochs), seed=seed)
+    symmetries = Augmentation.declared(LABELS, *train.images.shape[1:])
+    recipe = Recipe(epochs=(epochs, 2 * epochs), seed=seed, augmentation=symmetries)
     say(f"training on {len(train.ends)} windows, {len(check.ends)} of unseen sessions beside them")
     gesture = train_gesture(train, check, LABELS, recipe, say)
     location = train_location(train, check, recipe, say)
@@ -68,7 +72,8 @@ def train_bundle(
         "software": _version(),
         "command": f"models train --sessions {sessions} --minutes {minutes:g} "
         f"--epochs {epochs} --seed {seed}",
-        "data": f"{sessions} simulated sessions, {len(train.ends)} windows, split by session",
+        "data": f"{sessions} simulated sessions ({', '.join(PRESETS)}), {len(train.ends)} windows, "
+        "split by session",
     }
 
     def write(path: Path, debounce: DebounceSettings) -> float:
@@ -105,7 +110,10 @@ def _examples(
 
 
 def _simulate(seed: int, minutes: float) -> Session:
-    return simulate(seed, minutes, pointer=seed % 4 == 3)
+    """Simulate a session: of four in a row three are a hand's; then the next preset's turn."""
+    models = list(PRESETS.values())
+    model = models[seed // 4 % len(models)]
+    return simulate(seed, minutes, pointer=is_pointer(seed), model=model)
 
 
 def _source(session: Session) -> Source:
