@@ -44,6 +44,23 @@ def test_after_the_next_onset_an_answer_belongs_to_the_next_event() -> None:
     assert counts(judge(EVENTS[1:], [Answer(5.3, "drop")])) == (0, 1, 2, 0, 0)
 
 
+def test_precision_and_recall_are_shares_of_answers_and_of_events() -> None:
+    score = Score(intended=8, hits=6, wrong=1, missed=2, false_alarms=2, duplicates=3)
+    assert (score.precision, score.recall) == (0.5, 0.75)
+    assert score.f1 == 0.6
+    assert (Score().precision, Score().recall) == (1.0, 1.0)
+
+
+def test_streams_are_pooled_count_by_count() -> None:
+    pooled = Score(8, 6, 1, 2, 2, 3, [0.5])
+    pooled.add(Score(10, 20, 30, 40, 50, 60, [0.25]))
+    assert pooled == Score(18, 26, 31, 42, 52, 63, [0.5, 0.25])
+
+
+def test_an_answer_at_the_very_onset_belongs_to_the_event() -> None:
+    assert counts(judge(EVENTS[1:], [Answer(5.2, "left")])) == (1, 0, 1, 0, 0)
+
+
 @given(
     st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["left", "drop"])), max_size=12),
 )

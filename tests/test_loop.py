@@ -283,6 +283,12 @@ def test_time_that_was_granted_already_is_answered_and_changes_nothing() -> None
     assert len(bench.messages(Telemetry)) == 5
 
 
+def test_a_grant_that_reaches_far_is_answered_minute_by_minute() -> None:
+    bench = granted(Grant(150_000), Grant(150_000), Grant(150_000))
+    assert bench.messages(Granted) == [Granted(60_000), Granted(120_000), Granted(150_000)]
+    assert len(bench.messages(Telemetry)) == 1500
+
+
 def test_requests_between_grants_happen_at_the_granted_time() -> None:
     bench = granted(Grant(2050), FINGER, Perform(1, "pinch", 2.0, 2.0), Grant(3000))
     assert bench.sensors[0].touches[0][0] == 2.05

@@ -94,6 +94,27 @@ def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
     assert all(quiet[-50:])
 
 
+def test_short_touches_never_add_up_to_a_new_sensor() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    for _ in range(10):
+        touched = [stage.step(frame).deviation for frame in pressed(8.0)]
+        left = [stage.step(frame).quiet for frame in idle(2.0, seed=3)]
+    assert touched[-1] == pytest.approx(touched[0], rel=0.1)
+    assert all(left)
+
+
+def test_drift_is_followed_again_after_a_touch() -> None:
+    stage = fresh()
+    for frame in np.concatenate([idle(5.0), pressed(3.0)]):
+        stage.step(frame)
+    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]
+    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
+    assert last.quiet
+    assert abs(float(last.image.mean()) - 1.0) < 0.01
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 60))
 def test_a_restored_stage_continues_exactly(cut: int) -> None:

@@ -89,6 +89,27 @@ def test_hello_is_answered_by_welcome_and_the_state_that_nothing_is_held() -> No
     ]
 
 
+def test_a_host_may_come_long_after_the_orb_was_switched_on() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=3_600_000)
+    assert session.tick(3_600_050) == []
+    assert session.live
+
+
+def test_an_orb_is_heard_every_tenth_of_a_second_and_echoes_the_host_s_newest_time() -> None:
+    session = DeviceSession(welcome())
+    heard(session, HELLO, sequence=1, now_ms=7)
+    said(session)
+    beats = []
+    for now_ms in range(10, 1_000, 15):  # the thread's ticks are not those of the beat
+        if now_ms == 505:
+            heard(session, Heartbeat(0), sequence=2, now_ms=now_ms)
+        session.tick(now_ms)
+        beats += [(now_ms, packet.message) for packet in said(session)]
+    assert [now_ms // 100 for now_ms, _ in beats] == list(range(1, 10))
+    assert [beat for _, beat in beats] == [Heartbeat(7)] * 4 + [Heartbeat(505)] * 5
+
+
 def test_nothing_is_accepted_before_hello() -> None:
     session = DeviceSession(welcome())
     assert heard(session, Contacts(()), sequence=1, now_ms=0) == []

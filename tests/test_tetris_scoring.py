@@ -92,3 +92,19 @@ def test_goals_say_where_a_level_begins_and_ends() -> None:
     assert goal_of(3, 1) == (20, 30)
     assert goal_of(5, 5) == (0, 50)
     assert goal_of(6, 5) == (50, 60)
+
+
+@pytest.mark.parametrize(
+    ("lines", "spin", "difficult"),
+    [
+        (4, Spin.NONE, True),
+        (3, Spin.NONE, False),
+        (1, Spin.MINI, True),
+        (0, Spin.FULL, False),
+    ],
+)
+def test_a_difficult_clear_is_a_tetris_or_a_spin_that_clears(
+    lines: int, spin: Spin, difficult: bool
+) -> None:
+    clear, _ = judge(lines, spin, level=1, streak=Streak(), perfect=False)
+    assert clear.difficult is difficult

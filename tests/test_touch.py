@@ -38,9 +38,11 @@ def test_press_beside_the_dome_touches_nothing() -> None:
 def test_finger_slides_along_the_edge_and_never_leaves_the_dome() -> None:
     touch = Touch()
     touch.press(2.0, 2.0, now_s=0.0)
-    touch.move(9.0, 2.0)
-    (contact,) = touch.contacts(0.1)
-    assert (contact.x, contact.y) == (2.0 + 3.8 * touching.EDGE, 2.0)
+    edge = 3.8 * touching.EDGE
+    for pointer, finger in (((9.0, 2.0), (2 + edge, 2.0)), ((2.0, -9.0), (2.0, 2 - edge))):
+        touch.move(*pointer)
+        (contact,) = touch.contacts(0.1)
+        assert (contact.x, contact.y) == pytest.approx(finger)
 
 
 def test_every_taxel_even_at_the_corners_is_pressed_and_not_twisted() -> None:
@@ -111,6 +113,15 @@ def test_drag_round_the_rim_turns_the_whole_hand(turn_deg: int) -> None:
         assert math.hypot(new.x - 2, new.y - 2) == pytest.approx(1.8)
 
 
+def test_a_hand_comes_down_as_the_pointer_stands_and_does_not_jump_when_it_moves() -> None:
+    touch = Touch()
+    touch.press(2.0, 5.2, now_s=0.0)  # a quarter turn from the right
+    before = touch.contacts(0.0)
+    assert positions(before)[0] == (3.8, 2.0)  # the thumb, which starts below: one quarter further
+    touch.move(2.0, 5.1)
+    assert touch.contacts(0.1) == before
+
+
 def test_pointer_crossing_the_very_centre_does_not_spin_the_hand() -> None:
     touch = Touch()
     touch.press(5.2, 2.0, now_s=0.0)
@@ -176,8 +187,10 @@ def test_losing_the_focus_lifts_everything() -> None:
     touch.press(2.0, 2.0, now_s=0.0)
     touch.finger(7, 1.0, 1.0, down=True)
     touch.update(0.0)
+    touch.hold_two(True)
     touch.lift_all()
     assert touch.update(0.1) == Contacts(())
+    assert mode_of_a_press(touch, 1.0) is Mode.PRESS
 
 
 def test_pad_of_another_orb_has_its_own_rim() -> None:

@@ -50,7 +50,7 @@ class Clear:
     @property
     def difficult(self) -> bool:
         """Whether it starts or goes on with a back-to-back chain."""
-        return self.lines == 4 or (self.lines > 0 and self.spin is not Spin.NONE)
+        return _difficult(self.lines, self.spin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def judge(
         streak: What the locks before left.
         perfect: Whether the board is empty now.
     """
-    difficult = lines == 4 or (lines > 0 and spin is not Spin.NONE)
+    difficult = _difficult(lines, spin)
     b2b = difficult and streak.b2b
     points = _POINTS[spin][lines]
     if b2b:
@@ -91,6 +91,10 @@ def judge(
     if not lines:  # breaks the combo, never the chain
         return clear, Streak(streak.b2b, 0)
     return clear, Streak(difficult, streak.combo + 1)
+
+
+def _difficult(lines: int, spin: Spin) -> bool:
+    return lines == 4 or (lines > 0 and spin is not Spin.NONE)
 
 
 def level_of(lines: int, start_level: int) -> int:

@@ -8,7 +8,12 @@ from numpy.typing import NDArray
 
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.lowpass import Lowpass
-from controller.simulator.membrane import APEX_STRETCH, inflate
+from controller.simulator.membrane import (
+    APEX_STRETCH,
+    clamp_radius_mm,
+    inflate,
+    inflate_to,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -24,6 +29,7 @@ class MechanicsModel:
 
     Attributes:
         apex_stretch: Stretch of the inflated apex.
+        pressure_pa: What the pump inflates to, in place of a stretch.
         contact: Contact mechanics.
         friction: Least and greatest mm of drag per mm of depth before a finger slips.
         memory: (share, time constant in s) of the rubber's viscoelastic memory of ln C.
@@ -32,6 +38,7 @@ class MechanicsModel:
     """
 
     apex_stretch: float = APEX_STRETCH
+    pressure_pa: float | None = None
     contact: ContactModel = field(default_factory=ContactModel)
     friction: tuple[float, float] = (0.4, 0.8)
     memory: tuple[tuple[float, float], ...] = ((0.05, 0.25), (0.04, 3.0))
@@ -60,11 +67,17 @@ class Mechanics:
             step_s: Time of one step.
             slots: Fingers at once.
             friction: Of this dome: mm of drag per mm of depth.
+
+        Raises:
+            ValueError: Nothing inflates the dome so.
         """
         self._model, self._step_s, self._friction = model, step_s, friction
-        self._skin = Skin(
-            inflate(model.apex_stretch), *grid, pitch_mm, model.contact, radius_mm=model.radius_mm
-        )
+        radius_mm = model.radius_mm or clamp_radius_mm(*grid, pitch_mm)
+        if model.pressure_pa is None:
+            membrane = inflate(model.apex_stretch)
+        else:
+            membrane = inflate_to(model.pressure_pa, radius_mm)
+        self._skin = Skin(membrane, *grid, pitch_mm, model.contact, radius_mm=radius_mm)
         self._anchor = np.zeros(slots, dtype=np.complex128)
         self._touching = np.zeros(slots, dtype=bool)
         keep = np.exp(-step_s / model.bulge_s)

@@ -19,7 +19,7 @@ PRESETS: Final[dict[str, OrbModel]] = {
         electronics=replace(
             _CIRCUIT,
             taxel_drift=(0.03, 120.0),
-            readout=replace(_CIRCUIT.readout, noise_lsb=37.0),
+            readout=replace(_CIRCUIT.readout, noise_lsb=42.0),
         ),
     ),
 }
