@@ -46,8 +46,7 @@ class OrbView:
         shown: The image as drawn now, eased towards the newest one.
         probabilities: One per label of the handshake, in its order, eased as well.
         contacts: The fingers that this host puts on a virtual dome, for the rings.
-        caption: A line under the dome; the demo says there what its hand is doing.
-        hint: The line there when there is no caption and no gesture.
+        hint: The line below the dome while no gesture is held.
     """
 
     link: LinkState = "connecting"
@@ -60,7 +59,6 @@ class OrbView:
     ready: bool = False
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()
-    caption: str = ""
     hint: str = ""
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))

@@ -144,11 +144,9 @@ class Panel:
 
     def _caption(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
         """Say below the dome what matters most; return where the next part begins."""
-        size, colour, message = 18, theme.TEXT_DIM, view.caption
-        if not message and view.gesture:
+        size, colour, message = 18, theme.TEXT_DIM, view.hint
+        if view.gesture:
             size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)
-        elif not message:
-            message = view.hint
         label = self._unit.text(message, size, colour)
         surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
         return top + self._unit.px(36)

@@ -6,7 +6,6 @@ number of processes writes the same bytes, in any order, at once or in several g
 
 import hashlib
 import json
-import math
 import multiprocessing
 import os
 import signal
@@ -23,7 +22,7 @@ from typing import Final
 import numpy as np
 
 from controller import recorder, recording
-from controller.simulator.hand import GESTURES, RIM_MM
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.repertoire import Repertoire, load
@@ -66,19 +65,13 @@ class DataSet:
     files: tuple[Path, ...] = ()
 
     def model(self) -> OrbModel:
-        """Return the orb.
+        """Return the orb; its dome is as large as the grid needs.
 
         Raises:
-            ValueError: There is no such preset, or the grid is larger than the dome.
+            ValueError: There is no such preset.
         """
         longest = max(self.rows, self.columns) - 1
         pitch = self.pitch_mm or round(_SPAN_MM / longest, 2)
-        reach = pitch * math.hypot(self.rows - 1, self.columns - 1) / 2
-        if reach > RIM_MM:
-            raise ValueError(
-                f"a {self.rows}×{self.columns} grid with a pitch of {pitch:g} mm reaches "
-                f"{reach:.1f} mm from the middle, the dome {RIM_MM:g}; choose a smaller --pitch"
-            )
         return replace(preset(self.preset), rows=self.rows, columns=self.columns, pitch_mm=pitch)
 
     def repertoire(self) -> Repertoire:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.simulator import hand
-from controller.simulator.hand import RIM_MM, SLOTS, draw_mood, draw_style, perform
+from controller.simulator.hand import RIM, SLOTS, draw_mood, draw_style, perform
 from controller.simulator.repertoire import shipped
 from controller.simulator.style import LEFT_HANDED, PARAMETERS, parameters, person
 from controller.simulator.virtual import VirtualOrb
@@ -69,7 +69,7 @@ def test_no_finger_touches_beyond_the_rim() -> None:
         for seed in range(20):
             done = perform(label, (4.0, 4.0), draw_style(RNG(seed)), RNG(seed))
             tremor_mm = 0.5
-            assert np.abs(done.point[done.depth_mm > 0.0]).max(initial=0.0) < RIM_MM + tremor_mm
+            assert np.abs(done.point[done.depth_mm > 0.0]).max(initial=0.0) < RIM * 38.0 + tremor_mm
 
 
 def test_places_are_grid_units_of_whatever_grid() -> None:

@@ -155,7 +155,6 @@ def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> N
         (["--gestures", "brush"], "there is no gesture 'brush'"),
         (["--gestures", "press,press"], "named twice"),
         (["--gestures", "absent.toml"], "cannot read the gesture absent.toml"),
-        (["--pitch", "20"], "a 5×5 grid with a pitch of 20 mm reaches 56.6 mm"),
     ],
 )
 def test_what_cannot_be_is_one_sentence(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator import pointer
+from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.repertoire import FINGERS as SLOTS
 from controller.simulator.repertoire import Repertoire, shipped
 from controller.simulator.style import Style, draw_mood, draw_style
@@ -35,7 +36,7 @@ MECHANICS_HZ: Final = 50.0
 GESTURES: Final = ("press", "pinch", "twist_cw", "twist_ccw")  # paper, section 4.2
 DISTRACTORS: Final = ("brush", "rest")  # contacts that are no gestures
 ONSET_SHARE: Final = 0.4  # of the plateau depth: where a gesture truly begins
-RIM_MM: Final = 34.0  # farther out a finger meets the clamp, not the membrane
+RIM: Final = 34 / 38  # of the dome's radius; farther out a finger meets the clamp
 _RELEASED_MM: Final = 0.05  # shallower than this no finger touches
 _GRID: Final = (5, 5, 10.0)
 
@@ -99,7 +100,7 @@ def perform(
     else:
         point, depth, radius = known[label].move(style, rng, step_hz)
         point += middle
-        depth *= np.abs(point) < RIM_MM
+        depth *= np.abs(point) < RIM * clamp_radius_mm(rows, columns, pitch_mm)
     steps, fingers = point.shape
     time = np.arange(steps) / step_hz
     if not style.pointer:
