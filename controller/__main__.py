@@ -44,13 +44,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     options = parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with _signals() as stopped:
+    with _signals() as ends:
         try:
             parts = _prepare(options)
         except (BundleError, MappingError, RecordingError, SensorError, LinkError) as error:
             return _complain(error, 2)
+        if parts.owned:
+            threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
-            _run(parts, stopped)
+            _run(parts, lambda: bool(ends))
         except (RecordingError, SensorError, LinkError) as error:
             return _complain(error, 1)
         finally:
@@ -181,8 +183,6 @@ def _run(parts: _Parts, stopped: Callable[[], bool]) -> None:
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := getattr(parts.link, "url", None):
         _announce(url)
-    if parts.owned:
-        threading.Thread(target=_end_with_host, name="owner", daemon=True).start()
     if printing and replaying:
         _replay(_device(parts, 1), stopped)
         return
@@ -210,12 +210,12 @@ def _announce(url: str) -> None:
         raise LinkError(f"cannot print where this orb listens: {error.strerror}") from None
 
 
-def _end_with_host() -> None:
-    """End when the host does: it holds the other end of our standard input, however it dies."""
+def _watch_host(ends: list[str]) -> None:
+    """Note the host's end: it holds the other end of our standard input, however it dies."""
     with suppress(OSError):
         while os.read(0, 4096):
             pass
-    signal.raise_signal(signal.SIGTERM)
+    ends.append("the host has gone")
 
 
 def _replay(device: Device, stopped: Callable[[], bool]) -> None:
@@ -257,19 +257,23 @@ def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: 
 
 
 @contextmanager
-def _signals() -> Iterator[Callable[[], bool]]:
-    """Turn SIGINT and SIGTERM into an orderly end: a recording is sealed, the host told."""
-    caught: list[int] = []
+def _signals() -> Iterator[list[str]]:
+    """Turn signals to end into reasons to end, in order: a recording is sealed, the host told."""
+    reasons: list[str] = []
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    hangup = getattr(signal, "SIGHUP", None)  # the terminal was closed; Windows has none
+    if hangup is not None and signal.getsignal(hangup) is not signal.SIG_IGN:  # by nohup
+        numbers.append(hangup)
 
     def handle(number: int, frame: FrameType | None) -> None:
-        caught.append(number)
+        reasons.append(signal.Signals(number).name)
 
-    before = {name: signal.signal(name, handle) for name in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, handle) for number in numbers}
     try:
-        yield lambda: bool(caught)
+        yield reasons
     finally:
-        for name, handler in before.items():
-            signal.signal(name, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 if __name__ == "__main__":

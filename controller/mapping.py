@@ -25,7 +25,7 @@ from typing import Any
 from controller.protocol import COMMANDS
 
 NONE = "none"  # the command that does nothing
-ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them: DESIGN.md
+ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")

@@ -88,18 +88,17 @@ def parser() -> argparse.ArgumentParser:
     return grammar  # fmt: skip
 
 
-def _seed(text: str) -> int:
-    value = int(text)
-    if not 0 <= value < 2**32:
-        raise ValueError
-    return value
+def _seed(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
+    return int(words)
 
 
-def _rate(text: str) -> float:
-    value = float(text)
+def _rate(words: str) -> float:
+    try:
+        value = float(words)
+    except ValueError:
+        value = math.nan
     if not (math.isfinite(value) and value > 0.0):
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
     return value
-
-
-_seed.__name__, _rate.__name__ = "seed", "rate"  # argparse shows them: "invalid seed value"

@@ -154,10 +154,11 @@ class Pipeline:
     def _touch(self, prepared: Prepared, null: bool) -> Touch | None:
         """Return the median place of the present touch; the network is asked only if there is one.
 
-        A touch begins with a frame that is not quiet. Quiet frames do not end it at once,
-        because the probabilities, which look back over a window, lag behind the finger.
+        A touch begins with a frame that is not quiet, or in which the networks see a gesture: on
+        a noisy sensor they feel a finger that the deviation does not show. Quiet frames do not
+        end it at once, because the probabilities lag behind the finger.
         """
-        if prepared.ready and not prepared.quiet:
+        if prepared.ready and not (prepared.quiet and null):
             touch = self._recognizer.touch(prepared.image)
             self._place.add(prepared.deviation, touch, null=null)
         else:
@@ -186,13 +187,14 @@ class TouchMedian:
         self._lowest: float | None = 0.0  # deviation since the last finger left; None: it touches
 
     def add(self, deviation: float, touch: Touch, *, null: bool) -> None:
-        """Take a frame that is not quiet; `null`: the networks see no gesture in it."""
+        """Take a frame of a touch, perhaps; `null`: the networks see no gesture in it."""
         if self._lowest is None:
             if deviation >= _LEFT * max(seen[0] for seen in self._seen):
                 self._seen.append((deviation, *touch))
                 return
             self._lowest = deviation
-        if deviation >= self._lowest + self._rise:
+        felt = not null and not self._seen  # by the networks, and the last touch is forgotten
+        if felt or deviation >= self._lowest + self._rise:
             self._seen.clear()
             self._seen.append((deviation, *touch))
             self._lowest = None

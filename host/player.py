@@ -12,7 +12,7 @@ from tetris.bot import plan
 from tetris.engine import Action, Game, Phase
 from tetris.pieces import Piece
 
-# What does what, and where a press goes: the orb's manual (DESIGN: gesture -> command).
+# What does what, and where a press goes: the orb's manual, which is the bundle's own mapping.
 MANUAL: Final[dict[str, tuple[str, tuple[float, float]]]] = {
     "left": ("press", (0.8, 2.7)),
     "right": ("press", (3.2, 2.7)),

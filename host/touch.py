@@ -20,7 +20,7 @@ from typing import Final
 
 from controller.protocol import Contact, Contacts
 
-PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm: SIMULATOR.md
+PRESS_DEPTH_MM: Final = 9.0  # the middle of the simulated hands, 6.5 to 12 mm
 FINGER_RADIUS_MM: Final = 7.0  # half an index finger's width
 PINCH_DEPTH_MM: Final = 7.0  # gripping fingers sink in less than a pressing one
 PINCH_OPEN_MM: Final = 17.0  # half the distance of the fingers when they come down
@@ -28,7 +28,7 @@ PINCH_CLOSED_MM: Final = 7.0  # and when they have closed: nearly touching
 PINCH_CLOSE_S: Final = 0.5  # a real pinch takes about this long
 PINCH_REACH: Final = 1.5  # grid units; keeps both fingers of a pinch on the dome
 TWIST_DEPTH_MM: Final = 7.0
-TWIST_RING_MM: Final = 18.0  # a hand's grip on the dome, 15 to 21 mm: SIMULATOR.md
+TWIST_RING_MM: Final = 18.0  # a hand's grip on the dome, 15 to 21 mm
 # Where the fingers of a twist come down: a thumb below and three fingers above, as a hand does.
 # Four fingers at right angles would look the same to 25 taxels whichever way they turn.
 TWIST_FINGERS_DEG: Final = (270.0, 57.0, 90.0, 123.0)

@@ -1,5 +1,6 @@
 """The orb on the screen: what is remembered of it, and that its picture shows it."""
 
+import dataclasses
 import os
 from collections.abc import Iterator
 
@@ -102,6 +103,25 @@ def test_silence_of_the_link_lets_the_image_fade_and_the_gesture_go() -> None:
     assert np.abs(view.shown).max() < 1e-3
 
 
+def test_probabilities_and_rate_are_the_newest_ones_eased_and_fade_in_silence() -> None:
+    view = live_view()
+    view.advance(0.0)
+    view.advance(5.0)
+    view.telemetry(telemetry(np.ones((5, 5)), probabilities=(0, 0, 1, 0, 0), rate_hz=9.5), 5.0)
+    view.advance(5.0 + orb_view.EASE_S)
+    assert view.probabilities.tolist() == pytest.approx([0, 0.37, 0.63, 0, 0], abs=0.01)
+    assert view.rate_hz == 9.5
+    view.silent("lost", "gone")
+    view.advance(9.0)
+    assert view.probabilities.max() < 0.01
+
+
+def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
+    view = live_view()
+    view.connected(dataclasses.replace(WELCOME, rows=3, columns=4, labels=LABELS[:2]))
+    assert (view.shape, len(view.probabilities), len(view.trace)) == ((3, 4), 2, 0)
+
+
 def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
     view = live_view()
     view.silent("stale", "no word")
@@ -122,6 +142,7 @@ def test_last_recognised_touch_is_marked_and_then_fades() -> None:
     view = live_view()
     view.command(Command("left", "press", 0.9, (0.5, 2.0), 1), 4.0)
     assert view.mark(4.0) == (0.5, 2.0, 1.0)
+    assert view.mark(4.0 + orb_view.MARK_S / 4) == pytest.approx((0.5, 2.0, 0.75))
     assert view.mark(4.0 + orb_view.MARK_S) is None
 
 

@@ -104,7 +104,7 @@ def test_a_dragged_finger_compresses_the_skin_ahead_and_stretches_it_behind() ->
 def test_the_mirror_image_of_a_twist_is_the_opposite_twist(
     yaw: float, count: int, turn_mm: float
 ) -> None:
-    # SIMULATOR: z_cw(x, y) = z_ccw(-x, y). Only the grip's asymmetry tells directions apart.
+    # Mirror symmetry: z_cw(x, y) = z_ccw(-x, y). Only the grip's asymmetry tells directions apart.
     angles = yaw + np.array([0.0, 2.5, 3.1, 3.7, 4.3])[:count]
     grip = [complex(18.0 * np.exp(1j * a)) for a in angles]
     drag = [complex(1j * turn_mm * np.exp(1j * a)) for a in angles]

@@ -61,15 +61,34 @@ def test_a_t_that_was_shifted_into_its_place_is_no_t_spin() -> None:
     assert clear.name == "double"
 
 
-def test_a_shift_or_a_fall_after_the_turn_takes_the_spin_away() -> None:
+@pytest.mark.parametrize("after", [[Action.HARD_DROP], [Action.DOWN] * 4, []])  # []: gravity
+def test_a_fall_after_the_turn_takes_the_spin_away(after: list[Action]) -> None:
+    game = Game(seed=1)
+    picture = """
+        ..JJJJJJJJ
+        ..JJJJJJJJ
+        J.JJJJJJJJ
+    """
+    game.set_up(Board.parse(picture), Piece("T", x=0, y=4, turn=0))
+    events = game.update(0.0, [Action.ROTATE_CCW, *after]) + game.update(5.0)
+    locked = [event.clear.name for event in events if isinstance(event, Locked)]
+    assert locked[0] == "double"  # with a spin's three corners, but it fell there
+
+
+def test_a_shift_after_the_turn_takes_the_spin_away() -> None:
     clear, _ = played(
-        ".JJJJJJJJJ",
-        Piece("T", x=0, y=3, turn=0),
+        """
+        ......J...
+        ..........
+        ....J.J...
+        """,
+        Piece("T", x=2, y=0, turn=3),
         Action.ROTATE_CW,
-        Action.LEFT,
+        Action.RIGHT,
+        Action.RIGHT,
         Action.HARD_DROP,
     )
-    assert clear.name == "single"
+    assert (clear.name, clear.points) == ("", 0)
 
 
 def test_with_one_front_corner_only_it_is_a_mini() -> None:

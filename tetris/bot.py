@@ -1,8 +1,8 @@
 """A player that looks one piece ahead and may be asked again after every command.
 
 It tries every place that the piece can reach by turning and shifting at its present
-height and then dropping, and takes the best by Dellacherie's six features. Source of
-features and weights: TETRIS.md "Bots" (after Thiery and Scherrer).
+height and then dropping, and takes the best by Dellacherie's six features and weights, as
+C. Thiery and B. Scherrer report them: Building Controllers for Tetris, ICGA Journal, 2009.
 """
 
 from collections import deque

@@ -5,7 +5,7 @@ the moment it was due, and then carries out the player's actions. How time is cu
 updates therefore changes nothing, and a seed with the timed actions is a replay. Inside,
 time is whole nanoseconds, so that sums are exact.
 
-Rules: rules.json, with its recommendations where sources disagree.
+Rules: docs/tetris.md, with its recommendations where sources disagree.
 """
 
 from collections import deque
@@ -135,7 +135,7 @@ class Game:
             self.piece = piece
             self._end(TopOut.BLOCK_OUT)
             return
-        # At once one row down where nothing is in the way: rules.json "spawn".
+        # At once one row down where nothing is in the way: docs/tetris.md "spawn".
         self._take(moves.shifted(self.board.bits, piece, 0, -1) or piece)
 
     def _take(self, piece: Piece) -> None:
@@ -194,7 +194,7 @@ class Game:
         return True
 
     def _rest(self) -> None:
-        """Start the lock delay if the piece is on the ground: rules.json "lock_down"."""
+        """Start the lock delay if the piece is on the ground: docs/tetris.md "lock_down"."""
         if self.piece.lowest_row < self._lowest:
             self._lowest = self.piece.lowest_row
             self._resets = 0

@@ -22,7 +22,7 @@ class Action(Enum):
 
 
 class TopOut(Enum):
-    """How a game ended: rules.json "top_out"."""
+    """How a game ended: docs/tetris.md "top_out"."""
 
     BLOCK_OUT = "block out"  # a piece entered where blocks are
     LOCK_OUT = "lock out"  # a piece locked wholly above the visible rows

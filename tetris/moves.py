@@ -1,7 +1,7 @@
 """What a piece can do on a board: shift, turn with kicks, drop, and spin.
 
 Every function takes the board's bits and a piece and returns a new piece. Source: the
-Super Rotation System, rules.json "srs", and "tspin".
+Super Rotation System, docs/tetris.md "srs", and "tspin".
 """
 
 from enum import Enum
@@ -15,7 +15,7 @@ CW: Final = 1
 CCW: Final = -1
 LAST_KICK: Final = 4  # the fifth test, which moves the centre by one column and two rows
 
-# From one turn to the next, the five shifts (x, y) to try in order: rules.json "srs".
+# From one turn to the next, the five shifts (x, y) to try in order: docs/tetris.md "srs".
 _Kicks = dict[tuple[int, int], tuple[Cell, ...]]
 _JLSTZ: Final[_Kicks] = {
     (0, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
@@ -91,7 +91,7 @@ def landed(bits: int, piece: Piece) -> Piece:
 
 
 def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
-    """Judge a locking piece: rules.json "tspin".
+    """Judge a locking piece: docs/tetris.md "tspin".
 
     Args:
         bits: The board without the piece.

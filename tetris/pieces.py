@@ -15,7 +15,7 @@ Kind = Literal["I", "O", "T", "S", "Z", "J", "L"]
 KINDS: Final[tuple[Kind, ...]] = ("I", "O", "T", "S", "Z", "J", "L")
 Cell = tuple[int, int]  # (x, y)
 
-COLUMNS: Final = 10  # rules.json "matrix", and the next two
+COLUMNS: Final = 10  # docs/tetris.md "matrix", and the next two
 VISIBLE_ROWS: Final = 20
 TOTAL_ROWS: Final = 40
 STRIDE: Final = COLUMNS + 2  # bits a row
@@ -30,7 +30,7 @@ _PICTURES: Final[dict[Kind, tuple[str, ...]]] = {  # as they enter, flat side do
     "J": ("#..", "###", "..."),
     "L": ("..#", "###", "..."),
 }
-_ENTRANCES: Final[dict[Kind, Cell]] = {  # the box's corner: rules.json "spawn", rows 20 and 21
+_ENTRANCES: Final[dict[Kind, Cell]] = {  # the box's corner: docs/tetris.md "spawn", rows 20 and 21
     "I": (3, 18),
     "O": (4, 20),
     "T": (3, 19),

@@ -1,10 +1,10 @@
-"""The rules that a player may change, and gravity. Source: rules.json."""
+"""The rules that a player may change, and gravity. Source: docs/tetris.md."""
 
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-_LAST_GRAVITY_LEVEL: Final = 20  # beyond it nothing falls faster: rules.json "gravity"
+_LAST_GRAVITY_LEVEL: Final = 20  # beyond it nothing falls faster: docs/tetris.md "gravity"
 _LEAST_DELAY_S: Final = 0.001
 
 
@@ -23,7 +23,7 @@ class Config:
     Attributes:
         start_level: 1 or more; sets the first gravity and the first goal.
         gravity_cap: The level whose gravity is never exceeded, 1 to 20; scoring goes on
-            with the real level. Slow controllers cap it at 3: TETRIS.md.
+            with the real level. Slow controllers cap it at 3.
         lock_delay_s: How long a piece rests on the ground before it locks, 0.001 or more.
         lock_resets: Shifts and rotations that restart the delay, until a new lowest row.
         soft_drop_factor: How many times faster than gravity a soft drop falls.
@@ -32,7 +32,7 @@ class Config:
 
     start_level: int = 1
     gravity_cap: int = _LAST_GRAVITY_LEVEL
-    lock_delay_s: float = 0.5  # rules.json "lock_down", and the next
+    lock_delay_s: float = 0.5  # docs/tetris.md "lock_down", and the next
     lock_resets: int = 15
     soft_drop_factor: int = 20
     previews: int = 5
@@ -49,6 +49,6 @@ class Config:
 
 
 def seconds_per_row(level: int) -> float:
-    """Return how long a piece takes to fall one row: rules.json "gravity"."""
+    """Return how long a piece takes to fall one row: docs/tetris.md "gravity"."""
     steps = min(level, _LAST_GRAVITY_LEVEL) - 1
     return float((0.8 - steps * 0.007) ** steps)

@@ -1,4 +1,4 @@
-"""Points and levels: what a lock is worth. Source: rules.json "scoring" and "levels"."""
+"""Points and levels: what a lock is worth. Source: docs/tetris.md "scoring" and "levels"."""
 
 from dataclasses import dataclass
 from typing import Final

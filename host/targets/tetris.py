@@ -23,7 +23,9 @@ from tetris.window.keys import Keys
 from tetris.window.view import GameView
 
 DESIGN: Final = (1280, 720)  # the window's first size; any other is filled in proportion
-GRAVITY_CAP: Final = 3  # an orb gives about one command a second: TETRIS.md
+# An orb gives about one command a second, and a placement needs up to eight: at level 3 a
+# piece falls for 12 s, and what has landed can still be moved by one more gesture.
+PACE: Final = Config(gravity_cap=3, lock_delay_s=1.0)
 AGAIN_S: Final = 1.0  # a drop meant for the last piece does not start the next game
 
 ACTIONS: Final[dict[str, Action]] = {
@@ -70,7 +72,7 @@ class TetrisTarget:
 
     def __init__(self, seed: int, config: Config | None = None) -> None:
         """Begin a game; its time begins with the first tick."""
-        self.game = Game(seed, config or Config(gravity_cap=GRAVITY_CAP))
+        self.game = Game(seed, config or PACE)
         self.orb = OrbView()
         self.touch = Touch()
         self.keys = Keys()

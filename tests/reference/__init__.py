@@ -1,4 +1,4 @@
-"""An independent reference for the virtual orb's mechanics: slow, plain, and shares no code with it.
+"""An independent reference for the virtual orb's mechanics, which shares no code with it.
 
 Three solvers that know nothing of `controller`:
 

@@ -33,10 +33,9 @@ def drag(mesh: Mesh, ratio: float, force: Array, swelling: Array | None = None) 
             sheet is that much too large for its place, or, as below a dent, too small.
     """
     # Strains xx, yy, 2 xy from the corners' displacements, (triangles, 3, 6).
-    strain = np.zeros((len(mesh.area), 3, 3, 2))
-    strain[:, 0, :, 0] = strain[:, 2, :, 1] = mesh.slope[:, :, 0]
-    strain[:, 1, :, 1] = strain[:, 2, :, 0] = mesh.slope[:, :, 1]
-    strain = strain.reshape(-1, 3, 6)
+    strain = np.zeros((len(mesh.area), 3, 6))
+    strain[:, 0, 0::2] = strain[:, 2, 1::2] = mesh.slope[:, :, 0]
+    strain[:, 1, 1::2] = strain[:, 2, 0::2] = mesh.slope[:, :, 1]
     law = np.array([[1.0, ratio, 0.0], [ratio, 1.0, 0.0], [0.0, 0.0, (1.0 - ratio) / 2]])
     law /= 1.0 - ratio**2
     entries = np.einsum("tia,ij,tjb,t->tab", strain, law, strain, mesh.area, optimize=True)

@@ -6,7 +6,7 @@ springs; where it has touched, it either holds the skin (no slip) or lets it sli
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +14,13 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from . import material
+from .finger import Finger, Mask
 from .mesh import disc, taxels
 
 Array = NDArray[np.float64]
+FINGERTIP = Finger()
 _TOLERANCE = 1e-9
 _STEP_LIMIT = 0.15  # radii that a node may move in one Newton step
-
-
-@dataclass(frozen=True)
-class Finger:
-    """A spherical fingertip.
-
-    Attributes:
-        radius_mm: Of the sphere.
-        stiffness: Of its springs; `material.PULP` or `material.RIGID`.
-        sticky: It holds the skin where it first touched it.
-    """
-
-    radius_mm: float = 7.0
-    stiffness: float = material.PULP
-    sticky: bool = True
 
 
 @dataclass
@@ -49,8 +36,8 @@ class State:
 
     x: Array
     pressure: float
-    held: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))
-    grip: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    held: Mask
+    grip: Array
 
 
 @dataclass(frozen=True)
@@ -81,24 +68,34 @@ class Press:
 class Dome:
     """A dome that is inflated once and pressed often."""
 
-    def __init__(self, rings: int, volume: float, connected: float = 0.0) -> None:
+    def __init__(
+        self,
+        rings: int,
+        volume: float,
+        connected: float = 0.0,
+        focus: complex = 0j,
+        grading: float = 1.0,
+    ) -> None:
         """Inflate the dome.
 
         Args:
             rings: Circles of nodes.
             volume: Enclosed volume, R^3.
             connected: Volume of hose and reservoir that shares the dome's gas, R^3.
+            focus: Where on the flat disc the middle of the rings is.
+            grading: Above 1, rings crowd around the focus.
         """
-        self.mesh = mesh = disc(rings)
+        self.mesh = mesh = disc(rings, focus, grading)
         dofs = (3 * mesh.triangle[:, :, None] + np.arange(3)).reshape(-1, 9)
         self._rows, self._columns = np.repeat(dofs, 9, axis=1).ravel(), np.tile(dofs, 9).ravel()
         self._free = np.flatnonzero(np.repeat(mesh.free, 3))
         self._cover = taxels(mesh)
         self._connected = connected
         flat = np.concatenate([mesh.node, np.zeros((len(mesh.node), 1))], axis=1)
-        flat[:, 2] = 0.05 * (1.0 - (mesh.node**2).sum(axis=1))
-        self.rest = State(flat, 0.5)
-        for part in np.linspace(0.0, volume, max(2, int(volume / 0.2) + 1))[1:]:
+        parts = np.linspace(0.0, volume, max(2, int(volume / 0.2) + 1))[1:]
+        flat[:, 2] = 2.0 / np.pi * parts[0] * (1.0 - (mesh.node**2).sum(axis=1))
+        self.rest = self._free_state(flat, 0.1, 0)
+        for part in parts:
             self.rest = self._settle(self.rest, (), np.zeros((0, 3)), volume=float(part))
         self.gas = (self.rest.pressure + material.ATMOSPHERE) * (volume + connected)
 
@@ -114,7 +111,7 @@ class Dome:
         self,
         points: Sequence[complex],
         travel_mm: Array,
-        finger: Finger = Finger(),
+        finger: Finger = FINGERTIP,
         shift_mm: Array | None = None,
     ) -> Press:
         """Press fingers straight inward, optionally moving them along the skin as well.
@@ -126,13 +123,8 @@ class Dome:
             shift_mm: Displacement of every finger besides, (steps, fingers, 3).
         """
         nodes, surface, normal = self.touch(points)
-        radius = finger.radius_mm / material.RADIUS_MM
-        state = State(
-            self.rest.x,
-            self.rest.pressure,
-            np.zeros((len(points), len(self.mesh.node)), dtype=bool),
-            np.zeros((len(points), len(self.mesh.node), 3)),
-        )
+        radius = finger.radius
+        state = self._free_state(self.rest.x, self.rest.pressure, len(points))
         depth, log_c, pressure, x = [], [], [], []
         fingers = [finger] * len(points)
         before = surface + normal * radius
@@ -168,6 +160,11 @@ class Dome:
         )
         return np.asarray(np.log(now / rest))
 
+    def _free_state(self, x: Array, pressure: float, fingers: int) -> State:
+        """Return a state in which no finger holds anything."""
+        held = np.zeros((fingers, len(x)), dtype=bool)
+        return State(x, pressure, held, np.zeros((fingers, len(x), 3)))
+
     def _follow(
         self, state: State, fingers: Sequence[Finger], before: Array, centre: Array
     ) -> State:
@@ -182,14 +179,8 @@ class Dome:
             return self._follow(settled, fingers, middle, centre)
         held, grip = state.held.copy(), state.grip.copy()
         for k, finger in enumerate(fingers):
-            radius = finger.radius_mm / material.RADIUS_MM
-            start, end = state.x - before[k], settled.x - centre[k]
-            above = np.linalg.norm(start, axis=1) - radius
-            below = np.linalg.norm(end, axis=1) - radius
-            new = (below < 0.0) & ~held.any(axis=0) & self.mesh.free & finger.sticky
-            when = np.clip(above / np.maximum(above - below, 1e-12), 0.0, 1.0)[:, None]
-            first = start + when * (end - start)  # where it touched, within the step
-            first *= radius / np.linalg.norm(first, axis=1, keepdims=True)
+            touched, first = finger.catch(state.x - before[k], settled.x - centre[k])
+            new = touched & ~held.any(axis=0) & self.mesh.free
             grip[k, new] = first[new]
             held[k] |= new
         return State(settled.x, settled.pressure, held, grip)
@@ -210,8 +201,10 @@ class Dome:
             entries = (tangent - pressure * bend).ravel()
             matrix = sparse.csr_matrix((entries, (self._rows, self._columns)), (size, size))
             residual = force - pressure * swell
+            near = self.mesh.free & ~state.held.any(axis=0)
             for k, finger in enumerate(fingers):
-                push, stiffness = self._contact(x, finger, centre[k], state.held, k, state.grip)
+                held, grip = state.held[k], state.grip[k]
+                push, stiffness = finger.push(x - centre[k], self.mesh.share, near, held, grip)
                 residual, matrix = residual + push, matrix + stiffness
             if volume is None:  # Boyle: (p + p_atm)(V + V_connected) stays
                 total, absolute = enclosed + self._connected, pressure + material.ATMOSPHERE
@@ -274,31 +267,3 @@ class Dome:
             bend[:, j, :, i, :] = turn
         volume = float((gradient * x).sum()) / 3.0
         return volume, gradient.ravel(), bend.reshape(-1, 9, 9)
-
-    def _contact(
-        self,
-        x: Array,
-        finger: Finger,
-        centre: Array,
-        all_held: NDArray[np.bool_],
-        k: int,
-        grip: Array,
-    ) -> tuple[Array, sparse.csr_matrix]:
-        """Force of one finger's springs, (nodes * 3,), and their stiffness."""
-        held = all_held[k]
-        arm = x - centre
-        length = np.linalg.norm(arm, axis=1)
-        gap = length - finger.radius_mm / material.RADIUS_MM
-        near = (gap < 0.0) & self.mesh.free & ~all_held.any(axis=0)
-        normal = arm / length[:, None]
-        radial = normal[:, :, None] * normal[:, None, :]
-        spring = finger.stiffness * self.mesh.share[:, None]
-        push, block = np.zeros_like(x), np.zeros((len(x), 3, 3))
-        push[near] = (spring * gap[:, None] * normal)[near]
-        block[near] = radial[near] + (gap / length)[near, None, None] * (np.eye(3) - radial[near])
-        push[held] = (spring * (arm - grip[k]))[held]
-        block[held] = np.eye(3)
-        block *= spring[:, :, None]
-        nodes = np.arange(len(x) + 1)
-        stiffness = sparse.bsr_matrix((block, nodes[:-1], nodes), shape=(x.size, x.size))
-        return push.ravel(), sparse.csr_matrix(stiffness)

@@ -31,12 +31,18 @@ class Mesh:
     free: NDArray[np.bool_]
 
 
-def disc(rings: int) -> Mesh:
-    """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles."""
-    nodes, triangles = [np.zeros((1, 2))], []
+def disc(rings: int, focus: complex = 0j, grading: float = 1.0) -> Mesh:
+    """Mesh the unit disc with 6 k nodes on the k-th of `rings` circles.
+
+    Args:
+        rings: Circles of nodes.
+        focus: Where the middle of the rings is; a conformal map takes it there.
+        grading: Above 1, rings crowd around the focus.
+    """
+    nodes, triangles = [np.zeros(1, dtype=np.complex128)], []
     for k in range(1, rings + 1):
         angle = np.arange(6 * k) * np.pi / (3 * k)
-        nodes.append(k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        nodes.append((k / rings) ** grading * np.exp(1j * angle))
         inner, outer = _first(k - 1), _first(k)
         for sector in range(6):
             for j in range(k):
@@ -47,14 +53,17 @@ def disc(rings: int) -> Mesh:
                 if j < k - 1:
                     beside = inner + (sector * (k - 1) + j + 1) % (6 * (k - 1))
                     triangles.append((low, following, beside))
-    node, triangle = np.concatenate(nodes), np.array(triangles)
+    even = np.concatenate(nodes)
+    flat = (even + focus) / (1.0 + np.conj(focus) * even)
+    node, triangle = np.stack([flat.real, flat.imag], axis=1), np.array(triangles)
     corner = node[triangle]
     edges = np.stack([corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]], axis=2)
     inverse = np.linalg.inv(edges)
     slope = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
     area = 0.5 * np.linalg.det(edges)
-    share = np.bincount(triangle.ravel(), np.repeat(area / 3, 3), len(node))
-    return Mesh(node, triangle, slope, area, share, np.linalg.norm(node, axis=1) < 1 - 1e-9)
+    share = np.zeros(len(node))
+    np.add.at(share, triangle, area[:, None] / 3)
+    return Mesh(node, triangle, slope, area, share, np.abs(flat) < 1 - 1e-9)
 
 
 def _first(ring: int) -> int:
@@ -78,7 +87,9 @@ def taxels(mesh: Mesh, pitch: float = 10 / 38, side: float = 5 / 38) -> sparse.c
     points = np.einsum("cs,tcx->tsx", weight, mesh.node[mesh.triangle])
     column = np.rint(points[..., 0] / pitch)
     row = -np.rint(points[..., 1] / pitch)  # row 0 is the top
-    under = np.maximum(np.abs(points[..., 0] - column * pitch), np.abs(points[..., 1] + row * pitch))
+    under = np.maximum(
+        np.abs(points[..., 0] - column * pitch), np.abs(points[..., 1] + row * pitch)
+    )
     inside = (under < side / 2) & (np.abs(column) <= 2) & (np.abs(row) <= 2)
     triangle, sample = np.nonzero(inside)
     taxel = ((row + 2) * 5 + column + 2)[triangle, sample].astype(int)

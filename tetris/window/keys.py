@@ -12,7 +12,7 @@ import pygame
 
 from tetris.events import Action
 
-DAS_S: Final = 0.167  # rules.json "auto_repeat", "modern_default"
+DAS_S: Final = 0.167  # docs/tetris.md "auto_repeat", "modern_default"
 ARR_S: Final = 0.033
 
 BINDINGS: Final[Mapping[int, Action]] = {

@@ -21,7 +21,7 @@ GOOD: Final[Colour] = (94, 214, 140)
 WARN: Final[Colour] = (255, 200, 87)
 BAD: Final[Colour] = (255, 99, 110)
 
-# Guideline hues, softened to sit on the dark background: rules.json "colours".
+# Guideline hues, softened to sit on the dark background: docs/tetris.md "colours".
 PIECES: Final[dict[str, Colour]] = {
     "I": (77, 208, 225),
     "O": (255, 213, 79),

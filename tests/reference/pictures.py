@@ -1,0 +1,293 @@
+"""Draw the pictures of docs/simulator.md.
+
+python -m tests.reference.pictures [--out docs/pictures]
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from numpy.typing import NDArray
+
+from controller.simulator import membrane, paper
+from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
+from controller.simulator.presets import PRESETS
+from controller.simulator.session import simulate
+
+from .dome import Dome
+from .paint import BLUE, CORAL, DIM, HUES, INK, LINE, SIGNED, STYLE, image, save
+from .render import View
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+INFLATED = membrane.inflate()
+SKIN = Skin(INFLATED, 5, 5, 10.0, ContactModel())
+VOLUME = float(-np.trapezoid(np.pi * INFLATED.radius**2, INFLATED.height))
+DEPTHS_MM = np.linspace(0.0, 12.0, 49)
+
+
+def grip(z: Complex, depth_mm: float, drag_mm: Complex) -> Grip:
+    """Fingers of 7 mm on the unit disc."""
+    depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
+    return SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))[0]
+
+
+def feel(z: Complex, depth_mm: float, drag_mm: Complex) -> Array:
+    """What the model's taxels sense, ln C / C0, (25,)."""
+    if depth_mm <= 0.0:
+        return np.zeros(25)
+    log_c: Array = SKIN.log_capacitance(grip(z, depth_mm, drag_mm), np.zeros(1))[0]
+    return log_c
+
+
+def pressing(place: complex) -> tuple[Array, Array]:
+    """Model and reference, ln C / C0 of every taxel over DEPTHS_MM, (depths, 25) each."""
+    ours = [feel(np.array([place]), float(depth), np.zeros(1, complex)) for depth in DEPTHS_MM]
+    done = Dome(24, VOLUME, 100 * VOLUME, place, 1.6).press([place], np.arange(0.5, 17, 0.5))
+    theirs = [done.at(float(depth)) for depth in DEPTHS_MM]
+    return np.array(ours), np.array(theirs)
+
+
+def comparison(folder: Path) -> None:
+    """Model against reference: curves, and where the worst taxel is."""
+    figure, axes = plt.subplots(2, 2, figsize=(8.4, 6.4), height_ratios=[2.4, 1], sharex=True)
+    cases = (
+        (
+            "A press on the apex",
+            0j,
+            ((12, "under the finger"), (13, "10 mm off"), (14, "20 mm off")),
+        ),
+        (
+            "A press at half the radius",
+            0.5 + 0j,
+            ((14, "1 mm off"), (13, "9 mm off"), (12, "19 mm off"), (10, "39 mm off")),
+        ),
+    )
+    shades = [INK, BLUE, CORAL, DIM]
+    for column, (title, place, taxels) in enumerate(cases):
+        ours, theirs = pressing(place)
+        top, low = axes[:, column]
+        for (taxel, name), shade in zip(taxels, shades, strict=False):
+            top.plot(DEPTHS_MM, ours[:, taxel], color=shade, lw=2.0, label=name)
+            top.plot(DEPTHS_MM[::4], theirs[::4, taxel], "o", mfc="white", mec=shade, ms=5)
+        top.axhline(0.0, color=LINE, lw=0.8, zorder=0)
+        top.set_title(title)
+        top.legend(title="taxel", loc="lower left", alignment="left")
+        peak = np.maximum(np.abs(theirs).max(axis=1), 1e-9)
+        worst = np.abs(ours - theirs).max(axis=1) / peak
+        mean = np.abs((ours - theirs).mean(axis=1)) / peak
+        bound = np.interp(DEPTHS_MM, [6.0, 12.0], [15.0, 30.0])
+        low.fill_between(DEPTHS_MM[2:], bound[2:], 36.0, color="#ffece3", lw=0, zorder=0)
+        low.plot(DEPTHS_MM[2:], 100 * worst[2:], color=CORAL, lw=1.8, label="worst taxel")
+        low.plot(DEPTHS_MM[2:], 100 * mean[2:], color=BLUE, lw=1.8, label="mean of all")
+        low.set(ylim=(0, 36), xlim=(0, 12.2), xlabel="indentation, mm", xticks=range(0, 13, 2))
+        low.legend(loc="upper left", ncols=2)
+    axes[0, 0].set_ylabel("ln C / C₀")
+    axes[1, 0].set_ylabel("off by, % of peak")
+    axes[0, 0].set_ylim(-0.36, 0.02)
+    axes[0, 1].set_ylim(-0.36, 0.02)
+    axes[0, 1].text(
+        12, -0.0, "lines: model    circles: reference", ha="right", va="bottom", color=DIM
+    )
+    save(figure, folder / "comparison.svg")
+
+
+def maps(folder: Path) -> None:
+    """Model against reference, taxel by taxel, at 6 and 12 mm."""
+    figure, axes = plt.subplots(2, 5, figsize=(8.4, 4.0), width_ratios=[1, 1, 0.18, 1, 1])
+    for block, (place, title) in enumerate(((0j, "apex"), (0.5 + 0j, "half the radius"))):
+        ours, theirs = pressing(place)
+        for row, depth in enumerate((6.0, 12.0)):
+            at = int(np.abs(DEPTHS_MM - depth).argmin())
+            for column, (name, signal) in enumerate((("reference", theirs), ("model", ours))):
+                panel = axes[row, 3 * block + column]
+                image(panel, signal[at], 0.4)
+                if row == 0:
+                    panel.set_title(f"{name}, {title}", fontsize=9, loc="center")
+        axes[0, 2].axis("off")
+        axes[1, 2].axis("off")
+    for row, depth in enumerate((6, 12)):
+        axes[row, 0].set_ylabel(f"{depth} mm deep", color=INK)
+    save(figure, folder / "maps.svg")
+
+
+def inflation(folder: Path) -> None:
+    """The inflated dome, and figure 5b."""
+    figure, (left, middle, right) = plt.subplots(
+        1, 3, figsize=(10.4, 3.5), width_ratios=[1.35, 1, 1.1]
+    )
+    pressures = (250, 1000, 2000, 2160, 2400, 2470)
+    for pressure in pressures:
+        dome = membrane.inflate_to(float(pressure))
+        now = pressure == 2160
+        shape = 38 * np.stack(
+            [np.r_[-dome.radius[::-1], dome.radius], np.r_[dome.height[::-1], dome.height]]
+        )
+        left.plot(
+            *shape, color=CORAL if now else BLUE, lw=2.4 if now else 1.0, alpha=1 if now else 0.75
+        )
+        if pressure != 2000:
+            left.text(
+                0,
+                shape[1].max() + 0.6,
+                f"{pressure / 1000:g} kPa",
+                ha="center",
+                color=CORAL if now else BLUE,
+                fontsize=8,
+            )
+    left.set(
+        xlabel="mm",
+        title="The dome at pressures of the pump",
+        ylim=(0, 50),
+        yticks=range(0, 60, 10),
+    )
+    left.set_aspect("equal", adjustable="datalim")
+    stretches = np.r_[1.002, np.linspace(1.01, 3.2, 90)]
+    unit = membrane.SHEAR_PA * membrane.THICKNESS_MM / membrane.RADIUS_MM / 1000
+    solved = [membrane.inflate(float(s)) for s in stretches]
+    kpa = np.array([d.pressure for d in solved]) * unit
+    holds = stretches <= 2.196
+    middle.plot(stretches[holds], kpa[holds], color=BLUE, lw=2)
+    middle.plot(stretches[~holds], kpa[~holds], color=DIM, lw=1.4, ls=":")
+    middle.plot(1.5, membrane.inflate(1.5).pressure * unit, "o", color=CORAL, ms=7)
+    middle.plot(2.196, kpa.max(), "o", mfc="white", mec=BLUE, ms=6)
+    middle.annotate("working point", (1.5, 2.16), (1.62, 1.75), color=CORAL)
+    middle.annotate("limit point, 2.47 kPa", (2.196, 2.47), (2.0, 2.56), color=BLUE)
+    middle.set(
+        xlabel="stretch of the apex",
+        ylabel="pressure, kPa",
+        title="What the pump can hold",
+        ylim=(0, 2.75),
+    )
+    _figure_5b(right)
+    save(figure, folder / "inflation.svg")
+
+
+def _figure_5b(axes: Axes) -> None:
+    """C / C0 of 25 taxels against the paper's l^4 of the deflection, eq. (3)."""
+    stretches = np.linspace(1.02, 1.75, 60)
+    domes = [membrane.inflate(float(s)) for s in stretches]
+    predicted = np.array([float(paper.capacitance_of_deflection(d.height[:1])[0]) for d in domes])
+    x, y = np.meshgrid(np.arange(-2, 3) * 10 / 38, np.arange(-2, 3) * 10 / 38)
+    distance = np.hypot(x, y).ravel()
+    drop = SKIN.model.permittivity_drop
+    grown = np.array([np.interp(distance, d.reference, d.area_ratio) for d in domes])
+    ratio = paper.capacitance_of_stretch(np.sqrt(grown))
+    for k in np.argsort(-distance):
+        shade = LinearSegmentedColormap.from_list("", ["#1f5fae", "#cfe3f8"])(
+            distance[k] / distance.max()
+        )
+        axes.plot(predicted, ratio[:, k], color=shade, lw=1.0)
+    axes.plot([1, 4], [1, 4], color=INK, lw=1.2, ls="--", label="eq. (3)")
+    axes.plot(predicted, ratio.mean(axis=1), color=CORAL, lw=2.4, label="mean of 25 taxels, solved")
+    softened = (ratio * (1 - drop * (grown - 1))).mean(axis=1)
+    axes.plot(predicted, softened, color=CORAL, lw=1.6, ls=":", label="and permittivity falls")
+    axes.text(2.72, 4.3, "apex", color="#1f5fae", ha="right")
+    axes.text(3.7, 2.45, "corners", color="#8fb6e3", ha="right")
+    axes.axvline(3.02, color=LINE, lw=1.0, zorder=0)
+    axes.text(2.98, 1.1, "working point", color=DIM, fontsize=8, ha="right")
+    axes.set(
+        xlim=(1, 3.75),
+        ylim=(1, 7),
+        xlabel="λ⁴ of the deflection, eq. (3)",
+        ylabel="C / C₀",
+        title="Figure 5b",
+    )
+    axes.legend(loc="upper left", fontsize=8)
+
+
+def touched(folder: Path) -> None:
+    """The membrane under a press, a pinch and a twist."""
+    ray = np.exp(1j * np.radians([193.0, -20.0, 13.0, 46.0])).astype(np.complex128)
+    hand = 0.47 * ray  # a thumb and three
+    cases = (
+        ("press", np.array([0.18 + 0.12j]), 10.0, np.zeros(1, complex)),
+        ("pinch", np.array([-0.3 + 0j, 0.3 + 0j]), 7.0, np.array([3.0, -3.0 + 0j])),
+        ("twist, counterclockwise", hand, 6.0, 3j * ray),
+        ("twist, clockwise", hand, 6.0, -3j * ray),
+    )
+    figure, axes = plt.subplots(2, 4, figsize=(11.4, 5.6), height_ratios=[1.0, 1])
+    for column, (title, z, depth, drag) in enumerate(cases):
+        log_c, top = feel(z, depth, drag), axes[0, column]
+        view = View(INFLATED, SKIN, grip(z, depth, drag))
+        view.draw(top, log_c, SIGNED, 0.5)
+        view.fingers(top, z, 7.0, (drag / 38).astype(np.complex128), INK)
+        top.set_title(title, loc="center")
+        image(axes[1, column], log_c, 0.5)
+    figure.subplots_adjust(wspace=0.06, hspace=0.08)
+    save(figure, folder / "touched.png", tight=False)
+
+
+def traces(folder: Path) -> None:
+    """Half a minute of one session: all taxels, both presets."""
+    figure, axes = plt.subplots(2, 1, figsize=(9.6, 6.6), sharex=True)
+    for panel, preset in zip(axes, ("nominal", "paper-snr"), strict=True):
+        session = simulate(12, 1.0, domain=3, model=PRESETS[preset])
+        z = session.frames / session.frames[:25].mean(axis=0)
+        start, stop = 27.0, 49.0
+        inside = (session.time_s >= start) & (session.time_s <= stop)
+        for event in session.events:
+            if start < event.release_s and event.onset_s < stop:
+                panel.axvspan(
+                    max(event.onset_s, start),
+                    min(event.release_s, stop),
+                    color=HUES[event.kind],
+                    alpha=0.28,
+                    lw=0,
+                )
+                if panel is axes[0]:
+                    panel.text(
+                        (event.onset_s + event.release_s) / 2,
+                        6.35,
+                        event.kind.replace("_", "\n"),
+                        ha="center",
+                        va="bottom",
+                        fontsize=7,
+                    )
+        for other in session.distractors:
+            panel.axvspan(
+                max(other.onset_s, start), min(other.release_s, stop), color=LINE, alpha=0.7, lw=0
+            )
+        for row in range(5):
+            for column in range(5):
+                shade = mpl.colormaps["Blues"](0.45 + 0.13 * column) if column != 2 else CORAL
+                panel.plot(
+                    session.time_s[inside],
+                    (z[inside, row, column] - 1) * 2.2 + 5 - row,
+                    color=shade,
+                    lw=0.8,
+                )
+        panel.set(
+            yticks=range(1, 6),
+            yticklabels=[f"row {5 - k}" for k in range(5)],
+            xlim=(start, stop),
+            ylim=(-0.3, 6.2),
+        )
+        panel.set_title(preset, loc="left", pad=26 if panel is axes[0] else 6)
+        panel.plot([stop - 0.4] * 2, [5.6, 5.6 + 0.44], color=INK, lw=2, solid_capstyle="butt")
+        panel.text(stop - 0.6, 5.82, "20 % of C₀", ha="right", va="center", fontsize=8)
+    axes[1].set(xlabel="s", xticks=np.arange(28, 50, 2))
+    save(figure, folder / "traces.png", flat=True)
+
+
+def main() -> int:
+    """Draw them all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("docs/pictures"), help="folder to write")
+    folder: Path = parser.parse_args().out
+    folder.mkdir(parents=True, exist_ok=True)
+    mpl.use("agg")
+    with plt.rc_context(STYLE):
+        for draw in (inflation, comparison, maps, touched, traces):
+            draw(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
