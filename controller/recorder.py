@@ -92,8 +92,17 @@ class Recorder:
             kept = _write_aside(self.path, data)
             raise RecordingError(f"{self.path} appeared meanwhile; recorded into {kept}") from None
         except OSError as error:
-            raise RecordingError(f"cannot write {self.path}: {error.strerror or error}") from None
+            raise RecordingError(self._rescue(data, error)) from None
         return self.path
+
+    def _rescue(self, data: bytes, error: OSError) -> str:
+        """Keep a session that has no place where it should go; return the sentence that says so."""
+        problem = f"cannot write {self.path}: {error.strerror or error}"
+        try:
+            kept = _write_aside(Path(tempfile.gettempdir()) / self.path.name, data)
+        except OSError:
+            return f"{problem}; the session is lost"
+        return f"{problem}; the session is kept in {kept}"
 
 
 def pack(recording: Recording) -> bytes:

@@ -33,7 +33,7 @@ from controller.preprocess import State
 
 SCHEMA = 2  # of the arrays and of meta
 READABLE: Final = (1, SCHEMA)  # form 1 had no truth and did not say who played
-MAX_BYTES = 512 << 20  # of a file and of what it unpacks to: half a year's play is less
+MAX_BYTES = 512 << 20  # of a file and of what it unpacks to: about four days at 10 Hz
 RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MIN_PF, MAX_PF = 1e-3, 1e6  # what can be a taxel: paper, section 3.2: 41 pF
 UNKNOWN = -1  # label or button

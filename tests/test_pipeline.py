@@ -101,6 +101,13 @@ def test_a_touch_that_follows_before_all_is_quiet_is_a_new_one() -> None:
     assert touched([*first, *between, (0.04, 3.0), (0.06, 3.0)]).median() == (3.0, 2.0)
 
 
+def test_on_a_noisy_sensor_the_networks_feel_what_the_deviation_does_not_show() -> None:
+    place = TouchMedian(30, rise=0.015)
+    place.lift(0.05, forget=True)
+    place.add(0.055, (1.0, 2.0), null=False)  # hardly more than the noise
+    assert place.median() == (1.0, 2.0)
+
+
 def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
     rng = np.random.default_rng(5)
     frames = [REST] * 15 + [pressed(3, 3)] * 9 + [REST] * 15

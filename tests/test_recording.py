@@ -88,6 +88,22 @@ def test_a_file_that_appears_meanwhile_is_kept_and_so_is_the_recording(tmp_path:
     assert len(recording.load(kept).frames) == 1
 
 
+def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, rescue = tmp_path / "stick", tmp_path / "rescue"
+    folder.mkdir()
+    rescue.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+    recorder = Recorder(folder / "one.npz", ORIGIN, {})
+    recorder.add(np.full((5, 5), 40.0, dtype=np.float32), 0.1, 1)
+    folder.rmdir()  # as when a memory stick is pulled
+    with pytest.raises(RecordingError, match="the session is kept in"):
+        recorder.close()
+    [kept] = rescue.iterdir()
+    assert len(recording.load(kept).frames) == 1
+
+
 def test_a_folder_that_does_not_exist_is_told_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot write into"):
         Recorder(tmp_path / "absent" / "one.npz", ORIGIN, {})
