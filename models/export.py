@@ -127,12 +127,7 @@ def flush(net: nn.Module) -> None:
 def gesture_model(net: GestureNet, shape: tuple[int, ...]) -> tuple[bytes, Weights]:
     """Return CNN-3D as an ONNX file, and its weights; `shape` is (window, rows, columns)."""
     graph = _Graph(net)
-    x = graph.normalise("windows", (-1, 1, *shape))
-    x = graph.conv(x, "conv1")
-    x = graph.conv(x, "conv2")
-    x = graph.node("Flatten", x, axis=1)
-    for name in ("dense1", "dense2"):
-        x = graph.node("Relu", graph.dense(x, name))
+    x = graph.trunk("windows", shape)
     graph.node("Softmax", graph.dense(x, "out"), name="probabilities", axis=1)
     return graph.file("gesture", "windows", shape, "probabilities", net.out.out_features)
 
@@ -140,12 +135,7 @@ def gesture_model(net: GestureNet, shape: tuple[int, ...]) -> tuple[bytes, Weigh
 def location_model(net: LocationNet, shape: tuple[int, ...]) -> tuple[bytes, Weights]:
     """Return CNN-2D as an ONNX file, and its weights; `shape` is (rows, columns)."""
     graph = _Graph(net)
-    x = graph.normalise("images", (-1, 1, *shape))
-    x = graph.conv(x, "conv1")
-    x = graph.conv(x, "conv2")
-    x = graph.node("Flatten", x, axis=1)
-    for name in ("dense1", "dense2"):
-        x = graph.node("Relu", graph.dense(x, name))
+    x = graph.trunk("images", shape)
     x = graph.node("Tanh", graph.dense(x, "out"))
     x = graph.node("Mul", x, graph.constant("reach"))
     graph.node("Add", x, graph.constant("centre"), name="touches")
@@ -172,6 +162,15 @@ class _Graph:
         output = name or f"{kind.lower()}{len(self._nodes)}"
         self._nodes.append(helper.make_node(kind, inputs, [output], **attributes))
         return output
+
+    def trunk(self, source: str, shape: tuple[int, ...]) -> str:
+        """Add what both networks have in common: all up to the last dense layer."""
+        x = self.normalise(source, (-1, 1, *shape))
+        x = self.conv(self.conv(x, "conv1"), "conv2")
+        x = self.node("Flatten", x, axis=1)
+        for name in ("dense1", "dense2"):
+            x = self.node("Relu", self.dense(x, name))
+        return x
 
     def normalise(self, source: str, shape: tuple[int, ...]) -> str:
         """Add one channel, and scale: (z - 1) x GAIN."""
