@@ -119,8 +119,8 @@ def test_fingers_never_feed_on_each_others_drag(seed: int, count: int) -> None:
 
 
 def test_a_perfect_ring_grip_carries_no_direction() -> None:
-    # Pure torsion changes no area at all (docs/simulator.md). The more fingers stand in the ring, the
-    # less they tell, although each drags the skin by 3 mm.
+    # Pure torsion changes no area at all. The more fingers stand in the ring, the less they tell,
+    # although each drags the skin by 3 mm.
     skin = Skin(membrane.inflate(), 5, 5, 10.0, ContactModel())
 
     def told(count: int) -> float:

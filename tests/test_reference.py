@@ -119,7 +119,7 @@ def test_both_nonlinear_references_agree_on_the_apex(depth_mm: float) -> None:
 
 
 def test_the_linear_reference_reproduces_the_flat_discs_redistribution() -> None:
-    # SIMULATOR: .25 of a dent's area strain stays local in a flat, frictionless disc at rest; what
+    # A quarter of a dent's area strain stays local in a flat, frictionless disc at rest; what
     # the clamp keeps out of the rim spreads evenly. Rubber that is stretched keeps more.
     mesh = mesh_disc(24)
     centre = mesh.node[mesh.triangle].mean(axis=1) @ np.array([1.0, 1j])
@@ -169,7 +169,7 @@ def test_drag_is_the_linear_sheets(place: complex) -> None:
 
 
 def tolerance(depth_mm: float) -> float:
-    """What issue 3 asks for: 15 % of the peak signal up to 6 mm, 30 % at 12 mm."""
+    """The bound of docs/simulator.md: 15 % of the peak signal up to 6 mm, 30 % at 12 mm."""
     return float(np.interp(depth_mm, [6.0, 12.0], [0.15, 0.30]))
 
 
