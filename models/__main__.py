@@ -32,7 +32,7 @@ def _parser() -> argparse.ArgumentParser:
         "train",
         help="make a bundle from simulated sessions",
         description="Simulate sessions, train CNN-3D and CNN-2D, tune the debouncer, write a "
-        "bundle. About ten minutes on one core with the defaults.",
+        "bundle. About a quarter of an hour on one core with the defaults.",
         epilog="Try it (one minute): models train --sessions 6 --minutes 3 --epochs 4 --out my.orb",
     )
     train.add_argument("--out", type=Path, required=True, metavar="FILE", help="bundle to write")
