@@ -1,6 +1,7 @@
 """From nothing to a proven bundle: simulate, train, compare, tune, write."""
 
 import tempfile
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -59,8 +60,8 @@ def train_bundle(
     train = _examples(range(first, first + sessions), minutes, settings, say)
     held = [_simulate(first + CHECK_SEEDS + i, minutes) for i in range(CHECK_SESSIONS)]
     check = prepare([_source(session) for session in held], settings)
-    symmetries = Augmentation.declared(LABELS, *train.images.shape[1:])
-    recipe = Recipe(epochs=(epochs, 2 * epochs), seed=seed, augmentation=symmetries)
+    rows, columns = train.images.shape[1:]
+    recipe = _recipe(epochs, seed, rows, columns)
     say(f"training on {len(train.ends)} windows, {len(check.ends)} of unseen sessions beside them")
     gesture = train_gesture(train, check, LABELS, recipe, say)
     location = train_location(train, check, recipe, say)
@@ -78,7 +79,7 @@ def train_bundle(
 
     def write(path: Path, debounce: DebounceSettings) -> float:
         content = export.manifest(
-            LABELS, train.images.shape[1:], NOMINAL.pitch_mm, settings, debounce, MAPPING, made
+            LABELS, (rows, columns), NOMINAL.pitch_mm, settings, debounce, MAPPING, made
         )
         return export.write_bundle(
             path, gesture, location, manifest=content, windows=windows, images=images
@@ -96,6 +97,18 @@ def train_bundle(
     )
     write(out, debounce)
     say(f"wrote {out}; judge it on unseen sessions with: models evaluate {out}")
+
+
+def _recipe(epochs: int, seed: int, rows: int, columns: int) -> Recipe:
+    """Return how to train; images of presses are few and small, so they may come by often."""
+    plain = Recipe()
+    symmetric = Augmentation.declared(LABELS, rows, columns)
+    return Recipe(
+        epochs=(epochs, 6 * epochs),
+        seed=seed,
+        augmentation=symmetric,
+        location=replace(plain.location, rotations=symmetric.rotations, mirrors=symmetric.mirrors),
+    )
 
 
 def _examples(

@@ -26,16 +26,20 @@ class Recipe:
         l2: Penalty on squared weights of convolutions and dense layers: paper, section 4.2.
         null_share: Share of the null windows that each epoch draws; idling teaches little.
         seed: Of initial weights, order and augmentation.
-        augmentation: How examples are varied.
+        augmentation: How windows are varied.
+        location: How press images are varied: less, because noise hides where a press is.
     """
 
-    epochs: tuple[int, int] = (14, 30)
+    epochs: tuple[int, int] = (16, 96)
     batch: int = 150
     rate: float = 1e-3
     l2: tuple[float, float] = (5e-4, 1e-5)
     null_share: float = 0.5
     seed: int = 0
     augmentation: Augmentation = field(default_factory=Augmentation)
+    location: Augmentation = field(
+        default_factory=lambda: Augmentation(offset=0.002, noise=0.0, dropout=0.05)
+    )
 
 
 def train_gesture(
@@ -96,7 +100,7 @@ def train_location(train: Examples, check: Examples, recipe: Recipe, say: Progre
         order = rng.permutation(use)
         for start in range(0, len(order), recipe.batch):
             index = order[start : start + recipe.batch]
-            images, touches = recipe.augmentation.images(
+            images, touches = recipe.location.images(
                 torch.from_numpy(train.images[index]),
                 torch.from_numpy(train.touch[index]),
                 generator,
