@@ -1,7 +1,7 @@
 """How much a sensor says: the paper's histogram statistics (section 6, figure 9).
 
 The paper scales every sensor to [0, 1] for each gesture on its own, puts scaled values and
-labels into 25-bin histograms, and prints H(y), H(z) and I(z, y); PAPER says "bits", the figures
+labels into 25-bin histograms, and prints H(y), H(z) and I(z, y); the paper says "bits", the figures
 are nats (R's `entropy` package counts in nats unless told otherwise). Scaling each gesture on its
 own leaks the label into z; `scaling="global"` does not.
 """

@@ -30,6 +30,7 @@ from controller.simulator.session import DATA, Protocol, simulate
 from controller.simulator.style import person
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
+_INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -106,6 +107,7 @@ class DataSet:
             rate_hz=self.rate_hz,
             model=model,
             protocol=self.protocol,
+            inflation=_INFLATION,
             gestures=self.gestures,
             repertoire=repertoire,
         )

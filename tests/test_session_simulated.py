@@ -131,3 +131,11 @@ def test_a_pointer_knows_where_the_dome_is_and_a_hand_does_not_quite() -> None:
     hands = np.abs([mean_pinch(seed, pointer=False) for seed in range(4)])
     pointers = np.abs([mean_pinch(seed, pointer=True) for seed in range(4)])
     assert hands.mean() > pointers.mean()
+
+
+def test_another_session_may_find_the_dome_fuller_or_flatter() -> None:
+    same, redrawn = (simulate(4, 1.0, inflation=spread) for spread in (0.0, 0.05))
+    assert same.events == redrawn.events  # the hand does not know
+    touched = same.label > 0
+    assert np.abs(redrawn.frames[touched] / same.frames[touched] - 1.0).max() > 0.002
+    np.testing.assert_array_equal(simulate(4, 1.0, inflation=0.05).frames, redrawn.frames)

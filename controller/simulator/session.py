@@ -72,6 +72,7 @@ def simulate(
     pointer: bool = False,
     rate_hz: float = 10.0,
     model: OrbModel = NOMINAL,
+    inflation: float = 0.0,
     protocol: Protocol = "free",
     gestures: Sequence[str] = GESTURES,
     repertoire: Repertoire | None = None,
@@ -87,6 +88,8 @@ def simulate(
         pointer: The touches are a pointer's on a screen, not a hand's.
         rate_hz: Frames per second.
         model: The orb's constants.
+        inflation: Deviation from session to session of how far the dome is inflated: of its
+            apex stretch beyond 1, relative. A pressure that the model sets stays as it is set.
         protocol: "free": gestures and distractors in any order; "blocks": class by class.
         gestures: Labels that are played.
         repertoire: What the hand can do; the gestures that ship if not given.
@@ -102,7 +105,12 @@ def simulate(
     rng = np.random.default_rng(order)
     style = draw_mood(style or draw_style(np.random.default_rng(people)), rng)
     style = replace(style, pointer=pointer)
-    x, y = np.random.default_rng(placement).normal(0.0, _PLACEMENT_MM, 2)
+    setting = np.random.default_rng(placement)
+    x, y = setting.normal(0.0, _PLACEMENT_MM, 2)
+    if inflation > 0.0:
+        fuller = float(np.exp(setting.normal(0.0, inflation)))
+        stretch = 1.0 + (model.mechanics.apex_stretch - 1.0) * fuller
+        model = replace(model, mechanics=replace(model.mechanics, apex_stretch=stretch))
     away_mm = (0.0, 0.0) if pointer else (float(x), float(y))
     simulator = OrbSimulator(orb, rate_hz, model=model)
     frames, per_frame = round(minutes * 60 * rate_hz), simulator.steps_per_frame
