@@ -18,7 +18,6 @@ from types import FrameType
 
 from controller import bundle as bundles
 from controller import mapping as mappings
-from controller import recording as recordings
 from controller import sensors
 from controller.bundle import Bundle, BundleError
 from controller.links import Link, LinkError, open_link
@@ -29,8 +28,14 @@ from controller.options import PRINT, parser
 from controller.pipeline import Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Perform, Welcome
 from controller.recognizer import Recognizer, engine
-from controller.recorder import Recorder
-from controller.recording import Origin, RecordingError
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import (
+    RATE_TOLERANCE,
+    Origin,
+    RecordingError,
+    refuse_misfit,
+    software,
+)
 from controller.sensors import Sensor, SensorError, SensorOptions
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import show
@@ -99,7 +104,7 @@ def _prepare(options: argparse.Namespace) -> _Parts:
     link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
     _log.info(
         "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
-        recordings.software(), platform.python_version(), engine(), bundle.hash,
+        software(), platform.python_version(), engine(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
     return _Parts(options, bundle, recognizer, mapping, sensor, link, bool(token))
@@ -135,7 +140,7 @@ def _exclude(options: argparse.Namespace) -> None:
 def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
     """Return the sensor that was asked for; the bundle must have been trained for its like."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
-    if abs(wanted_hz / bundle.rate_hz - 1.0) > recordings.RATE_TOLERANCE:
+    if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
         raise SensorError(
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
@@ -143,7 +148,7 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
     name = options.sensor if options.replay is None else "replay"
     sensor = sensors.load(name, _sensor_options(options, wanted_hz))
     if isinstance(sensor, Replay):
-        recordings.check(sensor.source, bundle)
+        refuse_misfit(sensor.source, bundle)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -171,7 +176,7 @@ def _origin(sensor: Sensor, bundle: Bundle) -> Origin:
         labels=bundle.labels,
         bundle=bundle.hash,
         engine=engine(),
-        software=recordings.software(),
+        software=software(),
     )
 
 

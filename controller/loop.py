@@ -25,8 +25,8 @@ from controller.protocol import (
     Telemetry,
     quantise_image,
 )
-from controller.recorder import Recorder
-from controller.recording import UNKNOWN
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import UNKNOWN
 from controller.sensors import Sensor, SensorError, VirtualSensor
 
 ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import recording
 from controller.preprocess import Preprocessor, PreprocessSettings
-from controller.recording import Recording
+from controller.recordings import reader
+from controller.recordings.recording import UNKNOWN, Recording
 from controller.simulator.session import TEST_SEEDS
 
 Labels = Literal["true", "button"]  # what truly happened, or what the label button said
@@ -63,7 +63,7 @@ class Source:
             ValueError: It has no such labels.
         """
         label = recorded.label if labels == "true" else recorded.button
-        if (label == recording.UNKNOWN).any():
+        if (label == UNKNOWN).any():
             other = "button" if labels == "true" else "true"
             raise ValueError(
                 f"a recording of {recorded.origin.device_id} lacks {labels} labels for some "
@@ -102,7 +102,7 @@ def read_training(paths: Iterable[Path]) -> list[Recording]:
         raise ValueError("there are no recordings there; make some with: models simulate --out DIR")
     loaded: list[Recording] = []
     for file in files:
-        loaded.append(recording.load(file))
+        loaded.append(reader.load(file))
         refuse_test_seed(loaded[-1].origin.seed, f"the recording {file}")
         first, this = _kind(loaded[0]), _kind(loaded[-1])
         if first != this:

@@ -21,7 +21,7 @@ from typing import Final
 
 import numpy as np
 
-from controller import recorder, recording
+from controller.recordings import recording, writer
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
@@ -130,6 +130,7 @@ class DataSet:
         fingers = max(1, int(np.isfinite(played.contact[:, :, 2]).any(axis=0).sum()))
         events = sorted((*played.events, *played.distractors), key=lambda event: event.onset_s)
         frames = len(played.frames)
+        unsaid = recording.unlabelled(frames)
         return recording.Recording(
             origin,
             played.frames,
@@ -137,6 +138,9 @@ class DataSet:
             sequence=np.arange(1, frames + 1, dtype=np.int64),
             label=played.label.astype(np.int16),
             button=played.button.astype(np.int16),
+            key=unsaid["key"],
+            cue=unsaid["cue"],
+            excluded=np.zeros(frames, dtype=np.bool_),
             touch=np.full((frames, 2), np.nan),
             truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
         )
@@ -226,7 +230,7 @@ def _write(data: DataSet, out: Path, user: int, number: int) -> str:
     """Simulate a session into its file, and return a line about it."""
     made = data.session(user, number)
     path = out / name(user, number)
-    recorder.write_beside(path, recorder.pack(made))
+    writer.write_beside(path, writer.pack(made))
     assert made.truth is not None
     return f"{path.name}: {len(made.frames)} frames, {len(made.truth.events)} touches"
 
@@ -237,7 +241,7 @@ def _claim(out: Path, description: str) -> None:
     if not path.exists():
         if any(out.glob("[!.]*.npz")):
             raise ValueError(f"{out} holds recordings of another origin; choose another --out")
-        recorder.write_beside(path, description.encode())
+        writer.write_beside(path, description.encode())
     elif path.read_text(encoding="utf-8") != description:
         raise ValueError(
             f"{out} holds a data set with other settings ({path}); repeat them, or choose "

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle, recording, sensors
+from controller import bundle, sensors
 from controller.__main__ import TOKEN, main
 from controller.loop import Device, steady
 from controller.pipeline import Pipeline
@@ -30,8 +30,9 @@ from controller.protocol import (
     encode,
 )
 from controller.recognizer import Recognizer, engine
-from controller.recorder import Recorder
-from controller.recording import Origin
+from controller.recordings import reader
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Origin
 from controller.sensors.virtual import show
 
 BUNDLE = bundle.default_path()
@@ -104,7 +105,7 @@ def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
 def test_a_recording_cut_from_the_middle_replays_from_its_state(
     played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    source = recording.load(played[0])
+    source = reader.load(played[0])
     shipped = bundle.read(BUNDLE)
     pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
     for frame, t_s in zip(source.frames[:_T0_ROW], source.t, strict=False):
@@ -414,4 +415,4 @@ def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_record
     assert status == 0
     assert "its own hand shows every gesture" in messages
     assert "Traceback" not in messages
-    assert recording.load(path).commands[0].command == first["command"]
+    assert reader.load(path).commands[0].command == first["command"]

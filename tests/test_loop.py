@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import bundle, recording
+from controller import bundle
 from controller.loop import Device, Loop, steady, telemetry
 from controller.pipeline import Pipeline
 from controller.preprocess import Frame, Image, Window
@@ -26,8 +26,9 @@ from controller.protocol import (
     Telemetry,
     Truth,
 )
-from controller.recorder import Recorder
-from controller.recording import Origin
+from controller.recordings import reader
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Origin
 from controller.sensors import Geometry, SensorError, VirtualSensor
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -246,7 +247,7 @@ def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> No
     path = tmp_path / "one.npz"
     bench = Bench((3.0, FINGER), (5.0, Contacts(())), record=path).run(6.05)
     assert bench.sensors[0].closed
-    loaded = recording.load(path)
+    loaded = reader.load(path)
     assert loaded.t.tolist() == [k / 10 for k in range(1, 61)]
     assert [(c.command, c.frame) for c in loaded.commands] == [
         (m.name, m.frame) for m in bench.messages(Command) if isinstance(m, Command)

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import bundle, npz, recorder, recording
+from controller import bundle, npz
 from controller.events import Event
 from controller.pipeline import CommandRecord
-from controller.recorder import Recorder
-from controller.recording import Origin, RecordingError
+from controller.recordings import reader, writer
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Origin, RecordingError, Truth, refuse_misfit
 
 ORIGIN = Origin(
     device_id="virtual-1",
@@ -31,6 +32,7 @@ ORIGIN = Origin(
     software="0.1.0",
 )
 NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
+NEW_IN_FORM_3 = ("id", "started", "hardware", "unit")
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
 
 
@@ -49,13 +51,13 @@ def record(path: Path, frames: int = 30, rate_hz: float = 10.0) -> Path:
 
 def changed(path: Path, **arrays: Any) -> Path:
     """The recording with some arrays put in place of its own; None takes one away."""
-    whole = {**npz.unpack(path, recording.MAX_BYTES), **arrays}
+    whole = {**npz.unpack(path, reader.MAX_BYTES), **arrays}
     path.write_bytes(npz.pack({name: array for name, array in whole.items() if array is not None}))
     return path
 
 
 def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
-    loaded = recording.load(record(tmp_path / "one.npz"))
+    loaded = reader.load(record(tmp_path / "one.npz"))
     assert loaded.origin == ORIGIN
     assert loaded.frames.shape == (30, 5, 5)
     first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
@@ -85,7 +87,7 @@ def test_a_file_that_appears_meanwhile_is_kept_and_so_is_the_recording(tmp_path:
         recorder.close()
     assert path.read_text() == "precious"
     (kept,) = (other for other in tmp_path.iterdir() if other != path)
-    assert len(recording.load(kept).frames) == 1
+    assert len(reader.load(kept).frames) == 1
 
 
 def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
@@ -101,7 +103,7 @@ def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
     with pytest.raises(RecordingError, match="the session is kept in"):
         recorder.close()
     [kept] = rescue.iterdir()
-    assert len(recording.load(kept).frames) == 1
+    assert len(reader.load(kept).frames) == 1
 
 
 def test_a_folder_that_does_not_exist_is_told_at_the_start(tmp_path: Path) -> None:
@@ -130,11 +132,11 @@ def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
         path = tmp_path / name
         path.write_bytes(data)
         with pytest.raises(RecordingError, match=complaint):
-            recording.load(path)
+            reader.load(path)
     with pytest.raises(RecordingError, match="does not exist"):
-        recording.load(tmp_path / "absent.npz")
+        reader.load(tmp_path / "absent.npz")
     with pytest.raises(RecordingError, match="is not a file"):
-        recording.load(tmp_path)
+        reader.load(tmp_path)
 
 
 def zipped(members: dict[str, bytes]) -> bytes:
@@ -153,7 +155,7 @@ def test_a_pickle_is_never_loaded(tmp_path: Path) -> None:
     path = tmp_path / "trap.npz"
     np.savez(path, frames=np.array([Trap()], dtype=object))
     with pytest.raises(RecordingError, match="pickled objects in 'frames'"):
-        recording.load(path)
+        reader.load(path)
     assert not (tmp_path / "sprung").exists()
 
 
@@ -163,11 +165,11 @@ def test_a_zip_bomb_is_not_unpacked(tmp_path: Path) -> None:
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
         archive.open("frames.npy", "w") as member,
     ):
-        for _ in range(recording.MAX_BYTES // (8 << 20) + 1):
+        for _ in range(reader.MAX_BYTES // (8 << 20) + 1):
             member.write(bytes(8 << 20))
     assert path.stat().st_size < 8 << 20
     with pytest.raises(RecordingError, match="unpacks to"):
-        recording.load(path)
+        reader.load(path)
 
 
 def test_a_shape_larger_than_the_data_asks_for_no_memory(tmp_path: Path) -> None:
@@ -177,7 +179,7 @@ def test_a_shape_larger_than_the_data_asks_for_no_memory(tmp_path: Path) -> None
     path = tmp_path / "liar.npz"
     path.write_bytes(zipped({"frames.npy": member}))
     with pytest.raises(RecordingError, match="does not fit its shape"):
-        recording.load(path)
+        reader.load(path)
 
 
 def meta(**fields: Any) -> Any:
@@ -199,22 +201,21 @@ BROKEN[3, 2, 2] = np.nan
         ({"frames": FRAMES[:, :4]}, r"not float32 \(n, 5, 5\)"),
         ({"frames": FRAMES[0]}, r"not float32 \(n, 5, 5\)"),
         ({"frames": FRAMES[:0]}, "holds no frames"),
-        ({"frames": BROKEN}, "within 0.001 and 1e.06 pF"),
-        ({"frames": FRAMES * 0}, "within"),
-        ({"frames": -FRAMES}, "within"),
+        ({"frames": BROKEN}, "not all numbers below 1e.06"),
+        ({"frames": FRAMES * 1e6}, "not all numbers below"),
         ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
         ({"t": TIMES[::-1].copy()}, "does not rise"),
         ({"t": TIMES * np.nan}, "does not rise"),
         ({"t": TIMES * 0}, "does not rise"),
         ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
         ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
-        ({"command_name": np.zeros(1)}, "without their names"),
+        ({"command_name": np.zeros(1)}, "without its"),
         ({"command_touch": np.zeros((2, 2))}, r"not float64 \(1, 2\)"),
         ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
         ({"meta": None}, "no recording of OrbTouch"),
         ({"meta": np.array("{")}, "nothing legible"),
         ({"meta": np.array("[1]")}, "nothing legible"),
-        ({"meta": meta(schema=3)}, "has form 3, this program reads 1 and 2"),
+        ({"meta": meta(schema=4)}, "has form 4, this program reads 1, 2, 3"),
         ({"meta": meta(rows=-1)}, "impossible things"),
         ({"meta": meta(rows="5")}, "impossible things"),
         ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
@@ -226,10 +227,10 @@ def test_a_recording_with_something_wrong_in_it_is_refused_with_what(
 ) -> None:
     path = changed(record(tmp_path / "one.npz"), **arrays)
     with pytest.raises(RecordingError, match=complaint):
-        recording.load(path)
+        reader.load(path)
 
 
-TRUTH = recording.Truth(
+TRUTH = Truth(
     touch=np.full((30, 2), 2.0, dtype=np.float32),
     contact=np.full((30, 3, 3), np.nan, dtype=np.float32),
     events=(Event(0.3, 0.9, "press"), Event(1.2, 1.6, "brush")),
@@ -239,18 +240,18 @@ TRUTH = recording.Truth(
 def simulated(path: Path) -> Path:
     """A simulated recording, which knows the truth."""
     origin = replace(ORIGIN, user="03", session="01", seed=7, preset="nominal", protocol="free")
-    whole = recording.load(record(path))
-    path.write_bytes(recorder.pack(replace(whole, origin=origin, truth=TRUTH)))
+    whole = reader.load(record(path))
+    path.write_bytes(writer.pack(replace(whole, origin=origin, truth=TRUTH)))
     return path
 
 
 def test_a_simulated_recording_keeps_the_truth_and_who_played(tmp_path: Path) -> None:
-    loaded = recording.load(simulated(tmp_path / "one.npz"))
+    loaded = reader.load(simulated(tmp_path / "one.npz"))
     assert (loaded.origin.user, loaded.origin.seed) == ("03", 7)
     assert loaded.truth is not None
     assert loaded.truth.events == TRUTH.events
     np.testing.assert_array_equal(loaded.truth.contact, TRUTH.contact)
-    assert recording.load(record(tmp_path / "two.npz")).truth is None
+    assert reader.load(record(tmp_path / "two.npz")).truth is None
 
 
 @pytest.mark.parametrize(
@@ -262,7 +263,7 @@ def test_a_simulated_recording_keeps_the_truth_and_who_played(tmp_path: Path) ->
         ({"event_release": np.zeros(3)}, r"not float64 \(2\)"),
         ({"event_release": np.array([0.1, 1.6])}, "end before they begin"),
         ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
-        ({"event_name": np.zeros(2)}, "events without their names"),
+        ({"event_name": np.zeros(2)}, "without its"),
         ({"button": np.full(30, 7, dtype=np.int16)}, "a button that it does not name"),
         ({"meta": meta(seed=-1)}, "impossible things"),
         ({"meta": meta(user=3)}, "impossible things"),
@@ -273,13 +274,16 @@ def test_a_truth_that_cannot_be_is_refused(
 ) -> None:
     path = changed(simulated(tmp_path / "one.npz"), **arrays)
     with pytest.raises(RecordingError, match=complaint):
-        recording.load(path)
+        reader.load(path)
 
 
 def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
-    old = {k: v for k, v in vars(ORIGIN).items() if k not in NEW_IN_FORM_2}
-    path = changed(record(tmp_path / "one.npz"), meta=np.array(json.dumps({**old, "schema": 1})))
-    loaded = recording.load(path)
+    new = (*NEW_IN_FORM_2, *NEW_IN_FORM_3)
+    old = {k: v for k, v in vars(ORIGIN).items() if k not in new}
+    without = dict.fromkeys(("key", "cue", "excluded", "mark_t", "mark_kind", "mark_text"))
+    path = record(tmp_path / "one.npz")
+    changed(path, meta=np.array(json.dumps({**old, "schema": 1})), **without)
+    loaded = reader.load(path)
     assert (loaded.origin.user, loaded.origin.seed, loaded.truth) == ("", None, None)
 
 
@@ -292,25 +296,25 @@ def test_any_damage_is_a_recording_error_or_harmless(tmp_path: Path) -> None:
         damaged[place] ^= 1 << int(rng.integers(8))
         path.write_bytes(damaged)
         with suppress(RecordingError):  # where the bit is a date in the archive, nothing is wrong
-            recording.load(path)
+            reader.load(path)
 
 
 def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None:
     shipped = bundle.read(bundle.default_path())
     for rate_hz in (9.9, 10.15):
-        near = recording.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
-        recording.check(near, shipped)
+        near = reader.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
+        refuse_misfit(near, shipped)
     for rate_hz in (9.7, 10.3, 25.0):
-        far = recording.load(record(tmp_path / f"far-{rate_hz}.npz", rate_hz=rate_hz))
+        far = reader.load(record(tmp_path / f"far-{rate_hz}.npz", rate_hz=rate_hz))
         with pytest.raises(RecordingError, match=f"runs at {rate_hz:.2f} Hz, the bundle at 10.00"):
-            recording.check(far, shipped)
+            refuse_misfit(far, shipped)
 
 
 def test_a_missed_frame_does_not_change_the_rate(tmp_path: Path) -> None:
     path = record(tmp_path / "one.npz")
     times = TIMES.copy()
     times[20:] += 0.4
-    assert recording.load(changed(path, t=times)).rate_hz == pytest.approx(10.0)
+    assert reader.load(changed(path, t=times)).rate_hz == pytest.approx(10.0)
 
 
 def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
@@ -318,4 +322,4 @@ def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
     path = record(tmp_path / "one.npz")
     other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
     with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):
-        recording.check(recording.load(other), shipped)
+        refuse_misfit(reader.load(other), shipped)

@@ -2,14 +2,15 @@
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from controller import recorder, recording
 from controller.preprocess import PreprocessSettings
+from controller.recordings import reader, recording, writer
 from controller.simulator.session import TEST_SEEDS
 from controller.simulator.style import person
 from models import simulate
@@ -53,7 +54,7 @@ def test_a_data_set_has_a_recording_for_each_user_and_session(data: Path) -> Non
 
 
 def test_a_recording_says_who_played_and_holds_the_truth(data: Path) -> None:
-    loaded = recording.load(data / "sub-02_ses-01_run-01.npz")
+    loaded = reader.load(data / "sub-02_ses-01_run-01.npz")
     origin = loaded.origin
     assert (origin.user, origin.session, origin.seed) == ("02", "01", 0)
     assert (origin.protocol, origin.preset) == ("free", "nominal")
@@ -78,7 +79,7 @@ def test_an_interrupted_data_set_goes_on_where_it_was(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "set"
-    real = recorder.pack
+    real = writer.pack
     written: list[recording.Recording] = []
 
     def interrupted(made: recording.Recording) -> bytes:
@@ -88,7 +89,7 @@ def test_an_interrupted_data_set_goes_on_where_it_was(
         return real(made)
 
     with monkeypatch.context() as patch:
-        patch.setattr(recorder, "pack", interrupted)
+        patch.setattr(writer, "pack", interrupted)
         assert make(out, *SMALL, "--workers", "1") == 1
     assert "the same command goes on from here" in capsys.readouterr().err
     assert len(list(out.iterdir())) == 3
@@ -121,7 +122,7 @@ def test_another_seed_is_other_people(data: Path, tmp_path: Path) -> None:
     one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
     assert make(tmp_path / "set", *one, "--seed", "5") == 0
     name = simulate.name(0, 0)
-    other, this = recording.load(tmp_path / "set" / name), recording.load(data / name)
+    other, this = reader.load(tmp_path / "set" / name), reader.load(data / name)
     assert (other.frames != this.frames).any()
     assert person(5, 0) != person(0, 0)
 
@@ -138,7 +139,7 @@ def test_grid_rate_protocol_preset_and_gestures_are_options(tmp_path: Path) -> N
         *("--gestures", f"press,swipe,{own}"),
     )
     assert status == 0
-    made = recording.load(tmp_path / "set" / simulate.name(0, 0))
+    made = reader.load(tmp_path / "set" / simulate.name(0, 0))
     assert made.frames.shape == (2400, 4, 6)
     assert made.origin.pitch_mm == 8.0  # 40 mm long
     assert made.origin.labels == ("null", "press", "swipe", "tap")
@@ -224,10 +225,7 @@ def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:
 def test_a_recording_without_such_labels_is_refused(data: Path) -> None:
     recorded = read_training([data])[0]
     blank = np.full_like(recorded.label, recording.UNKNOWN)
-    unlabelled = recording.Recording(
-        recorded.origin, recorded.frames, recorded.t, recorded.sequence, blank,
-        recorded.button, recorded.touch,
-    )  # fmt: skip
+    unlabelled = replace(recorded, label=blank, truth=None)
     with pytest.raises(ValueError, match="lacks true labels for some frames; learn from button"):
         Source.of(unlabelled)
     source = Source.of(unlabelled, "button")

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from controller import recording
 from controller.preprocess import Frame
+from controller.recordings import reader
+from controller.recordings.recording import Recording
 from controller.sensors import Geometry, SensorError, SensorOptions
 
 
@@ -18,7 +19,7 @@ def create(options: SensorOptions) -> "Replay":
     """
     if options.path is None:
         raise SensorError("this sensor needs a recording; use --replay FILE")
-    return Replay(recording.load(options.path))
+    return Replay(reader.load(options.path))
 
 
 class Replay:
@@ -26,7 +27,7 @@ class Replay:
 
     virtual = False
 
-    def __init__(self, source: recording.Recording) -> None:
+    def __init__(self, source: Recording) -> None:
         origin = source.origin
         self.source = source
         self.geometry = Geometry(origin.rows, origin.columns, origin.pitch_mm)

@@ -1,0 +1,280 @@
+"""Recordings out of files that strangers may have written: every array checked, none in vain.
+
+`survey` says what a file holds without reading its frames; `load` reads all of it.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import npz
+from controller.events import Event
+from controller.pipeline import CommandRecord, Touch
+from controller.recordings.recording import (
+    LABELLERS,
+    SCHEMA,
+    UNKNOWN,
+    Mark,
+    Origin,
+    Recording,
+    RecordingError,
+    Truth,
+    unlabelled,
+)
+
+# Form 1 had no truth and did not say who played; form 2 had no keys, cues, marks and rest.
+READABLE: Final = (1, 2, SCHEMA)
+MAX_BYTES: Final = 512 << 20  # of a file and of what it unpacks to: about four days at 10 Hz
+LARGEST: Final = 1e6  # of a frame: a taxel has 41 pF (paper, section 3.2), a count some thousand
+MAX_TEXT: Final = 1000  # characters of any name
+MAX_TAXELS: Final = 4096  # 64×64; a frame is kept in one piece
+MAX_LABELS: Final = 256
+
+STATE: Final = "state."  # begins the names of the pipeline's arrays
+COLUMNS: Final[dict[str, type]] = {
+    "t": np.float64,
+    "sequence": np.int64,
+    "label": np.int16,
+    "button": np.int16,
+    "key": np.int16,
+    "cue": np.int16,
+    "excluded": np.bool_,
+}
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a recording says of itself.
+
+    Attributes:
+        path: The file.
+        origin: Where it comes from.
+        frames: How many.
+        seconds: From its first frame to its last.
+    """
+
+    path: Path
+    origin: Origin
+    frames: int
+    seconds: float
+
+
+def survey(path: Path) -> Survey:
+    """Return what a recording says of itself, without reading its frames.
+
+    Raises:
+        RecordingError: There is none, it is damaged, or it is no recording.
+    """
+
+    def read() -> Survey:
+        there = npz.shapes(path, MAX_BYTES)
+        arrays = npz.unpack(path, MAX_BYTES, only=("meta", "t"))
+        origin = _origin(arrays.get("meta"))
+        shape, kind = there.get("frames", ((), None))
+        if kind != np.float32 or len(shape) != 3 or shape[1:] != (origin.rows, origin.columns):
+            raise RecordingError("has no frames of its sensor")
+        t = _array(arrays, "t", np.float64, shape[:1])
+        if not shape[0]:
+            raise RecordingError("holds no frames")
+        return Survey(path, origin, shape[0], float(t[-1] - t[0]))
+
+    return _guarded(path, read)
+
+
+def load(path: Path) -> Recording:
+    """Return the recording in a file, every array checked.
+
+    Raises:
+        RecordingError: There is none, it is damaged, or it is no recording.
+    """
+    return _guarded(path, lambda: parse(npz.unpack(path, MAX_BYTES)))
+
+
+def _guarded(path: Path, read: Callable[[], _T]) -> _T:
+    """Return what `read` does; whatever is wrong with the file is one sentence about it."""
+    try:
+        if not path.exists():
+            raise RecordingError("does not exist")
+        if not path.is_file():
+            raise RecordingError("is not a file")
+        return read()
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}"
+    except ValueError as error:  # NpzError and RecordingError
+        problem = str(error)
+    raise RecordingError(f"the recording {path} {problem}; name a file made with --record")
+
+
+def parse(arrays: npz.Arrays) -> Recording:
+    """Return the recording that these arrays make.
+
+    Raises:
+        RecordingError: They make none.
+    """
+    origin = _origin(arrays.get("meta"))
+    frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))
+    count = len(frames)
+    if not count:
+        raise RecordingError("holds no frames")
+    if not (np.abs(frames) < LARGEST).all():  # NaN is refused as well
+        raise RecordingError(f"holds frames that are not all numbers below {LARGEST:g}")
+    if origin.schema < 3:
+        arrays = {**arrays, **_before_form_3(count)}
+    columns = {name: _array(arrays, name, kind, (count,)) for name, kind in COLUMNS.items()}
+    for name in ("t", "sequence"):
+        if not np.isfinite(columns[name]).all() or not (np.diff(columns[name]) > 0).all():
+            raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
+    for name in LABELLERS:
+        if not ((columns[name] >= UNKNOWN) & (columns[name] < len(origin.labels))).all():
+            raise RecordingError(f"holds a {name} that it does not name")
+    state = {
+        name.removeprefix(STATE): array for name, array in arrays.items() if name.startswith(STATE)
+    }
+    if any(array.dtype != np.float64 or not np.isfinite(array).all() for array in state.values()):
+        raise RecordingError("holds a state that is not all finite numbers")
+    return Recording(
+        origin,
+        frames,
+        touch=_array(arrays, "touch", np.float64, (count, 2)),
+        rest=_rest(arrays, origin),
+        marks=_marks(arrays),
+        commands=_commands(arrays),
+        state=state,
+        truth=_truth(arrays, count),
+        **columns,
+    )
+
+
+def _before_form_3(count: int) -> npz.Arrays:
+    """Return the arrays that forms 1 and 2 did not have yet."""
+    nobody = unlabelled(count)
+    empty = np.array([], dtype=np.str_)
+    return {
+        "key": nobody["key"],
+        "cue": nobody["cue"],
+        "excluded": np.zeros(count, dtype=np.bool_),
+        "mark_t": np.array([], dtype=np.float64),
+        "mark_kind": empty,
+        "mark_text": empty,
+    }
+
+
+def _rest(arrays: npz.Arrays, origin: Origin) -> NDArray[np.float32] | None:
+    """Return the untouched sensor; None if it was never found."""
+    if "rest" not in arrays:
+        return None
+    rest = _array(arrays, "rest", np.float32, (origin.rows, origin.columns))
+    if not np.isfinite(rest).all():
+        raise RecordingError("holds a rest image that is not all numbers")
+    return rest
+
+
+def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
+    """Return what happened beside the frames."""
+    t = _array(arrays, "mark_t", np.float64, (-1,))
+    kind, text = (_texts(arrays, f"mark_{name}", len(t)) for name in ("kind", "text"))
+    if not np.isfinite(t).all() or not (np.diff(t) >= 0).all():
+        raise RecordingError("holds marks that are not in order of time")
+    return tuple(Mark(*row) for row in zip(t.tolist(), kind, text, strict=True))
+
+
+def _origin(meta: NDArray[Any] | None) -> Origin:
+    """Return what meta says, checked."""
+    if meta is None or meta.shape != () or meta.dtype.kind != "U":
+        raise RecordingError("is no recording of OrbTouch")
+    try:
+        fields = json.loads(meta.item())
+        if fields.get("schema") not in READABLE:
+            raise RecordingError(
+                f"has form {fields.get('schema')!r}, this program reads "
+                f"{', '.join(map(str, READABLE))} (update one)"
+            )
+        origin = Origin(**{**fields, "labels": tuple(fields["labels"])})
+    except RecordingError:
+        raise
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise RecordingError("says nothing legible about its origin") from None
+    texts = (
+        *(origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels),
+        *(origin.user, origin.session, origin.protocol, origin.preset),
+        *(origin.id, origin.started, origin.hardware, origin.unit),
+    )
+    sizes = (origin.rows, origin.columns)
+    scales = (origin.pitch_mm, origin.rate_hz)
+    if not (
+        all(isinstance(text, str) and len(text) <= MAX_TEXT for text in texts)
+        and all(type(size) is int and size > 0 for size in sizes)
+        and origin.rows * origin.columns <= MAX_TAXELS
+        and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS
+        and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
+        and (origin.seed is None or (type(origin.seed) is int and origin.seed >= 0))
+    ):
+        raise RecordingError("says impossible things about its origin")
+    return origin
+
+
+def _array(arrays: npz.Arrays, name: str, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return one array, of exactly this type and shape; -1 is any length."""
+    array = arrays.get(name)
+    if array is None:
+        raise RecordingError(f"has no {name!r}")
+    same = array.ndim == len(shape) and all(
+        wanted in (-1, size) for size, wanted in zip(array.shape, shape, strict=True)
+    )
+    if array.dtype != kind or not same:
+        wanted = ", ".join("n" if size < 0 else str(size) for size in shape)
+        raise RecordingError(
+            f"has {name!r} as {array.dtype} {array.shape}, not {np.dtype(kind)} ({wanted})"
+        )
+    return array
+
+
+def _texts(arrays: npz.Arrays, name: str, count: int) -> list[str]:
+    """Return one array of names."""
+    array = arrays.get(name)
+    if array is None or array.dtype.kind != "U" or array.shape != (count,):
+        raise RecordingError(f"has a table without its {count} names, {name!r}")
+    texts: list[str] = array.tolist()
+    return texts
+
+
+def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
+    """Return the table of commands, row by row."""
+    t = _array(arrays, "command_t", np.float64, (-1,))
+    rows = (len(t),)
+    frame = _array(arrays, "command_frame", np.int64, rows)
+    probability = _array(arrays, "command_probability", np.float64, rows)
+    touch = _array(arrays, "command_touch", np.float64, (*rows, 2))
+    gesture, name = (_texts(arrays, f"command_{name}", len(t)) for name in ("gesture", "name"))
+    return tuple(
+        CommandRecord(
+            float(t[i]), int(frame[i]), gesture[i], float(probability[i]), _place(touch[i]), name[i]
+        )
+        for i in range(len(t))
+    )
+
+
+def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
+    """Return what a simulation knew; None for a recording of the world."""
+    if "true_touch" not in arrays:
+        return None
+    touch = _array(arrays, "true_touch", np.float32, (count, 2))
+    contact = _array(arrays, "true_contact", np.float32, (count, -1, 3))
+    onset = _array(arrays, "event_onset", np.float64, (-1,))
+    release = _array(arrays, "event_release", np.float64, onset.shape)
+    name = _texts(arrays, "event_name", len(onset))
+    table = zip(onset.tolist(), release.tolist(), name, strict=True)
+    events = tuple(Event(*row) for row in table)
+    if not np.isfinite([*onset, *release]).all() or (release < onset).any():
+        raise RecordingError("has events that end before they begin")
+    return Truth(touch, contact, events)
+
+
+def _place(touch: NDArray[np.float64]) -> Touch | None:
+    return None if np.isnan(touch).any() else (float(touch[0]), float(touch[1]))
