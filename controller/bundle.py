@@ -26,7 +26,8 @@ from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
 from controller.preprocess import PreprocessSettings
 
-FORMAT = 1  # of bundle.toml and of the list of parts
+FORMAT = 2  # of bundle.toml and of the list of parts
+READABLE = (1, FORMAT)  # form 1 did not say how z is made: by the ratio
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 CONTENT = ("gesture.onnx", "gesture.npz", "location.onnx", "location.npz", GOLDEN)
@@ -81,8 +82,8 @@ class Bundle:
         card: Where it comes from: data, accuracy, date, as its maker wrote it.
         gesture_onnx: The network window -> probabilities.
         gesture_npz: Its weights as plain arrays.
-        location_onnx: The network image -> touch.
-        location_npz: Its weights as plain arrays.
+        location_onnx: The network image -> touch; empty in a bundle that locates nothing.
+        location_npz: Its weights as plain arrays; likewise.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
     """
@@ -103,6 +104,11 @@ class Bundle:
     location_npz: bytes
     golden: Golden
     hash: str
+
+    @property
+    def locates(self) -> bool:
+        """Whether it says where a touch is."""
+        return bool(self.location_onnx)
 
 
 def default_path() -> Path:
@@ -181,10 +187,15 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         table = tomllib.loads(parts[MANIFEST].decode())
     except (ValueError, RecursionError) as error:
         raise BundleError(f"has a manifest that is no TOML: {error}") from None
-    if table.get("format") != FORMAT:
+    if table.get("format") not in READABLE:
         raise BundleError(
-            f"has format {table.get('format')!r}, this program reads {FORMAT}; update the older one"
+            f"has format {table.get('format')!r}, this program reads "
+            f"{' and '.join(map(str, READABLE))}; update the older one"
         )
+    if table["format"] == 1:
+        defaults = PreprocessSettings()
+        added = {"normalise": defaults.normalise, "scale": defaults.scale}
+        table["preprocess"] = {**added, **_table(table, "preprocess")}
     labels = _labels(table.get("labels"))
     plain = {name: _number(table, name) for name in _LIMITS}
     rows, columns, window = int(plain["rows"]), int(plain["columns"]), int(plain["window"])
@@ -195,6 +206,11 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         mapping = parse_mapping(_table(table, "mapping"), labels)
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
+    located = [bool(parts[name]) for name in ("location.onnx", "location.npz")]
+    if any(located) != all(located):
+        raise BundleError("has half a location network")
+    if not any(located) and not all(rules[-1:] == rules for rules in mapping.rules.values()):
+        raise BundleError("maps gestures by their place, but has no network that tells it")
     return Bundle(
         labels=labels,
         rows=rows,
@@ -210,7 +226,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         gesture_npz=parts["gesture.npz"],
         location_onnx=parts["location.onnx"],
         location_npz=parts["location.npz"],
-        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels)),
+        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels), located[0]),
         hash=digest,
     )
 
@@ -266,10 +282,15 @@ def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Setti
         if type(value) is not wanted or not finite:
             raise BundleError(f"has {key} = {value!r} under [{name}]; expected is {wanted}")
         checked[key] = value
-    return kind(**checked)
+    try:
+        return kind(**checked)
+    except ValueError as error:
+        raise BundleError(f"has under [{name}] {error}") from None
 
 
-def _golden(data: bytes, window: int, rows: int, columns: int, classes: int) -> Golden:
+def _golden(
+    data: bytes, window: int, rows: int, columns: int, classes: int, located: bool
+) -> Golden:
     """Return the golden vectors, of the shapes that the manifest promises."""
     try:
         arrays = npz.unpack(data, MAX_BYTES)
@@ -291,7 +312,7 @@ def _golden(data: bytes, window: int, rows: int, columns: int, classes: int) -> 
                 f"expected are finite float32 (n, {', '.join(map(str, shape))})"
             )
     golden = Golden(**arrays)
-    pairs = ((golden.windows, golden.probabilities), (golden.images, golden.touches))
-    if any(len(questions) != len(answers) or not len(answers) for questions, answers in pairs):
+    asked = [(golden.windows, golden.probabilities, True), (golden.images, golden.touches, located)]
+    if any(len(q) != len(answers) or bool(len(q)) != wanted for q, answers, wanted in asked):
         raise BundleError("has golden questions and answers that are not equally many")
     return golden

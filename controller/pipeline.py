@@ -73,8 +73,8 @@ class Networks(Protocol):
     def probabilities(self, window: Window) -> NDArray[np.float32]:
         """Return the probability of each label, (classes,)."""
 
-    def touch(self, image: Image) -> Touch:
-        """Return where an image is touched, (x, y) in grid units."""
+    def touch(self, image: Image) -> Touch | None:
+        """Return where an image is touched, (x, y) in grid units; None: cannot tell."""
 
 
 class Pipeline:
@@ -119,6 +119,11 @@ class Pipeline:
         image, ready = prepared.image, prepared.ready
         return Step(self._number, t_s, image, ready, probabilities, touch, gesture, held, command)
 
+    @property
+    def rest(self) -> Frame | None:
+        """The untouched sensor, (rows, columns), picofarads; None until it is found."""
+        return self._preprocessor.rest
+
     def state(self) -> State:
         """Return everything remembered, by stage and name, for an exact continuation."""
         stages = {
@@ -158,8 +163,9 @@ class Pipeline:
         a noisy sensor they feel a finger that the deviation does not show. Quiet frames do not
         end it at once, because the probabilities lag behind the finger.
         """
-        if prepared.ready and not (prepared.quiet and null):
-            touch = self._recognizer.touch(prepared.image)
+        touched = prepared.ready and not (prepared.quiet and null)
+        touch = self._recognizer.touch(prepared.image) if touched else None
+        if touch is not None:
             self._place.add(prepared.deviation, touch, null=null)
         else:
             self._place.lift(prepared.deviation, forget=null)

@@ -7,6 +7,7 @@ long press is never absorbed and slow drift never looks like a hand.
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
+Normalise = Literal["ratio", "difference"]
+
+NOTHING: Final = 1e-3  # picofarads; a taxel that reads less at rest is dead: paper, section 3.2: 41
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +26,9 @@ class PreprocessSettings:
     """How images and windows are made; travels inside the bundle.
 
     Attributes:
+        normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
+            for sensors that read about 0 untouched.
+        scale: What makes a firm touch about 1 more, in the frame's unit; "ratio" has none.
         rate_hz: Frames per second.
         window: Images in a window; paper, section 4.1: 10 at 10 Hz.
         start_s: Quiet time from which the first rest image is taken.
@@ -32,6 +39,8 @@ class PreprocessSettings:
         adopt_s: A steady deviation of this age is taken for a changed sensor, not a hand.
     """
 
+    normalise: str = "ratio"
+    scale: float = 1.0
     rate_hz: float = 10.0
     window: int = 10
     start_s: float = 1.0
@@ -40,6 +49,13 @@ class PreprocessSettings:
     gate: float = 0.015
     gate_noise: float = 1.2
     adopt_s: float = 30.0
+
+    def __post_init__(self) -> None:
+        if self.normalise not in get_args(Normalise) or not self.scale > 0.0:
+            raise ValueError(
+                f"normalise {self.normalise!r} with scale {self.scale!r}; it is "
+                f"{' or '.join(get_args(Normalise))}, with a scale above 0"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,24 +75,32 @@ class Prepared:
     quiet: bool
 
 
-def z_image(frame: Frame, rest: NDArray[np.floating]) -> Image:
-    """Return z = C / C0, the relative capacitance of every taxel.
+def z_image(
+    frame: NDArray[np.floating], rest: NDArray[np.floating], settings: PreprocessSettings
+) -> NDArray[np.float64]:
+    """Return z = C / C0, the relative capacitance of every taxel; 1 where a taxel is dead.
 
-    Source: paper, section 4.1.
+    Source: paper, section 4.1; `PreprocessSettings.normalise` for other sensors.
 
     Args:
-        frame: One scan, (rows, columns), picofarads.
-        rest: The untouched sensor, same shape and unit; every value is above zero.
+        frame: One scan or several, (..., rows, columns), picofarads.
+        rest: The untouched sensor, (rows, columns), same unit.
+        settings: How z is made.
 
     Raises:
         ValueError: The two arrays differ in shape.
     """
-    if frame.shape != rest.shape:
+    if frame.shape[-2:] != rest.shape:
         raise ValueError(
             f"frame {frame.shape} and rest {rest.shape} must have one shape; "
             "recalibrate after changing the sensor"
         )
-    return (frame / rest).astype(np.float32)
+    if settings.normalise == "difference":
+        return np.asarray(1.0 + (frame - rest) / settings.scale, dtype=np.float64)
+    alive = rest > NOTHING
+    if alive.all():
+        return np.asarray(frame / rest, dtype=np.float64)
+    return np.where(alive, frame / np.where(alive, rest, 1.0), 1.0)
 
 
 class Preprocessor:
@@ -112,12 +136,17 @@ class Preprocessor:
         values = frame.astype(np.float64)
         if self._rest is None:
             return self._begin(values)
-        image = z_image(frame, self._rest)
+        image = z_image(frame, self._rest, self.settings).astype(np.float32)
         deviation = float(np.abs(image - 1.0).mean())
         quiet = deviation < self._gate()
         self._track(values, deviation, quiet)
         self._images.append(image)
         return Prepared(image, True, deviation, quiet)
+
+    @property
+    def rest(self) -> Frame | None:
+        """The untouched sensor, (rows, columns), picofarads; None until it is found."""
+        return None if self._rest is None else self._rest.astype(np.float32)
 
     def window(self) -> Window | None:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
@@ -163,7 +192,7 @@ class Preprocessor:
         self._frames.append(values)
         stack = np.array(self._frames)
         mean = stack.mean(axis=0)
-        images = stack / mean
+        images = z_image(stack, mean, self.settings)
         deviations = np.abs(images - 1.0).mean(axis=(1, 2))
         half = len(stack) // 2
         still = len(stack) == self._start and self._still(images, half, float(deviations.mean()))
@@ -195,7 +224,8 @@ class Preprocessor:
                 self._seen += 1
             return
         self._quiet_run = 0
-        steady = float(np.abs(values / self._recent - 1.0).mean()) < self._gate()
+        change = z_image(values, self._recent, self.settings) - 1.0
+        steady = float(np.abs(change).mean()) < self._gate()
         self._steady_run = self._steady_run + 1 if steady else 0
         if self._steady_run >= self._adopt:
             self._rest = self._recent.copy()

@@ -28,17 +28,24 @@ class Recognizer:
         """
         golden = bundle.golden
         self._gesture = _network(bundle.gesture_onnx, "gesture")
-        self._location = _network(bundle.location_onnx, "location")
         _prove("gesture", self._gesture, golden.windows, golden.probabilities)
-        _prove("location", self._location, golden.images, golden.touches)
+        self._location: Network | None = None
+        if bundle.locates:
+            self._location = _network(bundle.location_onnx, "location")
+            _prove("location", self._location, golden.images, golden.touches)
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
         """Return the probability of each label, (classes,), for a window of z images."""
         answer: NDArray[np.float32] = self._gesture(window[None])[0]
         return answer
 
-    def touch(self, image: Image) -> tuple[float, float]:
-        """Return where a z image is touched, (x, y) in grid units; meaningless where it is not."""
+    def touch(self, image: Image) -> tuple[float, float] | None:
+        """Return where a z image is touched, (x, y) in grid units; meaningless where it is not.
+
+        None where the bundle locates nothing.
+        """
+        if self._location is None:
+            return None
         x, y = self._location(image[None])[0]
         return float(x), float(y)
 

@@ -89,10 +89,28 @@ def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
         bundle.read(path)
 
 
+def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    golden = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    none = {name: golden[name][:0] for name in ("images", "touches")}
+    parts |= {"location.onnx": b"", "location.npz": b""}
+    parts["golden.npz"] = npz.pack({**golden, **none})
+    with pytest.raises(BundleError, match="maps gestures by their place"):
+        bundle.write(tmp_path / "new.orb", manifest=manifest, parts=parts)
+    text = re.sub(r"press = \[.*?\n\]", 'press = "down"', manifest.decode(), flags=re.DOTALL)
+    bundle.write(tmp_path / "new.orb", manifest=text.encode(), parts=parts)
+    blind = bundle.read(tmp_path / "new.orb")
+    assert not blind.locates
+    assert Recognizer(blind).touch(golden["images"][0]) is None
+    parts["location.npz"] = b"x"
+    with pytest.raises(BundleError, match="half a location network"):
+        bundle.write(tmp_path / "new.orb", manifest=text.encode(), parts=parts)
+
+
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("format", "format = 2", "update the older one"),
+        ("format", "format = 3", "update the older one"),
         ("rows", "rows = 0", "a whole number from 1 to 30"),
         ("rows", "rows = true", "a whole number"),
         ("rows", "rows = 5.0", "a whole number"),

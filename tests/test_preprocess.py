@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from controller.preprocess import Preprocessor, PreprocessSettings, z_image
 
+RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
 
 
@@ -33,12 +34,33 @@ def fresh() -> Preprocessor:
 def test_an_image_is_capacitance_over_rest() -> None:
     frame = np.full((2, 2), 30.0, dtype=np.float32)
     rest = np.array([[30.0, 60.0], [15.0, 30.0]])
-    assert z_image(frame, rest).tolist() == [[1.0, 0.5], [2.0, 1.0]]
+    assert z_image(frame, rest, RATIO).tolist() == [[1.0, 0.5], [2.0, 1.0]]
+
+
+def test_a_taxel_that_reads_nothing_at_rest_says_nothing() -> None:
+    frame = np.array([[30.0, 0.2]], dtype=np.float32)
+    assert z_image(frame, np.array([[60.0, 0.0]]), RATIO).tolist() == [[0.5, 1.0]]
+
+
+def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None:
+    stage = Preprocessor(PreprocessSettings(normalise="difference", scale=400.0), 2, 2)
+    for _ in range(10):
+        stage.step(np.zeros((2, 2), dtype=np.float32))
+    touched = stage.step(np.array([[400.0, 0.0], [100.0, 0.0]], dtype=np.float32))
+    assert touched.ready
+    assert touched.image.tolist() == [[2.0, 1.0], [1.25, 1.0]]
+    assert not touched.quiet
+
+
+@pytest.mark.parametrize(("normalise", "scale"), [("sum", 1.0), ("difference", 0.0)])
+def test_a_normalisation_that_cannot_be_is_refused(normalise: str, scale: float) -> None:
+    with pytest.raises(ValueError, match="ratio or difference, with a scale above 0"):
+        PreprocessSettings(normalise=normalise, scale=scale)
 
 
 def test_frame_and_rest_of_different_shapes_are_refused_with_advice() -> None:
     with pytest.raises(ValueError, match=r"\(4, 4\).*\(5, 5\).*recalibrate"):
-        z_image(np.ones((4, 4), np.float32), np.ones((5, 5)))
+        z_image(np.ones((4, 4), np.float32), np.ones((5, 5)), RATIO)
 
 
 def test_play_may_begin_after_one_quiet_second_with_a_whole_window() -> None:
