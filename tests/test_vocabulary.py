@@ -1,0 +1,100 @@
+"""Vocabularies: what somebody teaches, read from a file."""
+
+from pathlib import Path
+
+import pytest
+
+from controller import bundle, vocabulary
+from controller.simulator.repertoire import shipped as hands
+from controller.vocabulary import VocabularyError
+
+
+def test_the_paper_s_gestures_ship_and_ask_for_what_the_bundle_does() -> None:
+    paper = vocabulary.shipped()
+    orb = bundle.read(bundle.default_path())
+    assert paper.labels == orb.labels
+    assert paper.mapping == orb.mapping
+    assert paper.located == ("press",)
+
+
+def test_symmetries_are_those_of_the_simulated_hand() -> None:
+    for entry in vocabulary.shipped().entries:
+        hand = hands()[entry.label]
+        assert (entry.rotations, entry.mirror) == (hand.rotations, hand.mirror)
+
+
+def test_the_whole_is_as_symmetric_as_its_least_symmetric_gesture() -> None:
+    paper = vocabulary.shipped()
+    assert paper.rotations(5, 5) == "all"
+    assert paper.rotations(27, 15) == "half"  # no quarter turns where the grid is no square
+    assert paper.mirrors == {"twist_cw": "twist_ccw", "twist_ccw": "twist_cw"}
+    swipe = vocabulary.of(("null", "press", "left_swipe"))
+    assert swipe.rotations(5, 5) == "none"
+    assert swipe.mirrors is None
+
+
+def test_a_gesture_whose_mirror_image_is_not_taught_declares_nothing() -> None:
+    alone = vocabulary.of(("null", "twist_cw"))
+    assert alone.mirrors is None
+
+
+KNOCK = """
+name = "mine"
+[[gesture]]
+label = "press"
+located = true
+[[gesture]]
+label = "knock"
+say = "knock twice"
+command = "hold"
+file = "knock.toml"
+"""
+
+
+def test_a_vocabulary_is_read_with_its_commands_and_files(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(KNOCK)
+    mine = vocabulary.read(path)
+    assert mine.labels == ("null", "press", "knock")
+    assert mine.table == {"knock": "hold"}
+    assert mine.mapping.command("knock", None) == "hold"
+    assert mine.files == (tmp_path / "knock.toml",)
+    assert [entry.say for entry in mine.entries] == ["press", "knock twice"]
+    assert mine.text == KNOCK
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "has no gestures"),
+        ("gesture = 3", "has no gestures"),
+        ("gesture = [3]", "gesture 1 is 3"),
+        ("[[gesture]]", "label is None"),
+        ('[[gesture]]\nlabel = "null"', "not null"),
+        ('[[gesture]]\nlabel = "Press"', "small letters"),
+        ('[[gesture]]\nlabel = "a"\n[[gesture]]\nlabel = "a"', "two gestures 'a'"),
+        ('[[gesture]]\nlabel = "a"\nmood = 1', r"gesture 1 \(a\): 'mood' is unknown"),
+        ('[[gesture]]\nlabel = "a"\nsay = "x\\ny"', "write one line"),
+        ('[[gesture]]\nlabel = "a"\nrotations = "some"', "it is none, half, all"),
+        ('[[gesture]]\nlabel = "a"\nmirror = "b"', "does not name it in turn"),
+        ('[[gesture]]\nlabel = "a"\nlocated = 1', "true or false"),
+        ('[[gesture]]\nlabel = "a"\ncommand = "Jump!"', "is no command"),
+        ('[[gesture]]\nlabel = "a"\ncommand = []', "no rules"),
+        ('[[gesture]]\nlabel = "a"\nfile = 3', "not the name"),
+        ("[[gesture]", "is no TOML"),
+        ("colour = 1", "'colour' is unknown"),
+    ],
+)
+def test_a_mistake_is_told_with_where_it_is(tmp_path: Path, text: str, complaint: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(VocabularyError, match=complaint):
+        vocabulary.read(path)
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+    with pytest.raises(VocabularyError, match="cannot read"):
+        vocabulary.read(tmp_path / "absent.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(VocabularyError, match="no text in UTF-8"):
+        vocabulary.read(tmp_path / "binary.toml")
