@@ -1,34 +1,52 @@
 """Arrays in and out of `.npz` files that strangers may have written: never pickle, never a bomb.
 
-`numpy.load` trusts the sizes that a file claims. Here every size is checked before memory is
-asked for, and whatever is wrong with the file is one `NpzError`.
+`numpy.load` trusts the sizes that a file claims and evaluates the text of its headers. Here every
+size is checked before memory is asked for, headers have one form, and whatever is wrong with the
+file is one `NpzError`.
 """
 
 import io
 import math
+import os
+import re
+import stat
 import struct
-import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Final
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 Arrays = dict[str, NDArray[Any]]
 Shape = tuple[tuple[int, ...], np.dtype[Any]]
+Header = tuple[tuple[int, ...], np.dtype[Any], bool]
 Member = tuple[str, IO[bytes], int]
-MAX_MEMBERS = 256  # arrays in one file; ours have some twenty
 
-# What zipfile, zlib and NumPy's header parser are known to raise on bytes that are no archive.
-_DAMAGE = (
-    zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError, NotImplementedError,
-    RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, SyntaxError,
-    RecursionError, MemoryError,
+MAX_MEMBERS: Final = 256  # arrays in one file; ours have some thirty
+MAX_HEADER: Final = 4096  # bytes of an array's header; NumPy's have 118
+MAX_DIMENSIONS: Final = 8  # weights of a 3D convolution have five
+
+# The zip directory is read in one piece, with 46 bytes and a name for each array, and so is the
+# end of the file, with a comment of up to 64 KiB; all else we ask for piece by piece.
+_PIECE: Final = 128 << 10
+_NAME: Final = re.compile(r"\w[\w.-]{0,199}")
+_LOCAL_HEADER: Final = 30  # bytes before each member's name: ZIP specification, 4.3.7
+_METHODS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # the others unpack without bounds
+_FLAGS: Final = 0x80E  # deflate's effort, sizes after the data, UTF-8: no encryption, no patches
+_HEADER: Final = re.compile(
+    rb"\{\s*'descr':\s*'([^'\\]{1,16})',\s*'fortran_order':\s*(True|False),"
+    rb"\s*'shape':\s*\(([0-9, ]*)\),?\s*\}\s*"
+)
+_PLAIN: Final = re.compile(r"[<>|=]?[biufcSU][1-9][0-9]{0,9}")  # truth, numbers and texts
+
+# What zipfile, zlib and NumPy are known to raise on bytes that are no archive.
+_DAMAGE: Final = (
+    zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, RuntimeError, ValueError,
+    KeyError, IndexError, TypeError, OverflowError, EOFError,
 )  # fmt: skip
 
 
@@ -44,7 +62,7 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = None) -> Arrays:
-    """Return the arrays of an `.npz`, by name.
+    """Return the arrays of an `.npz`, by name, rows first.
 
     Args:
         source: The file, or its content.
@@ -58,7 +76,7 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
     wanted = None if only is None else set(only)
     with _archive(source, limit_bytes) as members:
         return {
-            name: _array(name, stream, size)
+            name: _array(name, stream, size, limit_bytes)
             for name, stream, size in members
             if wanted is None or name in wanted
         }
@@ -72,29 +90,65 @@ def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
         OSError: The file cannot be read.
     """
     with _archive(source, limit_bytes) as members:
-        return {name: _header(name, stream)[:2] for name, stream, _ in members}
+        return {name: _header(name, stream, limit_bytes)[:2] for name, stream, _ in members}
 
 
 @contextmanager
 def _archive(source: Path | bytes, limit_bytes: int) -> Iterator[Iterator[Member]]:
     """Open an archive whose sizes are bounded; whatever is wrong with it is one `NpzError`."""
-    size = len(source) if isinstance(source, bytes) else source.stat().st_size
-    if size > limit_bytes:
-        raise NpzError(f"has {size} bytes, more than the {limit_bytes} allowed")
-    if size == 0:
-        raise NpzError("is empty")
-    with io.BytesIO(source) if isinstance(source, bytes) else source.open("rb") as file:
+    with io.BytesIO(source) if isinstance(source, bytes) else _open(source) as file:
+        size = file.seek(0, io.SEEK_END)
+        if size > limit_bytes:
+            raise NpzError(f"has {size} bytes, more than the {limit_bytes} allowed")
+        if size == 0:
+            raise NpzError("is empty")
         try:
-            with zipfile.ZipFile(file) as archive:
+            with zipfile.ZipFile(_Pieces(file)) as archive:
                 yield _members(archive, limit_bytes)
         except NpzError:
             raise
+        except MemoryError:
+            raise NpzError("needs more memory than there is") from None
         except _DAMAGE:
             raise NpzError("is not a whole .npz archive") from None
 
 
+def _open(path: Path) -> IO[bytes]:
+    """Open a file, and nothing else: a pipe or a device could be waited for, or never end."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise NpzError("is not a file")
+    return os.fdopen(handle, "rb")
+
+
+class _Pieces(io.RawIOBase):
+    """A file of which no more than a piece is read at once, whatever a zip directory claims."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._file.read(min(size, _PIECE + 1) if size >= 0 else _PIECE + 1)
+        if len(data) > _PIECE:
+            raise NpzError(f"has a zip directory of more than the {_PIECE} bytes allowed")
+        return data
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def seekable(self) -> bool:
+        return True
+
+    def readable(self) -> bool:
+        return True
+
+
 def _members(archive: zipfile.ZipFile, limit_bytes: int) -> Iterator[Member]:
-    """Yield (name, stream, size) of each array, sizes checked first."""
+    """Yield (name, stream, size) of each array, after what the directory says of all is checked."""
     members = archive.infolist()
     total = sum(member.file_size for member in members)
     if total > limit_bytes or len(members) > MAX_MEMBERS:
@@ -102,30 +156,70 @@ def _members(archive: zipfile.ZipFile, limit_bytes: int) -> Iterator[Member]:
             f"unpacks to {total} bytes in {len(members)} arrays, more than the {limit_bytes} "
             f"bytes and {MAX_MEMBERS} arrays allowed"
         )
-    seen = set()
-    for member in members:
-        name = member.filename.removesuffix(".npy")
-        if name == member.filename or name in seen:
-            raise NpzError(f"holds {member.filename!r} where arrays of their own names belong")
-        seen.add(name)
+    names = [member.orig_filename.removesuffix(".npy") for member in members]
+    for name, member in zip(names, members, strict=True):
+        # A name never becomes a path, but it may well be printed.
+        if f"{name}.npy" != member.orig_filename or not _NAME.fullmatch(name):
+            raise NpzError(
+                f"holds {member.orig_filename[:80]!r} where arrays of plain names belong"
+            )
+        if member.compress_type not in _METHODS or member.flag_bits & ~_FLAGS:
+            raise NpzError(f"holds {name!r} encrypted, or packed by another method than deflate")
+    if len(set(names)) < len(names):
+        raise NpzError("holds two arrays of one name")
+    end = 0
+    for member in sorted(members, key=lambda member: member.header_offset):
+        if member.header_offset < end:
+            raise NpzError("holds arrays that share their bytes")
+        end = member.header_offset + _LOCAL_HEADER + member.compress_size
+    if end > archive.start_dir:
+        raise NpzError("holds arrays that are longer than the file")
+    for name, member in zip(names, members, strict=True):
         with archive.open(member) as stream:
             yield name, stream, member.file_size
 
 
-def _header(name: str, stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Return shape, dtype, and whether columns come first; the stream is then at the data."""
-    version = npy.read_magic(stream)
-    header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, fortran, dtype = header(stream)
-    if dtype.hasobject:
+def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Header:
+    """Return shape, dtype, and whether columns come first; the stream is then at the data.
+
+    NumPy would evaluate the header as Python's own text; ours is matched against the one form
+    that programs write, so that there is nothing to evaluate.
+    """
+    magic = stream.read(8)
+    if magic[:6] != b"\x93NUMPY" or magic[6:] not in (b"\x01\x00", b"\x02\x00", b"\x03\x00"):
+        raise NpzError("is not a whole .npz archive")
+    length = int.from_bytes(stream.read(2 if magic[6] == 1 else 4), "little")
+    if length > MAX_HEADER:
+        raise NpzError(f"holds {name!r} with a header of {length} bytes; {MAX_HEADER} are allowed")
+    match = _HEADER.fullmatch(stream.read(length))
+    if match is None:
+        raise NpzError(f"holds {name!r}, which is no plain array")
+    kind, order, sizes = (group.decode("latin-1") for group in match.groups())
+    if kind.lstrip("<>|=") == "O":
         raise NpzError(f"holds pickled objects in {name!r}, which are never loaded")
-    return shape, dtype, fortran
-
-
-def _array(name: str, stream: IO[bytes], size: int) -> NDArray[Any]:
-    """Return one array whose header and data agree in size; `size` bounds both."""
-    shape, dtype, fortran = _header(name, stream)
-    data = stream.read(size)
-    if min(shape, default=0) < 0 or len(data) != math.prod(shape) * dtype.itemsize:
+    if not _PLAIN.fullmatch(kind):
+        raise NpzError(f"holds {name!r}, which is no plain array")
+    shape = tuple(int(size) for size in sizes.split(",") if size.strip())
+    dtype = np.dtype(kind)
+    if len(shape) > MAX_DIMENSIONS:
+        raise NpzError(f"holds {name!r} of {len(shape)} dimensions; {MAX_DIMENSIONS} are allowed")
+    # An array without elements needs no bytes, but its other sizes must be sane as well.
+    if math.prod(max(1, size) for size in shape) * dtype.itemsize > limit_bytes:
         raise NpzError(f"holds {name!r} with data that does not fit its shape")
-    return np.ndarray(shape, dtype, data, order="F" if fortran else "C").copy()
+    return shape, dtype, order == "True"
+
+
+def _array(name: str, stream: IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
+    """Return one array whose header and data agree in size; `size` is of both."""
+    shape, dtype, fortran = _header(name, stream, limit_bytes)
+    count = math.prod(shape) * dtype.itemsize
+    if stream.tell() + count != size:
+        raise NpzError(f"holds {name!r} with data that does not fit its shape")
+    data = np.empty(count, dtype=np.uint8)
+    for start in range(0, count, _PIECE):
+        piece = stream.read(min(_PIECE, count - start))
+        data[start : start + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
+        if len(piece) < min(_PIECE, count - start):
+            raise NpzError("is not a whole .npz archive")
+    array: NDArray[Any] = np.ndarray(shape, dtype, data, order="F" if fortran else "C")
+    return array.copy() if fortran else array

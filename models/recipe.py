@@ -1,6 +1,7 @@
 """From nothing to a proven bundle: simulate, train, compare, tune, write."""
 
 import tempfile
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -59,7 +60,7 @@ def train_bundle(
     say(f"simulating {sessions} + {CHECK_SESSIONS} sessions of {minutes:g} minutes")
     train = _examples(range(first, first + sessions), minutes, settings, say)
     held = [_simulate(first + CHECK_SEEDS + i, minutes) for i in range(CHECK_SESSIONS)]
-    check = prepare([_source(session) for session in held], settings)
+    check = prepare((_source(session) for session in held), settings)
     rows, columns = train.images.shape[1:]
     recipe = _recipe(epochs, seed, rows, columns)
     say(f"training on {len(train.ends)} windows, {len(check.ends)} of unseen sessions beside them")
@@ -114,12 +115,13 @@ def _recipe(epochs: int, seed: int, rows: int, columns: int) -> Recipe:
 def _examples(
     seeds: range, minutes: float, settings: PreprocessSettings, say: Progress
 ) -> Examples:
-    sources = []
-    for number, seed in enumerate(seeds, 1):
-        sources.append(_source(_simulate(seed, minutes)))
-        if number % 10 == 0:
-            say(f"simulated {number}/{len(seeds)}")
-    return prepare(sources, settings)
+    def sources() -> Iterator[Source]:
+        for number, seed in enumerate(seeds, 1):
+            yield _source(_simulate(seed, minutes))
+            if number % 10 == 0:
+                say(f"simulated {number}/{len(seeds)}")
+
+    return prepare(sources(), settings)
 
 
 def _simulate(seed: int, minutes: float) -> Session:

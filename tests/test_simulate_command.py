@@ -226,7 +226,7 @@ def test_a_recording_without_such_labels_is_refused(data: Path) -> None:
     recorded = read_training([data])[0]
     blank = np.full_like(recorded.label, recording.UNKNOWN)
     unlabelled = replace(recorded, label=blank, truth=None)
-    with pytest.raises(ValueError, match="lacks true labels for some frames; learn from button"):
+    with pytest.raises(ValueError, match="lacks true labels; learn from button"):
         Source.of(unlabelled)
     source = Source.of(unlabelled, "button")
     assert np.isnan(source.touch).all()

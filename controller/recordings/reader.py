@@ -3,8 +3,7 @@
 `survey` says what a file holds without reading its frames; `load` reads all of it.
 """
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -15,9 +14,9 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.events import Event
 from controller.pipeline import CommandRecord, Touch
+from controller.recordings import meta
 from controller.recordings.recording import (
     LABELLERS,
-    SCHEMA,
     UNKNOWN,
     Mark,
     Origin,
@@ -27,13 +26,10 @@ from controller.recordings.recording import (
     unlabelled,
 )
 
-# Form 1 had no truth and did not say who played; form 2 had no keys, cues, marks and rest.
-READABLE: Final = (1, 2, SCHEMA)
 MAX_BYTES: Final = 512 << 20  # of a file and of what it unpacks to: about four days at 10 Hz
 LARGEST: Final = 1e6  # of a frame: a taxel has 41 pF (paper, section 3.2), a count some thousand
-MAX_TEXT: Final = 1000  # characters of any name
-MAX_TAXELS: Final = 4096  # 64×64; a frame is kept in one piece
-MAX_LABELS: Final = 256
+MAX_ROWS: Final = 1 << 18  # of each table: a command a second for three days
+LATEST_S: Final = 1e9  # thirty years
 
 STATE: Final = "state."  # begins the names of the pipeline's arrays
 COLUMNS: Final[dict[str, type]] = {
@@ -45,6 +41,7 @@ COLUMNS: Final[dict[str, type]] = {
     "cue": np.int16,
     "excluded": np.bool_,
 }
+TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' columns
 _T = TypeVar("_T")
 
 
@@ -73,15 +70,15 @@ def survey(path: Path) -> Survey:
     """
 
     def read() -> Survey:
-        there = npz.shapes(path, MAX_BYTES)
+        there = _inspect(path)
         arrays = npz.unpack(path, MAX_BYTES, only=("meta", "t"))
         origin = _origin(arrays.get("meta"))
         shape, kind = there.get("frames", ((), None))
         if kind != np.float32 or len(shape) != 3 or shape[1:] != (origin.rows, origin.columns):
             raise RecordingError("has no frames of its sensor")
-        t = _array(arrays, "t", np.float64, shape[:1])
         if not shape[0]:
             raise RecordingError("holds no frames")
+        t = _rising(_array(arrays, "t", np.float64, shape[:1]), "t")
         return Survey(path, origin, shape[0], float(t[-1] - t[0]))
 
     return _guarded(path, read)
@@ -93,7 +90,12 @@ def load(path: Path) -> Recording:
     Raises:
         RecordingError: There is none, it is damaged, or it is no recording.
     """
-    return _guarded(path, lambda: parse(npz.unpack(path, MAX_BYTES)))
+
+    def read() -> Recording:
+        _inspect(path)
+        return parse(npz.unpack(path, MAX_BYTES))
+
+    return _guarded(path, read)
 
 
 def _guarded(path: Path, read: Callable[[], _T]) -> _T:
@@ -111,25 +113,32 @@ def _guarded(path: Path, read: Callable[[], _T]) -> _T:
     raise RecordingError(f"the recording {path} {problem}; name a file made with --record")
 
 
+def _inspect(path: Path) -> dict[str, npz.Shape]:
+    """Return the shapes of what a file holds, none of them absurd; nothing else is read."""
+    there = npz.shapes(path, MAX_BYTES)
+    _refuse_absurd(there)
+    return there
+
+
 def parse(arrays: npz.Arrays) -> Recording:
     """Return the recording that these arrays make.
 
     Raises:
         RecordingError: They make none.
     """
+    _refuse_absurd({name: (array.shape, array.dtype) for name, array in arrays.items()})
     origin = _origin(arrays.get("meta"))
     frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))
     count = len(frames)
     if not count:
         raise RecordingError("holds no frames")
-    if not (np.abs(frames) < LARGEST).all():  # NaN is refused as well
+    if not (frames.min() > -LARGEST and frames.max() < LARGEST):  # NaN is refused as well
         raise RecordingError(f"holds frames that are not all numbers below {LARGEST:g}")
     if origin.schema < 3:
         arrays = {**arrays, **_before_form_3(count)}
     columns = {name: _array(arrays, name, kind, (count,)) for name, kind in COLUMNS.items()}
     for name in ("t", "sequence"):
-        if not np.isfinite(columns[name]).all() or not (np.diff(columns[name]) > 0).all():
-            raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
+        _rising(columns[name], name)
     for name in LABELLERS:
         if not ((columns[name] >= UNKNOWN) & (columns[name] < len(origin.labels))).all():
             raise RecordingError(f"holds a {name} that it does not name")
@@ -151,6 +160,29 @@ def parse(arrays: npz.Arrays) -> Recording:
     )
 
 
+def _refuse_absurd(there: Mapping[str, npz.Shape]) -> None:
+    """Refuse texts and tables that would become far larger as Python's own objects.
+
+    Raises:
+        RecordingError: One is.
+    """
+    for name, (shape, kind) in there.items():
+        if name == "meta" and kind.itemsize > 4 * meta.MAX_META:
+            raise RecordingError(meta.TOO_MUCH)
+        if name.startswith(TABLES) and len(shape) > 0 and shape[0] > MAX_ROWS:
+            raise RecordingError(f"has {name!r} of {shape[0]} rows; {MAX_ROWS} are allowed")
+
+
+def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
+    """Return times or numbers of frames, which rise from each to the next."""
+    # Differences of hostile numbers overflow; comparisons do not.
+    if not (column[1:] > column[:-1]).all():
+        raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
+    if column.dtype.kind == "f" and not (column[0] > -LATEST_S and column[-1] < LATEST_S):
+        raise RecordingError(f"holds {name!r} beyond {LATEST_S:g} s")
+    return column
+
+
 def _before_form_3(count: int) -> npz.Arrays:
     """Return the arrays that forms 1 and 2 did not have yet."""
     nobody = unlabelled(count)
@@ -170,8 +202,8 @@ def _rest(arrays: npz.Arrays, origin: Origin) -> NDArray[np.float32] | None:
     if "rest" not in arrays:
         return None
     rest = _array(arrays, "rest", np.float32, (origin.rows, origin.columns))
-    if not np.isfinite(rest).all():
-        raise RecordingError("holds a rest image that is not all numbers")
+    if not (np.abs(rest) < LARGEST).all():
+        raise RecordingError(f"holds a rest image that is not all numbers below {LARGEST:g}")
     return rest
 
 
@@ -184,39 +216,21 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
     return tuple(Mark(*row) for row in zip(t.tolist(), kind, text, strict=True))
 
 
-def _origin(meta: NDArray[Any] | None) -> Origin:
-    """Return what meta says, checked."""
-    if meta is None or meta.shape != () or meta.dtype.kind != "U":
+def _origin(array: NDArray[Any] | None) -> Origin:
+    """Return what a file says of its origin, checked."""
+    if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")
+    return meta.parse(_legible(array))
+
+
+def _legible(array: NDArray[Any]) -> Any:
+    """Return texts as Python's own, refusing what is none in any alphabet, or half a letter."""
     try:
-        fields = json.loads(meta.item())
-        if fields.get("schema") not in READABLE:
-            raise RecordingError(
-                f"has form {fields.get('schema')!r}, this program reads "
-                f"{', '.join(map(str, READABLE))} (update one)"
-            )
-        origin = Origin(**{**fields, "labels": tuple(fields["labels"])})
-    except RecordingError:
-        raise
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        raise RecordingError("says nothing legible about its origin") from None
-    texts = (
-        *(origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels),
-        *(origin.user, origin.session, origin.protocol, origin.preset),
-        *(origin.id, origin.started, origin.hardware, origin.unit),
-    )
-    sizes = (origin.rows, origin.columns)
-    scales = (origin.pitch_mm, origin.rate_hz)
-    if not (
-        all(isinstance(text, str) and len(text) <= MAX_TEXT for text in texts)
-        and all(type(size) is int and size > 0 for size in sizes)
-        and origin.rows * origin.columns <= MAX_TAXELS
-        and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS
-        and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
-        and (origin.seed is None or (type(origin.seed) is int and origin.seed >= 0))
-    ):
-        raise RecordingError("says impossible things about its origin")
-    return origin
+        texts = array.tolist()
+        "".join(texts).encode()
+    except (ValueError, SystemError):  # NumPy raises the second for numbers beyond all alphabets
+        raise RecordingError("holds texts that are none") from None
+    return texts
 
 
 def _array(arrays: npz.Arrays, name: str, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:
@@ -240,7 +254,7 @@ def _texts(arrays: npz.Arrays, name: str, count: int) -> list[str]:
     array = arrays.get(name)
     if array is None or array.dtype.kind != "U" or array.shape != (count,):
         raise RecordingError(f"has a table without its {count} names, {name!r}")
-    texts: list[str] = array.tolist()
+    texts: list[str] = _legible(array)
     return texts
 
 
@@ -252,6 +266,8 @@ def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
     probability = _array(arrays, "command_probability", np.float64, rows)
     touch = _array(arrays, "command_touch", np.float64, (*rows, 2))
     gesture, name = (_texts(arrays, f"command_{name}", len(t)) for name in ("gesture", "name"))
+    if not np.isfinite(t).all() or not np.isfinite(probability).all():
+        raise RecordingError("holds commands whose times or probabilities are no numbers")
     return tuple(
         CommandRecord(
             float(t[i]), int(frame[i]), gesture[i], float(probability[i]), _place(touch[i]), name[i]
@@ -271,7 +287,7 @@ def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
     name = _texts(arrays, "event_name", len(onset))
     table = zip(onset.tolist(), release.tolist(), name, strict=True)
     events = tuple(Event(*row) for row in table)
-    if not np.isfinite([*onset, *release]).all() or (release < onset).any():
+    if not (np.isfinite(onset) & np.isfinite(release) & (release >= onset)).all():
         raise RecordingError("has events that end before they begin")
     return Truth(touch, contact, events)
 

@@ -1,7 +1,5 @@
 """Recordings into files: the same recording gives the same bytes, and no file is ever replaced."""
 
-import dataclasses
-import json
 import os
 import tempfile
 from collections.abc import Sequence
@@ -12,6 +10,7 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.pipeline import Touch
+from controller.recordings import meta
 from controller.recordings.reader import COLUMNS, STATE
 from controller.recordings.recording import Recording, Truth
 
@@ -38,7 +37,7 @@ def pack(recording: Recording) -> bytes:
             "command_name": np.array([c.command for c in commands], dtype=np.str_),
             **{STATE + name: array for name, array in recording.state.items()},
             **(_truth(recording.truth) if recording.truth else {}),
-            "meta": np.array(json.dumps(dataclasses.asdict(recording.origin))),
+            "meta": np.array(meta.text(recording.origin)),
         }
     )
 

@@ -1,0 +1,229 @@
+"""Examples for training: which windows are cut, and how a data set stays out of memory."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.preprocess import PreprocessSettings
+from controller.recordings import reader, writer
+from controller.recordings.recording import Recording, RecordingError, unlabelled
+from models.dataset import Source, prepare, read_training
+from models.simulate import DataSet
+
+SETTINGS = PreprocessSettings()
+START = 10  # frames of a quiet second; the last of them is the first with an image
+COUNT = 60
+SESSION = DataSet(minutes=0.5).session(0, 0)
+
+
+def session(count: int = COUNT, **columns: Any) -> Source:
+    """An untouched sensor; every frame is null unless its columns say otherwise."""
+    frames = np.random.default_rng(0).normal(40.0, 0.01, (count, 5, 5)).astype(np.float32)
+    plain = Source(
+        frames, np.zeros(count, dtype=np.int16), np.full((count, 2), 2.0, dtype=np.float32)
+    )
+    return replace(plain, **columns)
+
+
+def numbered(*missing: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Numbers of frames, of which some are missing."""
+    numbers = np.arange(COUNT + len(missing), dtype=np.int64)
+    return np.delete(numbers, list(missing))
+
+
+def ends(*sources: Source) -> list[int]:
+    """Last frames of the windows, counted from the first frame with an image."""
+    last: list[int] = prepare(sources, SETTINGS).ends.tolist()
+    return last
+
+
+def test_every_frame_after_a_whole_window_ends_one() -> None:
+    assert ends(session()) == list(range(9, COUNT - START + 1))
+
+
+def test_no_window_spans_a_missing_frame() -> None:
+    # Frame 30 is missing, so the 20 frames 10 ... 29 and those from 31 on stand alone.
+    whole = ends(session(sequence=numbered(30)))
+    before, after = 30 - START + 1, COUNT - 30
+    assert whole == [*range(9, before), *range(before + 9, before + after)]
+
+
+def test_no_window_holds_a_frame_that_nobody_shall_learn_from() -> None:
+    excluded = np.zeros(COUNT, dtype=np.bool_)
+    excluded[30:35] = True
+    examples = prepare([session(excluded=excluded)], SETTINGS)
+    assert len(examples.images) == COUNT - START + 1 - 5  # they are not even kept
+    before = 30 - START + 1
+    assert examples.ends.tolist() == [*range(9, before), *range(before + 9, len(examples.images))]
+
+
+def test_excluded_frames_still_go_through_the_device_s_preprocessing() -> None:
+    # The sensor drifts while the recording is paused: the rest image follows, as on the device.
+    drift = np.linspace(1.0, 1.02, COUNT)[:, None, None]
+    source = session()
+    source = replace(source, frames=(source.frames * drift).astype(np.float32))
+    excluded = np.arange(COUNT) < 40
+    all_of_it = prepare([source], SETTINGS).images
+    rest_of_it = prepare([replace(source, excluded=excluded)], SETTINGS).images
+    np.testing.assert_array_equal(rest_of_it, all_of_it[-20:])
+
+
+def test_no_window_ends_at_a_frame_of_which_nobody_said_anything() -> None:
+    label = np.zeros(COUNT, dtype=np.int16)
+    label[30:35] = -1
+    examples = prepare([session(label=label)], SETTINGS)
+    silent = set(range(30 - START + 1, 35 - START + 1))
+    assert set(range(9, COUNT - START + 1)) - set(examples.ends.tolist()) == silent
+    assert np.flatnonzero(np.isnan(examples.touch[:, 0])).tolist() == sorted(silent)
+
+
+def test_no_window_spans_two_sessions() -> None:
+    examples = prepare([session(), session(30), session()], SETTINGS)
+    for end in examples.ends:
+        assert len(set(examples.session[end - 9 : end + 1].tolist())) == 1
+    assert set(examples.session.tolist()) == {0, 1, 2}
+
+
+def test_a_session_without_a_window_is_left_out_and_none_at_all_is_told() -> None:
+    assert set(prepare([session(12), session()], SETTINGS).session.tolist()) == {1}
+    for short in ([], [session(12)], [session(label=np.full(COUNT, -1, dtype=np.int16))]):
+        with pytest.raises(ValueError, match="no session has a quiet second and a whole labelled"):
+            prepare(short, SETTINGS)
+
+
+def test_sessions_of_two_sensors_are_refused() -> None:
+    other = session()
+    other = replace(other, frames=other.frames[:, :4].copy())
+    with pytest.raises(ValueError, match=r"sessions of \(5, 5\) and of \(4, 5\) taxels"):
+        prepare([session(), other], SETTINGS)
+
+
+@given(
+    excluded=st.lists(st.booleans(), min_size=COUNT, max_size=COUNT),
+    label=st.lists(st.integers(-1, 2), min_size=COUNT, max_size=COUNT),
+    steps=st.lists(st.sampled_from([1, 1, 1, 1, 1, 1, 1, 2, 50]), min_size=COUNT, max_size=COUNT),
+)
+def test_a_window_is_ten_whole_frames_in_a_row_and_no_such_window_is_missed(
+    excluded: list[bool], label: list[int], steps: list[int]
+) -> None:
+    number = np.cumsum(steps)
+    source = session(
+        label=np.array(label, dtype=np.int16), sequence=number, excluded=np.array(excluded)
+    )
+    expected = [
+        end
+        for end in range(START - 1 + 9, COUNT)
+        if not any(excluded[end - 9 : end + 1])
+        and number[end] - number[end - 9] == 9
+        and label[end] != -1
+    ]
+    try:
+        examples = prepare([source], SETTINGS)
+    except ValueError:
+        assert not expected
+        return
+    kept = [k for k in range(START - 1, COUNT) if not excluded[k]]
+    assert [kept[end] for end in examples.ends] == expected
+    assert examples.label[examples.ends].tolist() == [label[end] for end in expected]
+
+
+# --- data sets that are larger than memory ----------------------------------------------------
+
+
+def test_examples_in_a_file_are_the_same_and_leave_nothing_behind(tmp_path: Path) -> None:
+    sources = [Source.of(SESSION), session(), session(12)]
+    memory, file = prepare(sources, SETTINGS), prepare(iter(sources), SETTINGS, tmp_path)
+    assert not list(tmp_path.iterdir())
+    for name in ("images", "label", "touch", "ends", "session"):
+        one, other = getattr(memory, name), getattr(file, name)
+        assert (one.dtype, one.shape, one.tobytes()) == (other.dtype, other.shape, other.tobytes())
+    np.testing.assert_array_equal(memory.windows(memory.ends[:5]), file.windows(file.ends[:5]))
+
+
+def test_a_folder_that_is_not_there_is_an_error_and_nothing_is_left_open(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="absent"):
+        prepare([session()], SETTINGS, tmp_path / "absent")
+    with pytest.raises(ValueError, match="no session has"):
+        prepare([], SETTINGS, tmp_path)  # an unclosed file would be a warning, and so an error
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """Three recordings of one kind."""
+    for number in range(3):
+        made = replace(SESSION, origin=replace(SESSION.origin, user=f"0{number}"))
+        (tmp_path / f"sub-0{number}_ses-01_run-01.npz").write_bytes(writer.pack(made))
+    return tmp_path
+
+
+def test_a_data_set_is_surveyed_and_its_frames_are_read_one_recording_at_a_time(
+    data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loaded: list[str] = []
+    real = reader.load
+
+    def load(path: Path) -> Recording:
+        loaded.append(path.name)
+        return real(path)
+
+    monkeypatch.setattr(reader, "load", load)
+    recordings = read_training([data])
+    assert (len(recordings), loaded) == (3, [])
+    assert [survey.origin.user for survey in recordings.surveys] == ["00", "01", "02"]
+    assert sum(survey.frames for survey in recordings.surveys) == 900
+
+    def sources() -> Iterator[Source]:
+        for number, recorded in enumerate(recordings):
+            assert len(loaded) == number + 1
+            yield Source.of(recorded)
+
+    prepare(sources(), SETTINGS, data)
+    assert [one.origin.user for one in recordings[1:]] == ["01", "02"]
+
+
+def test_a_recording_that_changes_while_a_data_set_is_read_is_told(data: Path) -> None:
+    recordings = read_training([data])
+    path = recordings.surveys[0].path
+    path.write_bytes(recordings.surveys[1].path.read_bytes())
+    with pytest.raises(RecordingError, match=r"sub-00_ses-01_run-01\.npz has changed meanwhile"):
+        recordings[0]
+
+
+def test_two_units_are_two_kinds(data: Path) -> None:
+    counts = replace(SESSION, origin=replace(SESSION.origin, unit="counts"))
+    (data / "sub-09_ses-01_run-01.npz").write_bytes(writer.pack(counts))
+    with pytest.raises(ValueError, match=r"10 Hz in pF .* 10 Hz in counts .* train on one kind"):
+        read_training([data])
+
+
+# --- labels -----------------------------------------------------------------------------------
+
+
+def test_examples_learn_from_whoever_said_it() -> None:
+    nobody, null, press, pinch = (np.full(300, k, dtype=np.int16) for k in (-1, 0, 1, 2))
+    recorded = replace(SESSION, label=null, button=press, key=pinch, cue=nobody)
+    assert set(Source.of(recorded).label.tolist()) == {0}
+    assert set(Source.of(recorded, "button").label.tolist()) == {1}
+    assert set(Source.of(recorded, "key").label.tolist()) == {2}
+    with pytest.raises(ValueError, match="lacks cue labels; learn from true or button or key"):
+        Source.of(recorded, "cue")
+
+
+def test_labels_for_some_frames_are_enough_and_for_none_are_not() -> None:
+    key = unlabelled(300)["key"]
+    with pytest.raises(ValueError, match="lacks key labels; learn from true or button labels, or"):
+        Source.of(SESSION, "key")
+    key[100:200] = 1
+    examples = prepare([Source.of(replace(SESSION, key=key), "key")], SETTINGS)
+    assert len(examples.ends) == 100
+    assert set(examples.label[examples.ends].tolist()) == {1}
+    nobody = unlabelled(300)["key"]
+    silent = replace(SESSION, label=nobody, button=nobody)
+    with pytest.raises(ValueError, match="lacks cue labels; label it first, or leave it out"):
+        Source.of(silent, "cue")
