@@ -67,12 +67,14 @@ class Prepared:
         ready: The rest image exists; before that the image is a provisional one.
         deviation: Mean of |z - 1| over the taxels.
         quiet: The deviation is below the gate: nothing touches.
+        idle: The deviation that is usual while nothing touches; 0 until it is known.
     """
 
     image: Image
     ready: bool
     deviation: float
     quiet: bool
+    idle: float = 0.0
 
 
 def z_image(
@@ -141,7 +143,7 @@ class Preprocessor:
         quiet = deviation < self._gate()
         self._track(values, deviation, quiet)
         self._images.append(image)
-        return Prepared(image, True, deviation, quiet)
+        return Prepared(image, True, deviation, quiet, self._idle)
 
     @property
     def rest(self) -> Frame | None:

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller import bundle
-from controller.pipeline import Pipeline, Step, TouchMedian
+from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, Image, State, Window
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -69,43 +69,6 @@ def test_the_same_touch_means_something_else_elsewhere() -> None:
         frames += [pressed(x, y)] * 8 + [REST] * 12
     commands = [step.command.command for step in played(pipeline(), frames) if step.command]
     assert commands == ["left", "right", "down"]
-
-
-def touched(frames: list[tuple[float, float]]) -> TouchMedian:
-    """A touch after frames of (deviation, x), all in the row y = 2, none of them quiet."""
-    place = TouchMedian(30, rise=0.015)
-    for deviation, x in frames:
-        place.add(deviation, (x, 2.0), null=False)
-    return place
-
-
-def test_a_touch_is_where_its_firm_frames_are() -> None:
-    place = touched([(0.02, 4.0), (0.10, 1.0), (0.12, 1.2), (0.11, 1.1), (0.03, 3.0)])
-    assert place.median() == pytest.approx((1.1, 2.0))
-
-
-def test_a_lifted_finger_is_remembered_until_the_networks_have_seen_it_go() -> None:
-    place = touched([(0.1, 1.0)])
-    place.lift(0.01, forget=False)
-    assert place.median() == (1.0, 2.0)
-    place.add(0.1, (3.0, 3.0), null=False)  # a new touch does not begin with the old one's frames
-    assert place.median() == (3.0, 3.0)
-    place.lift(0.01, forget=True)
-    assert place.median() is None
-
-
-def test_a_touch_that_follows_before_all_is_quiet_is_a_new_one() -> None:
-    first = [(0.05, 1.0), (0.12, 1.0), (0.12, 1.0), (0.03, 1.0)]
-    between = [(0.025, 2.0), (0.022, 2.0)]
-    assert touched([*first, *between]).median() == (1.0, 2.0)
-    assert touched([*first, *between, (0.04, 3.0), (0.06, 3.0)]).median() == (3.0, 2.0)
-
-
-def test_on_a_noisy_sensor_the_networks_feel_what_the_deviation_does_not_show() -> None:
-    place = TouchMedian(30, rise=0.015)
-    place.lift(0.05, forget=True)
-    place.add(0.055, (1.0, 2.0), null=False)  # hardly more than the noise
-    assert place.median() == (1.0, 2.0)
 
 
 def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
