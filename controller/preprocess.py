@@ -18,7 +18,9 @@ Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
 Normalise = Literal["ratio", "difference"]
 
-NOTHING: Final = 1e-3  # picofarads; a taxel that reads less at rest is dead: paper, section 3.2: 41
+# A taxel that reads less than this share of the others at rest has no lead (an open one reads
+# some 1 of 41 pF): divided by so little, its noise would be a hand. Measured on open electrodes.
+LEAST_REST: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,7 @@ class Prepared:
 def z_image(
     frame: NDArray[np.floating], rest: NDArray[np.floating], settings: PreprocessSettings
 ) -> NDArray[np.float64]:
-    """Return z = C / C0, the relative capacitance of every taxel; 1 where a taxel is dead.
+    """Return z = C / C0, the relative capacitance of every taxel; 1 where a lead is open.
 
     Source: paper, section 4.1; `PreprocessSettings.normalise` for other sensors.
 
@@ -99,7 +101,7 @@ def z_image(
         )
     if settings.normalise == "difference":
         return np.asarray(1.0 + (frame - rest) / settings.scale, dtype=np.float64)
-    alive = rest > NOTHING
+    alive = rest > max(LEAST_REST * float(rest.mean()), 0.0)
     if alive.all():
         return np.asarray(frame / rest, dtype=np.float64)
     return np.where(alive, frame / np.where(alive, rest, 1.0), 1.0)

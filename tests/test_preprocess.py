@@ -37,9 +37,9 @@ def test_an_image_is_capacitance_over_rest() -> None:
     assert z_image(frame, rest, RATIO).tolist() == [[1.0, 0.5], [2.0, 1.0]]
 
 
-def test_a_taxel_that_reads_nothing_at_rest_says_nothing() -> None:
-    frame = np.array([[30.0, 0.2]], dtype=np.float32)
-    assert z_image(frame, np.array([[60.0, 0.0]]), RATIO).tolist() == [[0.5, 1.0]]
+def test_a_taxel_without_a_lead_says_nothing() -> None:
+    frame = np.array([[30.0, 0.2, 3.0]], dtype=np.float32)
+    assert z_image(frame, np.array([[60.0, 0.0, 1.0]]), RATIO).tolist() == [[0.5, 1.0, 1.0]]
 
 
 def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None:

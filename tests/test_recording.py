@@ -18,7 +18,7 @@ from controller.events import Event
 from controller.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin, RecordingError, Truth, refuse_misfit
+from controller.recordings.recording import Mark, Origin, RecordingError, Truth, refuse_misfit
 
 ORIGIN = Origin(
     device_id="virtual-1",
@@ -58,7 +58,7 @@ def changed(path: Path, **arrays: Any) -> Path:
 
 def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
     loaded = reader.load(record(tmp_path / "one.npz"))
-    assert loaded.origin == ORIGIN
+    assert loaded.origin == replace(ORIGIN, id=loaded.origin.id)
     assert loaded.frames.shape == (30, 5, 5)
     first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
     assert loaded.frames[0].tobytes() == first.tobytes()
@@ -68,52 +68,6 @@ def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
     assert loaded.commands == (COMMAND,)
     assert loaded.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
     assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nothing is left beside
-
-
-def test_an_existing_file_is_refused_and_kept(tmp_path: Path) -> None:
-    path = tmp_path / "one.npz"
-    path.write_text("precious")
-    with pytest.raises(RecordingError, match="exists and is kept"):
-        Recorder(path, ORIGIN, {})
-    assert path.read_text() == "precious"
-
-
-def test_a_file_that_appears_meanwhile_is_kept_and_so_is_the_recording(tmp_path: Path) -> None:
-    path = tmp_path / "one.npz"
-    recorder = Recorder(path, ORIGIN, {})
-    recorder.add(np.full((5, 5), 40.0, dtype=np.float32), 0.1, 1)
-    path.write_text("precious")
-    with pytest.raises(RecordingError, match="appeared meanwhile"):
-        recorder.close()
-    assert path.read_text() == "precious"
-    (kept,) = (other for other in tmp_path.iterdir() if other != path)
-    assert len(reader.load(kept).frames) == 1
-
-
-def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder, rescue = tmp_path / "stick", tmp_path / "rescue"
-    folder.mkdir()
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
-    recorder = Recorder(folder / "one.npz", ORIGIN, {})
-    recorder.add(np.full((5, 5), 40.0, dtype=np.float32), 0.1, 1)
-    folder.rmdir()  # as when a memory stick is pulled
-    with pytest.raises(RecordingError, match="the session is kept in"):
-        recorder.close()
-    [kept] = rescue.iterdir()
-    assert len(reader.load(kept).frames) == 1
-
-
-def test_a_folder_that_does_not_exist_is_told_at_the_start(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="cannot write into"):
-        Recorder(tmp_path / "absent" / "one.npz", ORIGIN, {})
-
-
-def test_a_session_without_a_frame_makes_no_file(tmp_path: Path) -> None:
-    assert Recorder(tmp_path / "none.npz", ORIGIN, {}).close() is None
-    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
@@ -323,3 +277,43 @@ def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
     other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
     with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):
         refuse_misfit(reader.load(other), shipped)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
+        ({"cue": np.full(30, -2, dtype=np.int16)}, "a cue that it does not name"),
+        ({"excluded": np.zeros(30, dtype=np.int8)}, r"not bool \(30\)"),
+        ({"rest": np.full((5, 4), 40.0, dtype=np.float32)}, r"not float32 \(5, 5\)"),
+        ({"rest": np.full((5, 5), np.nan, dtype=np.float32)}, "rest image that is not all numbers"),
+        ({"mark_t": np.array([1.0])}, "a table without its 1 names, 'mark_kind'"),
+        ({"command_t": np.array([np.nan])}, "commands whose times or probabilities"),
+        ({"sequence": np.zeros(30, dtype=np.int64)}, "'sequence' that does not rise"),
+    ],
+)
+def test_what_form_3_brought_is_checked_as_well(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(record(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        reader.load(path)
+
+
+def test_marks_stand_in_order_of_time_and_say_anything(tmp_path: Path) -> None:
+    marks = {"mark_kind": np.array(["cue", "note"]), "mark_text": np.array(["go", "a, b\n\x07ü"])}
+    path = changed(record(tmp_path / "one.npz"), mark_t=np.array([0.5, 0.5]), **marks)
+    assert reader.load(path).marks == (Mark(0.5, "cue", "go"), Mark(0.5, "note", "a, b\n\x07ü"))
+    with pytest.raises(RecordingError, match="marks that are not in order of time"):
+        reader.load(changed(path, mark_t=np.array([0.5, 0.4])))
+
+
+def test_a_survey_says_what_a_file_holds_and_finds_what_a_glance_can(tmp_path: Path) -> None:
+    path = record(tmp_path / "one.npz")
+    found = reader.survey(path)
+    assert (found.path, found.frames, found.origin) == (path, 30, reader.load(path).origin)
+    assert found.seconds == pytest.approx(2.9)
+    for arrays in ({"t": TIMES[::-1].copy()}, {"frames": FRAMES[:, :4]}, {"meta": None}):
+        with pytest.raises(RecordingError):
+            reader.survey(changed(record(tmp_path / "bad.npz"), **arrays))
+        (tmp_path / "bad.npz").unlink()

@@ -72,7 +72,7 @@ def survey(path: Path) -> Survey:
     def read() -> Survey:
         there = _inspect(path)
         arrays = npz.unpack(path, MAX_BYTES, only=("meta", "t"))
-        origin = _origin(arrays.get("meta"))
+        origin = origin_of(arrays.get("meta"))
         shape, kind = there.get("frames", ((), None))
         if kind != np.float32 or len(shape) != 3 or shape[1:] != (origin.rows, origin.columns):
             raise RecordingError("has no frames of its sensor")
@@ -127,7 +127,7 @@ def parse(arrays: npz.Arrays) -> Recording:
         RecordingError: They make none.
     """
     _refuse_absurd({name: (array.shape, array.dtype) for name, array in arrays.items()})
-    origin = _origin(arrays.get("meta"))
+    origin = origin_of(arrays.get("meta"))
     frames = _array(arrays, "frames", np.float32, (-1, origin.rows, origin.columns))
     count = len(frames)
     if not count:
@@ -216,7 +216,7 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
     return tuple(Mark(*row) for row in zip(t.tolist(), kind, text, strict=True))
 
 
-def _origin(array: NDArray[Any] | None) -> Origin:
+def origin_of(array: NDArray[Any] | None) -> Origin:
     """Return what a file says of its origin, checked."""
     if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")

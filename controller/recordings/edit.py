@@ -1,0 +1,169 @@
+"""Cut a recording and correct its labels: always into a new one, which names its source."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import npz
+from controller.recordings import reader, writer
+from controller.recordings.recording import (
+    LABELLERS,
+    SCHEMA,
+    UNKNOWN,
+    Mark,
+    Recording,
+    RecordingError,
+    software,
+)
+
+NOBODY: Final = "unknown"  # the label of a frame of which nobody knows what it is
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Who a new recording is, and where it comes from.
+
+    Attributes:
+        id: Of the new recording.
+        source: What to call the one that is changed.
+        when: UTC as ISO 8601.
+    """
+
+    id: str
+    source: str
+    when: str
+
+
+def trim(recording: Recording, begin_s: float, end_s: float, change: Change) -> Recording:
+    """Return the frames whose times are in [begin_s, end_s), with all that belongs to them.
+
+    Times stay as they are. The state is kept only where the first frame is.
+
+    Args:
+        recording: Stays as it is.
+        begin_s: First time that is kept, seconds of the recording.
+        end_s: First time after it that is not.
+        change: Who the new recording is.
+
+    Raises:
+        RecordingError: No frame is left.
+    """
+    kept = _within(recording, begin_s, end_s)
+    first, end = int(kept.argmax()), int(len(kept) - kept[::-1].argmax())
+    span = slice(first, end)
+    columns = {name: getattr(recording, name)[span] for name in reader.COLUMNS}
+    truth = recording.truth
+    if truth is not None:
+        events = tuple(e for e in truth.events if e.release_s >= begin_s and e.onset_s < end_s)
+        truth = replace(truth, touch=truth.touch[span], contact=truth.contact[span], events=events)
+    cut = replace(
+        recording,
+        frames=recording.frames[span],
+        touch=recording.touch[span],
+        marks=tuple(mark for mark in recording.marks if begin_s <= mark.t_s < end_s),
+        commands=tuple(c for c in recording.commands if begin_s <= c.t_s < end_s),
+        state=recording.state if first == 0 else {},
+        truth=truth,
+        **columns,
+    )
+    t = cut.t
+    return _marked(cut, float(t[0]), "trim", f"to {t[0]:g} to {t[-1]:g} s", change)
+
+
+def relabel(
+    recording: Recording,
+    begin_s: float,
+    end_s: float,
+    change: Change,
+    *,
+    label: str | None = None,
+    column: str = "label",
+    excluded: bool | None = None,
+) -> Recording:
+    """Return the recording with the frames whose times are in [begin_s, end_s) labelled anew.
+
+    Args:
+        recording: Stays as it is.
+        begin_s: First time that is changed, seconds of the recording.
+        end_s: First time after it that is not.
+        change: Who the new recording is.
+        label: One of its labels, or "unknown"; None leaves them as they are.
+        column: Whose labels.
+        excluded: Whether nobody shall learn from these frames; None leaves that as it is.
+
+    Raises:
+        RecordingError: There is no such label or column, or no such frame.
+    """
+    if column not in LABELLERS:
+        raise RecordingError(f"there is no label column {column!r}; take {_either(LABELLERS)}")
+    if label is None and excluded is None:
+        raise RecordingError("nothing is to be changed; name a label, or exclude or include frames")
+    where = _within(recording, begin_s, end_s)
+    done: list[str] = []
+    arrays: dict[str, Any] = {}
+    if label is not None:
+        values: NDArray[np.int16] = getattr(recording, column).copy()
+        values[where] = _index(recording.origin.labels, label)
+        arrays[column] = values
+        done.append(f"{column} set to {label}")
+    changed = replace(recording, **arrays)
+    if excluded is not None:
+        changed = replace(changed, excluded=np.where(where, excluded, recording.excluded))
+        done.append("excluded" if excluded else "included")
+    t = recording.t[where]
+    what = f"{int(where.sum())} frames of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
+    return _marked(changed, float(t[0]), "relabel", what, change)
+
+
+def sealed(recording: Recording) -> bytes:
+    """Return a recording as the bytes of its file, proven to be read again.
+
+    Raises:
+        RecordingError: No reader would take it.
+    """
+    data = writer.pack(recording)
+    try:
+        reader.parse(npz.unpack(data, reader.MAX_BYTES))
+    except ValueError as error:
+        raise RecordingError(f"the result would be no recording: it {error}") from None
+    return data
+
+
+def _index(labels: tuple[str, ...], label: str) -> int:
+    if label in labels:
+        return labels.index(label)
+    if label == NOBODY:
+        return UNKNOWN
+    raise RecordingError(f"there is no label {label!r} in it; take {_either((*labels, NOBODY))}")
+
+
+def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bool_]:
+    """Return which frames are in [begin_s, end_s), (n,).
+
+    Raises:
+        RecordingError: None is.
+    """
+    t = recording.t
+    within = (t >= begin_s) & (t < end_s)
+    if not within.any():
+        raise RecordingError(
+            f"there is no frame from {begin_s:g} to {end_s:g} s; it has frames from {t[0]:g} to "
+            f"{t[-1]:g} s"
+        )
+    return np.asarray(within)
+
+
+def _marked(recording: Recording, t_s: float, kind: str, what: str, change: Change) -> Recording:
+    """Return a recording of a new id with a mark that says what was done to which one."""
+    was = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
+    mark = Mark(t_s, kind, f"{what}; from {was}, {change.when}, by orbtouch {software()}")
+    marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)
+    origin = replace(recording.origin, id=change.id, schema=SCHEMA)
+    return replace(recording, origin=origin, marks=tuple(marks))
+
+
+def _either(words: tuple[str, ...]) -> str:
+    *most, last = words
+    return f"{', '.join(most)} or {last}"

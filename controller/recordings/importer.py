@@ -1,0 +1,269 @@
+"""Other people's arrays into recordings: one for each person and session."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from controller import npz
+from controller.recordings.description import NULL, Description
+from controller.recordings.recording import (
+    UNKNOWN,
+    Origin,
+    Recording,
+    RecordingError,
+    software,
+    unlabelled,
+)
+
+MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
+ALONE: Final = "01"  # who and which session, where nobody says
+_DIGITS: Final = 2  # of a person's or session's number
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def read(path: Path, told: Description) -> Arrays:
+    """Return the arrays that the description names, out of an .npz or a single .npy.
+
+    Raises:
+        RecordingError: The file cannot be read, or lacks one.
+    """
+    try:
+        if path.suffix == ".npy":
+            arrays = {told.frames: _single(path)}
+        else:
+            arrays = npz.unpack(path, MAX_BYTES, only=told.arrays)
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise RecordingError(f"{path} {error}; name an .npz or .npy of plain numbers") from None
+    optional = {f"{name}_names" for name in (told.subject, *told.session)}
+    for name in sorted(told.arrays - optional):
+        if name not in arrays:
+            raise RecordingError(f"{path} has no array {name!r}, which the description names")
+    return arrays
+
+
+def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
+    """Yield a recording of each person and session, in order of their names.
+
+    The same arrays and the same description give the same recordings, their ids included.
+
+    Raises:
+        RecordingError: The arrays are not what the description says.
+    """
+    frames = _frames(arrays, told)
+    count = len(frames)
+    times = _column(arrays, told.time, count) if told.time else None
+    if times is not None:
+        times = times.astype(np.float64)
+        if not np.isfinite(times).all():
+            raise RecordingError(f"the array {told.time!r} has times that are no numbers")
+    labels, column = _labels(arrays, told, count)
+    rate_hz = told.rate_hz or _rate(times)
+    for user, session, chosen in _groups(arrays, told, count):
+        stretch = _stretches(chosen, times, rate_hz, told)
+        rows = stretch.kept
+        taken = frames[rows].astype(np.float32)
+        n = len(rows)
+        said: dict[str, Any] = {**unlabelled(n), told.labeller: column[rows]}
+        origin = Origin(
+            device_id=told.device,
+            rows=taken.shape[1],
+            columns=taken.shape[2],
+            pitch_mm=told.pitch_mm,
+            rate_hz=rate_hz,
+            labels=labels,
+            bundle="",
+            engine="",
+            software=software(),
+            user=user,
+            session=session,
+            protocol=told.protocol,
+            hardware=told.hardware,
+            unit=told.unit,
+            id=_id(told, user, session, taken, stretch, column[rows]),
+        )
+        yield Recording(
+            origin,
+            taken,
+            t=stretch.t,
+            sequence=stretch.sequence,
+            excluded=np.zeros(n, dtype=np.bool_),
+            touch=np.full((n, 2), np.nan),
+            **said,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """The frames of one recording: which, and when."""
+
+    kept: NDArray[np.int64]
+    t: NDArray[np.float64]
+    sequence: NDArray[np.int64]
+
+
+def _single(path: Path) -> NDArray[Any]:
+    """Return the array of an .npy, its size checked before memory is asked for."""
+    if path.stat().st_size > MAX_BYTES:
+        raise RecordingError(f"is larger than {MAX_BYTES >> 30} GiB")
+    with path.open("rb") as file:
+        array: NDArray[Any] = npy.read_array(file, allow_pickle=False)
+    return array
+
+
+def _frames(arrays: Arrays, told: Description) -> NDArray[Any]:
+    """Return the frames as (n, rows, columns), of any kind of number."""
+    frames = arrays[told.frames]
+    if told.rows and told.columns and frames.ndim in (2, 3):
+        if frames[:1].size not in (0, told.rows * told.columns):
+            raise RecordingError(
+                f"the array {told.frames!r} has {frames[:1].size} taxels, "
+                f"not {told.rows} x {told.columns}"
+            )
+        frames = frames.reshape(len(frames), told.rows, told.columns)
+    if frames.ndim != 3 or not frames.size or frames.dtype.kind not in "iuf":
+        raise RecordingError(
+            f"the array {told.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
+            "(n, rows, columns); give rows and columns if it is flat"
+        )
+    return frames
+
+
+def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArray[Any]:
+    """Return an array with one value for each frame."""
+    array = arrays[name]
+    if array.shape != (count,) or array.dtype.kind not in kinds:
+        raise RecordingError(
+            f"the array {name!r} is {array.dtype} {array.shape}, not one "
+            f"{'number' if 'f' in kinds else 'whole number'} for each of the {count} frames"
+        )
+    return array
+
+
+def _labels(
+    arrays: Arrays, told: Description, count: int
+) -> tuple[tuple[str, ...], NDArray[np.int16]]:
+    """Return the labels, "null" first, and which each frame has."""
+    if not told.label:
+        return (NULL,), np.full(count, UNKNOWN, dtype=np.int16)
+    given = told.label_names
+    if isinstance(given, str):
+        if arrays[given].dtype.kind != "U" or arrays[given].ndim != 1:
+            raise RecordingError(f"the array {given!r} is no list of names")
+        given = tuple(arrays[given].tolist())
+    number = _column(arrays, told.label, count, "iu").astype(np.int64)
+    if told.null and told.null not in given:
+        raise RecordingError(f"null = {told.null!r} is none of the labels {', '.join(given)}")
+    unfit = (number < UNKNOWN) | (number >= len(given))
+    if unfit.any():
+        raise RecordingError(
+            f"the array {told.label!r} holds {number[unfit][0]}, and there are "
+            f"{len(given)} labels, counted from 0 ({UNKNOWN}: unknown)"
+        )
+    null = told.null or (NULL if NULL in given else "")
+    # Names that no frame has would only confuse whoever trains on them.
+    used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
+    labels = (NULL, *(given[i] for i in used))
+    if len(set(labels)) < len(labels):
+        raise RecordingError(f"the labels {', '.join(labels)} are not all different")
+    becomes = np.zeros(len(given) + 1, dtype=np.int16)
+    becomes[used] = np.arange(1, len(used) + 1)
+    becomes[UNKNOWN] = UNKNOWN  # the last place: a number of -1 is found there
+    return labels, becomes[number]
+
+
+def _rate(times: NDArray[np.float64] | None) -> float:
+    """Return the frames per second by their times, to three digits."""
+    assert times is not None  # a description has one or the other
+    steps = np.diff(times)
+    steps = steps[steps > 0]
+    if not len(steps):
+        raise RecordingError("the times do not rise, so nobody knows the rate; give rate_hz")
+    return float(f"{1.0 / float(np.median(steps)):.3g}")
+
+
+def _groups(
+    arrays: Arrays, told: Description, count: int
+) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
+    """Yield (user, session, frames) of each person and session, in order."""
+    names = [name for name in (told.subject, *told.session) if name]
+    columns = [_column(arrays, name, count, "iuU") for name in names]
+    if not columns:
+        yield ALONE, ALONE, np.arange(count)
+        return
+    codes = [np.unique(column, return_inverse=True) for column in columns]
+    _, group = np.unique(np.stack([code for _, code in codes], axis=1), axis=0, return_inverse=True)
+    group = group.reshape(count)
+    order = np.argsort(group, kind="stable")  # frames stay in order
+    edges = np.flatnonzero(np.diff(group[order])) + 1
+    for chosen in np.split(order, edges):
+        words = [_word(arrays, name, column[chosen[0]])
+                 for name, column in zip(names, columns, strict=True)]  # fmt: skip
+        user = words.pop(0) if told.subject else ALONE
+        yield user, "".join(words) or ALONE, chosen
+
+
+def _word(arrays: Arrays, name: str, value: Any) -> str:
+    """Return what a person or a session is called: letters and digits."""
+    named = arrays.get(f"{name}_names")
+    if isinstance(value, np.integer):
+        if named is not None and named.dtype.kind == "U" and 0 <= value < len(named):
+            value = named[int(value)]
+        else:
+            return f"{int(value):0{_DIGITS}d}"
+    return str(value)
+
+
+def _stretches(
+    chosen: NDArray[np.int64],
+    times: NDArray[np.float64] | None,
+    rate_hz: float,
+    told: Description,
+) -> _Stretch:
+    """Return which frames to keep, times that rise, and numbers that jump where a stretch begins.
+
+    A pause keeps its length; where time goes back, the next stretch begins a gap later.
+    """
+    if times is None:
+        number = np.arange(1, len(chosen) + 1)
+        return _Stretch(chosen, number / rate_hz, number)
+    own = times[chosen]
+    new = np.diff(own, prepend=-np.inf) != 0.0
+    if not new.all():
+        if not told.drop_repeated:
+            raise RecordingError(
+                f"the array {told.time!r} has the time {own[~new][0]:g} twice in a row; say "
+                "drop_repeated = true to keep the first frame of each time"
+            )
+        chosen, own = chosen[new], own[new]
+    step = np.diff(own, prepend=own[0])
+    back = step < 0.0
+    pause_s = max(told.gap_s, 2.0 / rate_hz)
+    shift = np.cumsum(np.where(back, pause_s - step, 0.0))
+    begins = back | ((step > told.gap_s) if told.gap_s else back)
+    return _Stretch(chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64)))
+
+
+def _id(
+    told: Description,
+    user: str,
+    session: str,
+    frames: NDArray[np.float32],
+    stretch: _Stretch,
+    column: NDArray[np.int16],
+) -> str:
+    """Return the id of a recording: the same whenever the same is imported again."""
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(json.dumps([asdict(told), user, session, frames.shape]).encode())
+    for array in (frames, stretch.t, stretch.sequence, column):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()

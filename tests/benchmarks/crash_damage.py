@@ -1,0 +1,105 @@
+"""Journals as a bad disk or a power cut leaves them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from controller.recordings.journal import BLOCK
+from controller.recordings.records import ID_BYTES, Kind, payload, scan
+
+
+@dataclass(frozen=True)
+class Left:
+    """A journal that a killed process left, and how it stood before the last sync.
+
+    Attributes:
+        seed: Of its frames.
+        data: All of it.
+        frames: (number, end) of each frame.
+        written: All before this offset had been written before the last sync.
+        confirmed: All before this offset was on the disk then; of the rest nobody knows.
+    """
+
+    seed: int
+    data: bytes
+    frames: tuple[tuple[int, int], ...]
+    written: int
+    confirmed: int
+
+    def last(self, cut: int) -> int:
+        """The number of the last frame that is whole before an offset."""
+        return max((number for number, end in self.frames if end <= cut), default=0)
+
+
+def left(seed: int, data: bytes) -> Left:
+    """Read a journal that nobody has damaged."""
+    records = list(scan(data, data[13 : 13 + ID_BYTES]))
+    ends = [record.end for record in records if record.kind is Kind.FRAME]
+    synced = [payload(data, record) for record in records if record.kind is Kind.SYNCED]
+    before, last = (int.from_bytes(content, "little") for content in synced[-2:])
+    return Left(seed, data, tuple(enumerate(ends, 1)), last, before)
+
+
+Damage = Callable[[Left, np.random.Generator, bytes], tuple[bytes, int]]  # content, whole until
+
+
+def cut(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """Cut anywhere."""
+    place = int(rng.integers(len(journal.data)))
+    return journal.data[:place], place
+
+
+def flip(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """Flip a few bits anywhere."""
+    content = bytearray(journal.data)
+    for place in rng.integers(len(content), size=rng.integers(1, 9)).tolist():
+        content[place] ^= 1 << int(rng.integers(8))
+    return bytes(content), len(content)
+
+
+def truncate(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """Cut at the last offset that was confirmed."""
+    return journal.data[: journal.confirmed], journal.written
+
+
+def lose(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """Lose some of the blocks that were not confirmed."""
+    return _blocks(journal, lambda k, block: block if rng.random() < 0.5 else bytes(len(block)))
+
+
+def stale(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """See what another journal left in some of the blocks that were not confirmed."""
+    old = other * (len(journal.data) // len(other) + 1)
+    return _blocks(
+        journal, lambda k, block: block if rng.random() < 0.5 else old[k : k + len(block)]
+    )
+
+
+def reorder(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
+    """See the blocks that were not confirmed in another order."""
+    start = -(-journal.confirmed // BLOCK) * BLOCK  # the one before is confirmed in part
+    data = journal.data[: journal.written]
+    tail = [data[k : k + BLOCK] for k in range(start, len(data), BLOCK)]
+    return data[:start] + b"".join(tail[k] for k in rng.permutation(len(tail))), len(data)
+
+
+def _blocks(journal: Left, become: Callable[[int, bytes], bytes]) -> tuple[bytes, int]:
+    """Return a journal whose unconfirmed blocks have become something else."""
+    data = journal.data[: journal.written]
+    content = data[: journal.confirmed]
+    while len(content) < len(data):
+        start = len(content)
+        content += become(start, data[start : start // BLOCK * BLOCK + BLOCK])
+    return content, len(data)
+
+
+DAMAGES: Final[dict[str, Damage]] = {
+    "cut anywhere": cut,
+    "bits flipped": flip,
+    "cut where synced": truncate,
+    "unsynced blocks missing": lose,
+    "unsynced blocks stale": stale,
+    "unsynced blocks reordered": reorder,
+}
