@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import time
 from pathlib import Path
 
 from controller import bundle as bundles
@@ -15,7 +16,8 @@ def parser() -> argparse.ArgumentParser:
     """Return the command line's grammar."""
     grammar = argparse.ArgumentParser(
         prog="controller",
-        description="Recognise gestures on the soft sensor and send them as commands.",
+        description="Recognise gestures on the soft sensor and send them as commands. "
+        "What was recorded is looked after by `controller recordings --help`.",
         epilog="Try it without hardware: controller --sensor virtual --link -",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
@@ -69,9 +71,37 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         "--record",
+        metavar="PATH",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        help="keep the session in a new .npz file, or in a folder (default: here), where it is "
+        "named sub-USER_ses-SESSION_run-01.npz; what a crash left unfinished there is recovered",
+    )
+    add(
+        "--user",
+        metavar="ID",
+        default="",
+        help="who touches the sensor, for --record: letters and digits",
+    )
+    add(
+        "--session",
+        metavar="ID",
+        default=time.strftime("%Y%m%d"),
+        help="which of the user's sessions, for --record (default: today's date)",
+    )
+    add(
+        "--label",
+        metavar="NAME",
+        default="",
+        help="what the sensor's label button means, for --record, where it says only up and down",
+    )
+    add(
+        "--cues",
         metavar="FILE",
         type=Path,
-        help="keep the session in a new .npz; written when the program ends",
+        help="a plan of what to record, for --record: get ready, go, rest, until there is enough "
+        "of all: docs/recording.md",
     )
     add(
         "--replay",

@@ -47,6 +47,7 @@ class Step:
         t_s: Its time, the end of the scan.
         image: z, (rows, columns).
         ready: The rest image exists.
+        quiet: The deviation is within the gate: as far as the skin tells, nothing touches.
         probabilities: One per label, (classes,); certainly "null" until the window is full.
         touch: Where the present touch is, by all of its frames so far; None at rest.
         gesture: The label that fired in this frame.
@@ -58,6 +59,7 @@ class Step:
     t_s: float
     image: Image
     ready: bool
+    quiet: bool
     probabilities: NDArray[np.float32]
     touch: Touch | None
     gesture: str | None
@@ -117,8 +119,10 @@ class Pipeline:
             probability = float(probabilities[self.labels.index(gesture)])
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
         held = self._debouncer.held
-        image, ready = prepared.image, prepared.ready
-        return Step(self._number, t_s, image, ready, probabilities, touch, gesture, held, command)
+        image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
+        return Step(
+            self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command
+        )
 
     @property
     def rest(self) -> Frame | None:

@@ -13,8 +13,10 @@ from pathlib import Path
 import pytest
 
 from controller import bundle, sensors
-from controller.__main__ import TOKEN, main
-from controller.loop import Device, steady
+from controller.__main__ import main
+from controller.device import Device, steady
+from controller.labelling.labeller import Labeller
+from controller.parts import TOKEN
 from controller.pipeline import Pipeline
 from controller.protocol import (
     Command,
@@ -34,6 +36,7 @@ from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
 from controller.sensors.virtual import show
+from controller.tape import Tape
 
 BUNDLE = bundle.default_path()
 HELLO = Hello(1, 1, "", "test", granted=True)
@@ -66,10 +69,11 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     origin = Origin(
         sensor.device_id, 5, 5, 10.0, rate_hz, shipped.labels, shipped.hash, engine(), "test"
     )
-    recorder = Recorder(path, origin, pipeline.state())
+    labeller = Labeller(shipped.labels)
+    tape = Tape(lambda state: Recorder(path, origin, state), pipeline, labeller)
     link = Basket()
     script = show(shipped.labels, sensor.geometry, seed=3)
-    device = Device(sensor, pipeline, link, steady(rate_hz), recorder=recorder, script=script)
+    device = Device(sensor, pipeline, link, steady(rate_hz), tape=tape, script=script)
     for _ in range(round(seconds * rate_hz)):
         device.advance(rate_hz)
     device.close()
@@ -191,6 +195,31 @@ def test_an_existing_recording_is_refused_before_anything_runs(
     path.write_text("precious")
     assert "exists and is kept" in complaint(capsys, "--record", path)
     assert path.read_text() == "precious"
+
+
+@pytest.mark.parametrize("option", ["--label", "--cues", "--user"])
+def test_what_is_for_recordings_needs_one(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"{option} is for recordings; add --record" in complaint(capsys, option, "press")
+
+
+def test_a_recording_that_cannot_be_made_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    into = ("--record", tmp_path)
+    assert "there is no folder" in complaint(capsys, "--record", tmp_path / "nowhere")
+    assert "must be 1 to 64 letters" in complaint(capsys, *into, "--user", "../ada")
+    assert "there is no label 'poke'; there are press" in complaint(
+        capsys, *into, "--label", "poke"
+    )
+    assert "there is no label 'null'" in complaint(capsys, *into, "--label", "null")
+    assert "cannot read" in complaint(capsys, *into, "--cues", tmp_path / "plan.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_recordings_have_commands_of_their_own(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["recordings", "--help"])
+    assert "recover" in capsys.readouterr().out
 
 
 def test_a_damaged_bundle_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -416,3 +445,48 @@ def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_record
     assert "its own hand shows every gesture" in messages
     assert "Traceback" not in messages
     assert reader.load(path).commands[0].command == first["command"]
+
+
+def test_a_session_of_cues_ends_by_itself_and_is_named_after_who_and_when(
+    start: Start, tmp_path: Path
+) -> None:
+    plan = tmp_path / "plan.toml"
+    plan.write_text("""
+        labels = ["pinch"]
+        repetitions = 1
+        get_ready_s = 0.2
+        go_s = 1.5
+        rest_s = 0.5
+        jitter_s = 0
+    """)
+    who = ("--record", tmp_path, "--user", "ada", "--session", "1")
+    status, printed, messages = start("--cues", plan, "--seed", "4", *who).end()
+    assert (status, "its own hand does what the cues ask for" in messages) == (0, True)
+    lines = [json.loads(line) for line in printed.splitlines()]
+    cues = [line for line in lines if "cue" in line]
+    assert [line["cue"] for line in cues] == ["wait", "get ready", "go", "rest", "done"]
+    assert (cues[2]["label"], cues[2]["more"], cues[-1]["enough"]) == (
+        "pinch", {"pinch": 1}, ["pinch"],
+    )  # fmt: skip
+    recorded = reader.load(tmp_path / "sub-ada_ses-1_run-01.npz")
+    assert (recorded.origin.user, recorded.origin.protocol) == ("ada", "plan")
+    asked = [mark.text for mark in recorded.marks if mark.kind == "cue"]
+    assert asked == ["wait", "get ready pinch", "go pinch", "rest pinch", "done"]
+    performed = recorded.label == 2
+    assert performed.any()
+    assert (recorded.cue[performed] == 2).mean() > 0.8  # the hand reacts within the cue
+
+
+def test_a_killed_session_is_recovered_when_the_next_one_begins(
+    start: Start, tmp_path: Path
+) -> None:
+    killed = start("--sensor", "virtual", "--record", tmp_path / "one.npz")
+    killed.line()  # a gesture, so there are some seconds
+    killed.kill()
+    assert [path.name for path in tmp_path.iterdir()] == ["one.journal"]
+    process = start("--link", "listen://127.0.0.1:0", "--record", tmp_path)
+    process.line()  # where it listens
+    _, _, messages = process.stop()
+    assert f"into {tmp_path / 'one.npz'}" in messages
+    assert len(reader.load(tmp_path / "one.npz").frames) > 10
+    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nobody touched this one

@@ -147,6 +147,16 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
     assert link.dropped == 0
 
 
+def test_cues_are_printed_among_the_commands() -> None:
+    out = io.StringIO()
+    link = StdoutLink(out)
+    link.send(PRESS, 1_200)
+    link.say({"t": 1.3, "cue": "rest", "label": "press"})
+    link.close()
+    lines = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [line.get("cue") for line in lines] == [None, "rest"]
+
+
 def test_a_slow_reader_of_the_standard_output_delays_nobody() -> None:
     allowed = threading.Event()
 

@@ -1,165 +1,27 @@
 """The loop: frames at their times, whoever owns the clock."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
-from controller import bundle
-from controller.loop import Device, Loop, steady, telemetry
+from controller.device import Device, telemetry
+from controller.loop import Loop
 from controller.pipeline import Pipeline
-from controller.preprocess import Frame, Image, Window
 from controller.protocol import (
     Bye,
     Command,
-    Contact,
     Contacts,
     Grant,
     Granted,
-    Hello,
     Message,
     Perform,
     State,
     Telemetry,
     Truth,
 )
-from controller.recordings import reader
-from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin
-from controller.sensors import Geometry, SensorError, VirtualSensor
-
-SHIPPED = bundle.read(bundle.default_path())
-HELLO = Hello(1, 1, "", "test", granted=False)
-GRANTING = dataclasses.replace(HELLO, granted=True)
-FINGER = Contacts((Contact(1, 0.0, 3.0, 8.0, 7.0),))
-
-
-class World:
-    """A clock that only waiting moves, and a host whose requests come at their times."""
-
-    def __init__(self, *requests: tuple[float, Message]) -> None:
-        self.now_s = 100.0
-        self.start_s = self.now_s
-        self.requests = sorted(requests, key=lambda request: request[0])
-        self.sent: list[tuple[Message, int]] = []
-        self.connected = True
-
-    def clock(self) -> float:
-        return self.now_s
-
-    def send(self, message: Message, t_ms: int) -> None:
-        self.sent.append((message, t_ms))
-
-    def poll(self) -> list[Message]:
-        due = [m for t, m in self.requests if t <= self.now_s - self.start_s + 1e-9]
-        self.requests = self.requests[len(due) :]
-        return due
-
-    def wait(self, timeout_s: float) -> None:
-        until = self.now_s + timeout_s + 1e-9  # waiting is never quite exact
-        if self.requests:
-            until = min(until, self.start_s + self.requests[0][0] + 1e-9)
-        self.now_s = max(self.now_s, until)
-
-    def after(self, seconds: float) -> Callable[[], bool]:
-        return lambda: self.now_s - self.start_s >= seconds - 1e-9
-
-
-class Slab:
-    """A sensor that a finger makes thinner where it lies; nothing else happens."""
-
-    virtual = True
-    geometry = Geometry(5, 5, 10.0)
-    device_id = "virtual-slab"
-
-    def __init__(self, world: World, rate_hz: float = 10.0, busy_s: float = 0.0) -> None:
-        self.world = world
-        self.rate_hz = rate_hz
-        self.busy_s = busy_s  # how long a scan takes
-        self.reads: list[tuple[float, float]] = []  # (asked for, the clock)
-        self.touches: list[tuple[float, tuple[Contact, ...]]] = []
-        self.performances: list[tuple[float, str]] = []
-        self.ended: list[Truth] = []
-        self.closed = False
-
-    def read(self, t_s: float) -> Frame:
-        self.reads.append((t_s, self.world.now_s - self.world.start_s))
-        self.world.now_s += self.busy_s
-        frame = np.full((5, 5), 40.0, dtype=np.float32)
-        for contact in self.touches[-1][1] if self.touches else ():
-            frame[4 - round(contact.y), round(contact.x)] *= 0.4
-        return frame
-
-    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
-        self.touches.append((t_s, tuple(contacts)))
-
-    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        if label == "juggle":
-            raise SensorError("the hand cannot juggle")
-        self.performances.append((t_s, label))
-        self.ended.append(Truth(number, label, round(t_s * 1000), round(t_s * 1000) + 500))
-
-    def truths(self) -> list[Truth]:
-        ended, self.ended = self.ended, []
-        return ended
-
-    def label(self, t_s: float) -> str:
-        return "press" if self.touches and self.touches[-1][1] else "null"
-
-    def close(self) -> None:
-        self.closed = True
-
-
-class Certain:
-    """Networks that are sure of a press wherever something deviates."""
-
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
-        pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
-
-    def touch(self, image: Image) -> tuple[float, float]:
-        row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
-        return float(column), float(4 - row)
-
-
-class Bench:
-    """A loop on a bench: the world, and every sensor that was opened."""
-
-    def __init__(
-        self,
-        *requests: tuple[float, Message],
-        busy_s: float = 0.0,
-        await_host: bool = False,
-        orphan_s: float | None = None,
-        record: Path | None = None,
-    ) -> None:
-        self.world = World(*requests)
-        self.sensors: list[Slab] = []
-        self.busy_s = busy_s
-        self.record = record
-        self.loop = Loop(
-            self.world, self.open, self.world.clock, await_host=await_host, orphan_s=orphan_s
-        )
-
-    def open(self) -> Device:
-        sensor = Slab(self.world, busy_s=self.busy_s)
-        self.sensors.append(sensor)
-        pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
-        recorder = None
-        if self.record is not None:
-            origin = Origin("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
-            recorder = Recorder(self.record, origin, pipeline.state())
-        return Device(sensor, pipeline, self.world, steady(10.0), recorder=recorder)
-
-    def run(self, seconds: float) -> "Bench":
-        self.loop.run(self.world.after(seconds))
-        return self
-
-    def messages(self, *kinds: type[Message]) -> list[Message]:
-        return [message for message, _ in self.world.sent if isinstance(message, kinds)]
+from controller.sensors import VirtualSensor
 
 
 def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:
@@ -241,19 +103,6 @@ def test_a_virtual_orb_waits_for_its_host_and_ends_without_one() -> None:
     alone.run(60.0)
     assert 10.0 < alone.world.now_s - alone.world.start_s < 10.6
     assert not alone.sensors
-
-
-def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> None:
-    path = tmp_path / "one.npz"
-    bench = Bench((3.0, FINGER), (5.0, Contacts(())), record=path).run(6.05)
-    assert bench.sensors[0].closed
-    loaded = reader.load(path)
-    assert loaded.t.tolist() == [k / 10 for k in range(1, 61)]
-    assert [(c.command, c.frame) for c in loaded.commands] == [
-        (m.name, m.frame) for m in bench.messages(Command) if isinstance(m, Command)
-    ]
-    assert loaded.label[10] == 0
-    assert loaded.label[40] == 1
 
 
 # --- granted by the host --------------------------------------------------------------------------

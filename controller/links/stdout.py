@@ -1,4 +1,4 @@
-"""A link that nobody answers: commands as JSON lines on the standard output."""
+"""A link that nobody answers: commands and cues as JSON lines on the standard output."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import queue
 import sys
 import threading
+from collections.abc import Mapping
 from typing import TextIO
 
 from controller.links import LinkError
@@ -27,10 +28,10 @@ def create(url: str, welcome: Welcome, token: str) -> StdoutLink:
 
 
 class StdoutLink:
-    """Prints commands, and nothing else. A thread writes, so that a slow reader delays no scan.
+    """Prints commands and cues. A thread writes, so that a slow reader delays no scan.
 
     Attributes:
-        dropped: Commands that were not printed: the reader is too slow, or has gone.
+        dropped: Lines that were not printed: the reader is too slow, or has gone.
         connected: Whether somebody reads.
         problem: Why nothing is printed any more, in one sentence; "" where the reader just went.
     """
@@ -48,12 +49,12 @@ class StdoutLink:
 
     def send(self, message: Message, t_ms: int) -> None:
         """Print a Command; everything else is not meant for readers."""
-        if not isinstance(message, Command):
-            return
-        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
-            self.dropped += 1
-            return
-        self._lines.put(_line(message, t_ms))
+        if isinstance(message, Command):
+            self._print(_line(message, t_ms))
+
+    def say(self, plain: Mapping[str, object]) -> None:
+        """Print plain data that is no message, such as a cue."""
+        self._print(json.dumps(plain) + "\n")
 
     def poll(self) -> list[Message]:
         """Return nothing: nobody answers."""
@@ -69,6 +70,12 @@ class StdoutLink:
             self._closed.set()
             self._lines.put(None)
         self._thread.join()
+
+    def _print(self, line: str) -> None:
+        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
+            self.dropped += 1
+        else:
+            self._lines.put(line)
 
     def _run(self) -> None:
         while (line := self._lines.get()) is not None:

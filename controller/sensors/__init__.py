@@ -69,6 +69,13 @@ class Sensor(Protocol):
             SensorError: There is none.
         """
 
+    def button(self, t_s: float) -> str | None:
+        """Return what its label button says at `t_s`, the time of the latest scan.
+
+        None: it has no button. "null": the button is up. A label: it is down, and says which. "":
+        it is down, and what it means is said elsewhere.
+        """
+
     def close(self) -> None:
         """Release what the sensor holds."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.preprocess import Frame
 from controller.recordings import reader
-from controller.recordings.recording import Recording
+from controller.recordings.recording import UNKNOWN, Recording
 from controller.sensors import Geometry, SensorError, SensorOptions
 
 
@@ -44,12 +44,25 @@ class Replay:
         Raises:
             SensorError: None was.
         """
+        frame: Frame = self.source.frames[self._index(t_s)]
+        return frame
+
+    def button(self, t_s: float) -> str | None:
+        """Return what the label button said at `t_s`; None where nobody knows.
+
+        Raises:
+            SensorError: There is no frame of that time.
+        """
+        label = int(self.source.button[self._index(t_s)])
+        return None if label == UNKNOWN else self.source.origin.labels[label]
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _index(self, t_s: float) -> int:
+        """Return which frame was recorded at `t_s`."""
         times = self.source.t
         index = int(np.searchsorted(times, t_s))
         if index == len(times) or times[index] != t_s:
             raise SensorError(f"the recording has no frame at {t_s:.3f} s")
-        frame: Frame = self.source.frames[index]
-        return frame
-
-    def close(self) -> None:
-        """Nothing is held."""
+        return index

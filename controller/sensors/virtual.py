@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from controller.labelling.cues import NULL_LABEL, Cue, Phase
 from controller.preprocess import Frame
 from controller.protocol import Contact, Perform, Truth
 from controller.sensors import Geometry, SensorError, SensorOptions
@@ -16,6 +17,7 @@ RATE_HZ = 10.0  # paper, section 4.1
 
 _FIRST_S = 3.0  # the rest image is there, and somebody has read the first line
 _EVERY_S = (1.8, 3.2)  # from one performance to the next
+_REACTION_S = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
 def create(options: SensorOptions) -> "Virtual":
@@ -66,6 +68,10 @@ class Virtual:
         except ValueError as error:
             raise SensorError(str(error)) from None
 
+    def button(self, t_s: float) -> str | None:
+        """Return what the label button says, which the hand's owner presses with the other one."""
+        return self._orb.button(t_s)
+
     def truths(self) -> list[Truth]:
         """Return the performances that have ended since the last call."""
         return self._orb.truths()
@@ -85,13 +91,37 @@ def show(labels: Sequence[str], geometry: Geometry, seed: int) -> Iterator[tuple
     Presses go everywhere, the gestures of the whole hand to the middle.
     """
     rng = np.random.default_rng([seed, len(labels)])
-    centre = np.array([geometry.columns - 1, geometry.rows - 1]) / 2.0
     now = _FIRST_S
     for number, label in enumerate(_shuffled(labels[1:], rng), 1):
-        spread = centre if label == "press" else np.zeros(2)
-        x, y = centre + spread * rng.uniform(-0.9, 0.9, 2)
-        yield now, Perform(number, label, float(x), float(y))
+        yield now, Perform(number, label, *_place(label, geometry, rng))
         now += float(rng.uniform(*_EVERY_S))
+
+
+class Obedient:
+    """A hand that does what cues ask for, a while after they do: people react."""
+
+    def __init__(self, geometry: Geometry, seed: int) -> None:
+        """Draw the reactions from `seed`."""
+        self._rng = np.random.default_rng([seed, 1])
+        self._geometry = geometry
+        self._number = 0
+
+    def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
+        """Return when the hand does what, for a cue that changed at `t_s`; None: it rests."""
+        if cue.phase is not Phase.GO or cue.paused or cue.label == NULL_LABEL:
+            return None
+        place = cue.place or _place(cue.label, self._geometry, self._rng)
+        self._number += 1
+        at_s = t_s + float(self._rng.uniform(*_REACTION_S))
+        return at_s, Perform(self._number, cue.label, *place)
+
+
+def _place(label: str, geometry: Geometry, rng: np.random.Generator) -> tuple[float, float]:
+    """Return where a gesture is made: a press anywhere, those of the whole hand in the middle."""
+    centre = np.array([geometry.columns - 1, geometry.rows - 1]) / 2.0
+    spread = centre if label == "press" else np.zeros(2)
+    x, y = centre + spread * rng.uniform(-0.9, 0.9, 2)
+    return float(x), float(y)
 
 
 def _shuffled(labels: Sequence[str], rng: np.random.Generator) -> Iterator[str]:

@@ -9,8 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.events import Event
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
+from controller.simulator import button
 from controller.simulator.faults import Fault
 from controller.simulator.hand import (
     DISTRACTORS,
@@ -54,7 +56,7 @@ class VirtualOrb:
             model: The orb's constants.
         """
         root = np.random.SeedSequence([domain, seed])
-        orb, user = root.spawn(2)
+        orb, user, self._thumbs = root.spawn(3)
         self.rate_hz, self.model = rate_hz, model
         self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model)
         self._step_hz = rate_hz * self._simulator.steps_per_frame
@@ -63,6 +65,7 @@ class VirtualOrb:
         self._running: list[_Running] = []
         self._ended: list[Truth] = []
         self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
+        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
         self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque()
         self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
         self._slot_of: dict[int, int] = {}  # contact id -> slot
@@ -86,6 +89,9 @@ class VirtualOrb:
         self._running.append(_Running(number, t_s, done))
         onset, release = t_s + done.onset_s, t_s + done.release_s
         self._history.append((onset, release, label))
+        if label not in DISTRACTORS:
+            (thumb,) = self._thumbs.spawn(1)
+            self._presses.append((Event(onset, release, label), thumb))
 
     def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
         """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them."""
@@ -101,6 +107,18 @@ class VirtualOrb:
         for onset, release, label in self._history:
             if onset <= t_s < release and label not in DISTRACTORS:
                 return label
+        return "null"
+
+    def button(self, t_s: float) -> str:
+        """Return what the label button beside the orb says at `t_s`: a gesture, else "null".
+
+        The hand's owner presses it for every gesture, about when that begins and ends, and now
+        and then forgets to.
+        """
+        now = np.array([t_s])
+        for event, thumb in self._presses:
+            if button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
+                return event.kind
         return "null"
 
     def read(self, t_s: float) -> Frame:

@@ -1,0 +1,203 @@
+"""The device: one session of sensing, frame by frame, whoever owns the clock."""
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Protocol
+
+from controller.labelling.cues import Cue
+from controller.pipeline import Pipeline, Step
+from controller.preprocess import Frame
+from controller.protocol import (
+    Command,
+    Contacts,
+    Message,
+    Perform,
+    State,
+    Telemetry,
+    quantise_image,
+)
+from controller.recordings.recording import UNKNOWN
+from controller.sensors import Sensor, SensorError, VirtualSensor
+from controller.tape import Tape
+
+_log = logging.getLogger("controller")
+
+Schedule = Iterator[tuple[int, float]]  # (number, seconds) of each frame
+Wish = tuple[float, Perform]  # seconds, and what the virtual orb's own hand shall do then
+
+
+class Outlet(Protocol):
+    """The side of a link that the loop needs; `controller.links.Link` has it."""
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Take a message for the host, without waiting."""
+
+    def poll(self) -> list[Message]:
+        """Return the host's requests, oldest first, without waiting."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when something may be polled, or after the time."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether somebody is there."""
+
+
+def steady(rate_hz: float) -> Iterator[tuple[int, float]]:
+    """Yield the schedule of a sensor: frame k ends at k / rate."""
+    for number in count(1):
+        yield number, number / rate_hz
+
+
+@dataclass
+class Device:
+    """One session of sensing: a sensor and a pipeline from their first frame on.
+
+    Attributes:
+        sensor: Where frames come from.
+        pipeline: What they become.
+        link: Where messages go.
+        schedule: When the frames are due.
+        live: Frames that are late are skipped, as their time is over; a recording's are not.
+        tape: Where the session is kept, if it is.
+        script: What the virtual orb's own hand does unasked, in order.
+        obey: Says what it does for a cue that begins at a time, if it heeds cues.
+    """
+
+    sensor: Sensor
+    pipeline: Pipeline
+    link: Outlet
+    schedule: Schedule
+    live: bool = True
+    tape: Tape | None = None
+    script: Iterator[Wish] = field(default_factory=lambda: iter(()))
+    obey: Callable[[Cue, float], Wish | None] | None = None
+
+    def __post_init__(self) -> None:
+        """Begin before the first frame."""
+        self.due = next(self.schedule, None)
+        self.now_s = 0.0  # the latest time that the sensor has seen
+        self._next = next(self.script, None)
+        self._wish: Wish | None = None  # a cue's that is not due yet
+        self._pressed: tuple[str, ...] = ()
+
+    def greet(self, t_s: float) -> None:
+        """A host came: to it, nothing is held until the next gesture."""
+        self._pressed = ()
+        self.lift(t_s)
+
+    def lift(self, t_s: float) -> None:
+        """Take the host's fingers off the orb: they never outlast their host."""
+        self.request(Contacts(()), t_s)
+
+    def request(self, message: Contacts | Perform, t_s: float) -> None:
+        """Hand a wish of the host to the virtual sensor, effective at `t_s` (never in the past)."""
+        self.now_s = max(self.now_s, t_s)
+        if not isinstance(self.sensor, VirtualSensor):
+            return
+        if isinstance(message, Contacts):
+            self.sensor.touch(message.contacts, self.now_s)
+            return
+        try:
+            at = (message.x, message.y)
+            self.sensor.perform(message.number, message.label, *at, self.now_s)
+        except SensorError as error:
+            _log.warning("performance %d ignored: %s", message.number, error)
+
+    def advance(self, rate_hz: float) -> Step:
+        """Scan the frame that is due, and send what it gave.
+
+        Args:
+            rate_hz: The rate as measured, for the telemetry.
+
+        Raises:
+            SensorError: The sensor gives no frame.
+        """
+        assert self.due is not None
+        number, t_s = self.due
+        self.due = next(self.schedule, None)
+        self._play(t_s)
+        self.now_s = t_s
+        if self.tape is not None:
+            self.tape.turn()
+        try:
+            frame = self.sensor.read(t_s)
+        except SensorError as error:
+            if self.tape is not None:
+                self.tape.mark(t_s, "lost", str(error))
+            raise
+        step = self.pipeline.step(frame, t_s, number)
+        if self.tape is not None:
+            self._keep(self.tape, frame, step)
+        self._send(step, rate_hz)
+        return step
+
+    def skip(self) -> None:
+        """Let the frame that is due pass unread."""
+        self.due = next(self.schedule, None)
+
+    def close(self) -> None:
+        """Seal the recording and release the sensor.
+
+        Raises:
+            RecordingError: The recording cannot be written where it should be.
+        """
+        try:
+            self.sensor.close()
+        finally:
+            if self.tape is not None:
+                self.tape.close()
+
+    def _play(self, t_s: float) -> None:
+        """Let the virtual orb's own hand begin what it shall do by `t_s`."""
+        while self._next is not None and self._next[0] <= t_s:
+            self.request(self._next[1], self._next[0])
+            self._next = next(self.script, None)
+        if self._wish is not None and self._wish[0] <= t_s:
+            (at_s, wish), self._wish = self._wish, None
+            self.request(wish, at_s)
+
+    def _keep(self, tape: Tape, frame: Frame, step: Step) -> None:
+        """Keep a frame, and do what the cues ask for."""
+        said = tape.take(frame, step, self._label(step.t_s), self.sensor.button(step.t_s))
+        if self.obey is not None and said.asked is not None and said.fresh:
+            self._wish = self.obey(said.asked, step.t_s)
+        if tape.done:
+            self.due = None
+
+    def _label(self, t_s: float) -> int:
+        """Return the index of what truly happens, as far as the sensor knows."""
+        if not isinstance(self.sensor, VirtualSensor):
+            return UNKNOWN
+        label = self.sensor.label(t_s)
+        return self.pipeline.labels.index(label) if label in self.pipeline.labels else UNKNOWN
+
+    def _send(self, step: Step, rate_hz: float) -> None:
+        """Send what a frame gave: the command first, since somebody waits for it."""
+        t_ms = round(step.t_s * 1000)
+        if step.command is not None:
+            c = step.command
+            command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)
+            self.link.send(command, t_ms)
+            self._press((c.command,), t_ms)
+        elif not step.held:
+            self._press((), t_ms)
+        self.link.send(telemetry(step, rate_hz), t_ms)
+        if isinstance(self.sensor, VirtualSensor):
+            for truth in self.sensor.truths():
+                self.link.send(truth, t_ms)
+
+    def _press(self, pressed: tuple[str, ...], t_ms: int) -> None:
+        """Report what is held, when that changes."""
+        if pressed != self._pressed:
+            self._pressed = pressed
+            self.link.send(State(pressed), t_ms)
+
+
+def telemetry(step: Step, rate_hz: float) -> Telemetry:
+    """Return what the panel is told of a frame."""
+    image = quantise_image(step.image.ravel().tolist())
+    probabilities = tuple(step.probabilities.tolist())
+    return Telemetry(step.frame, image, probabilities, step.touch, step.held, step.ready, rate_hz)

@@ -1,0 +1,251 @@
+"""The parts of a run, as the command line asks for them: each checked before anything runs."""
+
+import argparse
+import logging
+import os
+import platform
+import secrets
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Final, Protocol, runtime_checkable
+
+from controller import bundle as bundles
+from controller import mapping as mappings
+from controller import sensors
+from controller.bundle import Bundle
+from controller.device import Device, Wish, steady
+from controller.labelling import plan as plans
+from controller.labelling.cues import Cues
+from controller.labelling.labeller import Labeller
+from controller.labelling.plan import Plan
+from controller.labelling.status import Status
+from controller.labelling.terminal import Keyboard
+from controller.links import Link, open_link
+from controller.mapping import Mapping
+from controller.options import PRINT
+from controller.pipeline import Pipeline
+from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.recognizer import Recognizer, engine
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import (
+    RATE_TOLERANCE,
+    Origin,
+    RecordingError,
+    refuse_misfit,
+    software,
+)
+from controller.runs import Runs
+from controller.sensors import Sensor, SensorError, SensorOptions
+from controller.sensors.replay import Replay
+from controller.sensors.virtual import Obedient, show
+from controller.tape import Plain, Tape
+
+TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
+FREE: Final = "free"  # the protocol of a recording without cues
+
+_log = logging.getLogger("controller")
+
+
+@runtime_checkable
+class Teller(Protocol):
+    """A link whose reader takes more than commands."""
+
+    def say(self, plain: Plain) -> None:
+        """Take plain data, without waiting."""
+
+
+@dataclass
+class Parts:
+    """Everything that a run needs, checked.
+
+    Attributes:
+        options: As the user gave them.
+        bundle: What is deployed.
+        recognizer: Its networks.
+        mapping: Its table, or an override of it.
+        sensor: At its first frame, for the first session.
+        link: Where messages go.
+        owned: By the host that started this process.
+        runs: Where recordings go; None: nowhere.
+        plan: What shall be recorded; None: whatever happens.
+    """
+
+    options: argparse.Namespace
+    bundle: Bundle
+    recognizer: Recognizer
+    mapping: Mapping
+    sensor: Sensor
+    link: Link
+    owned: bool
+    runs: Runs | None
+    plan: Plan | None
+
+
+# --- before the first frame -----------------------------------------------------------------------
+
+
+def prepare(options: argparse.Namespace) -> Parts:
+    """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
+    _exclude(options)
+    bundle = bundles.read(options.bundle)
+    mapping = bundle.mapping
+    if options.mapping is not None:
+        mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
+    plan = None if options.cues is None else plans.read(options.cues, bundle.labels)
+    if options.label and options.label not in bundle.labels[1:]:
+        raise RecordingError(
+            f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
+        )
+    sensor = _sensor(options, bundle)
+    recognizer = Recognizer(bundle)
+    _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
+    runs = None
+    if options.record is not None:
+        runs = Runs(options.record, options.user, options.session)
+    token = os.environ.pop(TOKEN, "")
+    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
+    _log.info(
+        "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
+        software(), platform.python_version(), engine(), bundle.hash,
+        sensor.device_id, sensor.rate_hz,
+    )  # fmt: skip
+    return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
+
+
+def _exclude(options: argparse.Namespace) -> None:
+    """Refuse options that have no meaning together."""
+    if options.replay is not None:
+        if options.record is not None:
+            raise RecordingError("a replay is a recording already; leave out --record")
+        if options.rate is not None:
+            raise RecordingError("a recording has its own rate; leave out --rate")
+    if options.record is None:
+        for name in ("label", "cues", "user"):
+            if getattr(options, name):
+                raise RecordingError(f"--{name} is for recordings; add --record")
+
+
+def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
+    """Return the sensor that was asked for; the bundle must have been trained for its like."""
+    wanted_hz = bundle.rate_hz if options.rate is None else options.rate
+    if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
+        raise SensorError(
+            f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
+            "choose a bundle that was trained for it"
+        )
+    name = options.sensor if options.replay is None else "replay"
+    faults = tuple(options.fault)
+    sensor = sensors.load(
+        name, SensorOptions(wanted_hz, options.seed, options.replay, options.preset, faults)
+    )
+    if isinstance(sensor, Replay):
+        refuse_misfit(sensor.source, bundle)
+    grid = sensor.geometry
+    if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
+        raise SensorError(
+            f"the sensor has {grid.rows}×{grid.columns} taxels, the bundle is for "
+            f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
+        )
+    return sensor
+
+
+def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
+    """Return what the device says of itself."""
+    return Welcome(
+        version=VERSION,
+        boot_nonce=secrets.randbits(32),
+        device_id=sensor.device_id,
+        name="OrbTouch",
+        virtual=sensor.virtual,
+        rows=bundle.rows,
+        columns=bundle.columns,
+        pitch_mm=sensor.geometry.pitch_mm,
+        rate_hz=sensor.rate_hz,
+        heartbeat_ms=HEARTBEAT_MS,
+        deadman_ms=DEADMAN_MS,
+        labels=bundle.labels,
+        commands=mapping.commands,
+    )
+
+
+# --- a session ------------------------------------------------------------------------------------
+
+
+def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) -> Device:
+    """Return a device at its first frame; the first one takes the sensor that was checked."""
+    options, bundle, link = parts.options, parts.bundle, parts.link
+    sensor = parts.sensor if session == 1 else _sensor(options, bundle)
+    pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor)
+    if isinstance(sensor, Replay):
+        return Device(sensor, pipeline, link, sensor.schedule(), live=False)
+    tape = None
+    if parts.runs is not None:
+        tape = _tape(parts, parts.runs, sensor, pipeline, keyboard)
+    script: Iterator[Wish] = iter(())
+    obey = None
+    if options.link == PRINT and sensor.virtual:  # nobody else touches it
+        if parts.plan is None:
+            told = "shows every gesture; Ctrl-C ends it"
+            script = show(bundle.labels, sensor.geometry, options.seed)
+        else:
+            told = "does what the cues ask for"
+            obey = Obedient(sensor.geometry, options.seed).obey
+        _log.info("nothing touches this orb, so its own hand %s", told)
+    schedule = steady(sensor.rate_hz)
+    return Device(sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey)
+
+
+def _tape(
+    parts: Parts, runs: Runs, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
+) -> Tape:
+    """Return what records a session from its first frame on."""
+    plan, link, origin = parts.plan, parts.link, _origin(parts, sensor)
+    cues = None if plan is None else Cues.of(plan)
+    return Tape(
+        lambda state: Recorder(runs.next(), origin, state),
+        pipeline,
+        Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
+        keyboard=keyboard,
+        tell=link.say if isinstance(link, Teller) else _nobody,
+        status=Status(sys.stderr),
+    )
+
+
+def _nobody(plain: Plain) -> None:
+    """Take what nobody reads."""
+
+
+def _origin(parts: Parts, sensor: Sensor) -> Origin:
+    """Return what a recording that begins now will say of where it comes from."""
+    grid, options = sensor.geometry, parts.options
+    return Origin(
+        device_id=sensor.device_id,
+        rows=grid.rows,
+        columns=grid.columns,
+        pitch_mm=grid.pitch_mm,
+        rate_hz=sensor.rate_hz,
+        labels=parts.bundle.labels,
+        bundle=parts.bundle.hash,
+        engine=engine(),
+        software=software(),
+        user=options.user,
+        session=options.session,
+        protocol=FREE if parts.plan is None else parts.plan.name,
+        preset=options.preset if sensor.virtual else "",
+        seed=options.seed if sensor.virtual else None,
+        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+    )
+
+
+def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor) -> Pipeline:
+    """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
+    pipeline = Pipeline(bundle, recognizer, mapping)
+    if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+        try:
+            pipeline.restore(sensor.source.state)
+        except ValueError as error:
+            raise RecordingError(f"the recording cannot be replayed: {error}") from None
+    return pipeline

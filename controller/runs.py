@@ -1,0 +1,64 @@
+"""Where a program's recordings go: into one file after the other, none of which was there."""
+
+import logging
+from pathlib import Path
+from typing import Final
+
+from controller.recordings import naming, recovery
+from controller.recordings.recorder import refuse_taken
+from controller.recordings.recording import RecordingError
+from controller.recordings.recovery import LockedError
+
+ANONYMOUS: Final = "unknown"  # the user in the names of files, where nobody said who it is
+
+_log = logging.getLogger("controller")
+
+
+class Runs:
+    """The files of one start of the program: a new one whenever time begins anew or one is full."""
+
+    def __init__(self, place: Path, user: str, session: str) -> None:
+        """Prepare to record, and bring in what an earlier program left unfinished.
+
+        Args:
+            place: A file to write, or a folder, in which names say who and when.
+            user: Who touches the sensor; "" unknown.
+            session: Which of their sessions.
+
+        Raises:
+            RecordingError: Nothing can be recorded there.
+        """
+        self._place, self._user, self._session = place, user or ANONYMOUS, session
+        self._number = 0  # of the run, where a file was named
+        self._named = place.suffix == naming.SEALED and not place.is_dir()
+        folder = place.parent if self._named else place
+        if not self._named and not place.is_dir():
+            raise RecordingError(
+                f"there is no folder {place}; make it, or name a file that ends in {naming.SEALED}"
+            )
+        free = naming.next_free(folder, self._user, session)  # or these are no names
+        recover(folder)
+        refuse_taken(place if self._named else free)
+
+    def next(self) -> Path:
+        """Return the file of the next run."""
+        if not self._named:
+            return naming.next_free(self._place, self._user, self._session)
+        self._number += 1
+        if self._number == 1:
+            return self._place
+        return self._place.with_stem(f"{self._place.stem}-{self._number}")
+
+
+def recover(folder: Path) -> None:
+    """Bring in what crashed programs left in a folder, and say so; no trouble stops a new session.
+
+    Journals that are being written are somebody's, and left alone.
+    """
+    for journal in recovery.leftovers(folder):
+        try:
+            _log.info("%s", recovery.recover(journal))
+        except LockedError:
+            continue
+        except RecordingError as error:
+            _log.warning("%s", error)

@@ -1,0 +1,130 @@
+"""The tape that runs along with a session: what was felt, what was said of it, file after file."""
+
+import logging
+from collections.abc import Callable
+
+from controller.labelling.labeller import Labeller, Said
+from controller.labelling.status import Status, describe
+from controller.labelling.terminal import Keyboard
+from controller.pipeline import Pipeline, Step
+from controller.preprocess import Frame, State
+from controller.recordings.recorder import Recorder
+
+Plain = dict[str, object]  # what goes to a screen, as plain data
+
+_log = logging.getLogger("controller")
+
+
+class Tape:
+    """Records one device from its first frame on."""
+
+    def __init__(
+        self,
+        begin: Callable[[State], Recorder],
+        pipeline: Pipeline,
+        labeller: Labeller,
+        *,
+        keyboard: Keyboard | None = None,
+        tell: Callable[[Plain], None] = lambda plain: None,
+        status: Status | None = None,
+    ) -> None:
+        """Begin to record.
+
+        Args:
+            begin: Begins a file, given the pipeline's state before its first frame.
+            pipeline: What the frames go through.
+            labeller: Who says what of each frame.
+            keyboard: The keys, where there are any.
+            tell: Takes every change of the cues.
+            status: A line for people.
+
+        Raises:
+            RecordingError: The first file cannot be written.
+        """
+        self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
+        self._keyboard, self._tell, self._status = keyboard, tell, status or Status(None)
+        self._recorder = begin(pipeline.state())
+        self._rested = False  # this file has its rest image
+
+    @property
+    def done(self) -> bool:
+        """Whether all that was planned has been recorded."""
+        return self._labeller.done
+
+    def turn(self) -> None:
+        """Go on in a new file if the present one is full; the next frame is not taken yet.
+
+        Raises:
+            RecordingError: One of them cannot be written.
+        """
+        if self._recorder.full:
+            self._seal()
+            self._recorder = self._begin(self._pipeline.state())
+            self._rested = False
+
+    def take(self, frame: Frame, step: Step, label: int, button: str | None) -> Said:
+        """Keep a frame, and return what was said of it.
+
+        Args:
+            frame: As it was read.
+            step: What the pipeline made of it.
+            label: What truly happens, as far as known: an index, -1 unknown.
+            button: What the sensor's button says.
+        """
+        t_s, recorder = step.t_s, self._recorder
+        said = self._labeller.step(
+            t_s,
+            button=button,
+            told=self._keyboard.poll() if self._keyboard is not None else (),
+            felt=step.ready and not step.quiet,
+            ready=step.ready,
+        )
+        recorder.add(
+            frame,
+            t_s,
+            step.frame,
+            label=label,
+            button=said.button,
+            key=said.key,
+            cue=said.cue,
+            excluded=said.excluded,
+            touch=step.touch,
+            command=step.command,
+        )
+        for amend in said.amends:
+            recorder.amend(amend.column, amend.from_s, amend.to_s, amend.value)
+        for mark in said.marks:
+            recorder.mark(mark.t_s, mark.kind, mark.text)
+        rest = self._pipeline.rest
+        if rest is not None and not self._rested:
+            self._rested = True
+            recorder.rest(rest)
+        self._show(said, t_s)
+        return said
+
+    def mark(self, t_s: float, kind: str, text: str) -> None:
+        """Note something that happened at `t_s`."""
+        self._recorder.mark(t_s, kind, text)
+
+    def close(self) -> None:
+        """Seal the recording. Only once.
+
+        Raises:
+            RecordingError: It cannot be written where it should be; the message says where it is.
+        """
+        self._status.clear()
+        self._seal()
+
+    def _seal(self) -> None:
+        if path := self._recorder.close():
+            self._status.clear()
+            _log.info("recorded into %s", path)
+
+    def _show(self, said: Said, t_s: float) -> None:
+        """Tell screens and people what has changed."""
+        for void in said.voids:
+            self._tell(void.plain(t_s))
+        if said.asked is not None and said.fresh:
+            self._tell(said.asked.plain(t_s))
+        line = describe(said, t_s, self._pipeline.labels, keyboard=self._keyboard is not None)
+        self._status.show(f"DISK PROBLEM  {line}" if self._recorder.problem else line)
