@@ -244,8 +244,12 @@ def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: 
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
     pipeline = Pipeline(bundle, recognizer, mapping)
     if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+        state = sensor.source.state
+        if set(state) != set(pipeline.state()):
+            _log.warning("another version of this program recorded this: it is replayed from rest")
+            return pipeline
         try:
-            pipeline.restore(sensor.source.state)
+            pipeline.restore(state)
         except ValueError as error:
             raise RecordingError(f"the recording cannot be replayed: {error}") from None
     return pipeline
