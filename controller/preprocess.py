@@ -18,8 +18,8 @@ Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
 Normalise = Literal["ratio", "difference"]
 
-# A taxel that reads less than this share of the others at rest has no lead (an open one reads
-# some 1 of 41 pF): divided by so little, its noise would be a hand. Measured on open electrodes.
+# A taxel that reads less than this share of what the others read at rest has no lead: an open one
+# reads some 1 of 41 pF, a pressed one never so little.
 LEAST_REST: Final = 0.2
 
 
@@ -101,7 +101,7 @@ def z_image(
         )
     if settings.normalise == "difference":
         return np.asarray(1.0 + (frame - rest) / settings.scale, dtype=np.float64)
-    alive = rest > max(LEAST_REST * float(rest.mean()), 0.0)
+    alive = np.minimum(frame, rest) > LEAST_REST * float(rest.mean())
     if alive.all():
         return np.asarray(frame / rest, dtype=np.float64)
     return np.where(alive, frame / np.where(alive, rest, 1.0), 1.0)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from controller.preprocess import Image, State
 
-_LEAD: Final = 2  # images just before the networks notice: the finger arrives in them
-_BEFORE: Final = 4  # images before those, of the sensor untouched
+_LEAD: Final = 1  # image just before the networks notice: the finger arrives in it
+_BEFORE: Final = 4  # images before that, of the sensor untouched
 _GRACE: Final = 2  # images without a gesture that do not end a touch: the networks blink
 _RESIDUE: Final = 0.01  # deviation that a touch leaves behind, with memory and drift: measured
 _ROUNDS: Final = 3  # until the weights agree with the image that they make

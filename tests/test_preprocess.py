@@ -38,8 +38,9 @@ def test_an_image_is_capacitance_over_rest() -> None:
 
 
 def test_a_taxel_without_a_lead_says_nothing() -> None:
-    frame = np.array([[30.0, 0.2, 3.0]], dtype=np.float32)
-    assert z_image(frame, np.array([[60.0, 0.0, 1.0]]), RATIO).tolist() == [[0.5, 1.0, 1.0]]
+    frame = np.array([[30.0, 0.2, 40.0, 1.0]], dtype=np.float32)
+    rest = np.array([[60.0, 0.0, 1.0, 40.0]])  # never had one, it is mended, it broke just now
+    assert z_image(frame, rest, RATIO).tolist() == [[0.5, 1.0, 1.0, 1.0]]
 
 
 def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None:
