@@ -1,6 +1,6 @@
 """Whole simulated sessions: a hand at play for minutes, with the truth beside every frame."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from controller.events import Event
 from controller.simulator import button
+from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES, Style, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.repertoire import Repertoire, shipped
@@ -76,6 +77,7 @@ def simulate(
     protocol: Protocol = "free",
     gestures: Sequence[str] = GESTURES,
     repertoire: Repertoire | None = None,
+    faults: Iterable[Fault] = (),
 ) -> Session:
     """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
@@ -93,6 +95,7 @@ def simulate(
         protocol: "free": gestures and distractors in any order; "blocks": class by class.
         gestures: Labels that are played.
         repertoire: What the hand can do; the gestures that ship if not given.
+        faults: What is broken from the first frame on.
 
     Raises:
         ValueError: The hand does not know a gesture.
@@ -113,6 +116,7 @@ def simulate(
         model = replace(model, mechanics=replace(model.mechanics, apex_stretch=stretch))
     away_mm = (0.0, 0.0) if pointer else (float(x), float(y))
     simulator = OrbSimulator(orb, rate_hz, model=model)
+    simulator.electronics.switch(faults)
     frames, per_frame = round(minutes * 60 * rate_hz), simulator.steps_per_frame
     grid = (model.rows, model.columns, model.pitch_mm)
     hand = Take(
