@@ -173,6 +173,14 @@ def test_a_button_that_is_half_a_press_late_is_told() -> None:
     assert ends.startswith("button usually ends 0.5")
 
 
+def test_a_cue_may_begin_before_the_touch_and_end_after_it() -> None:
+    whole = played()
+    wide = np.zeros_like(whole.label)
+    for shift in range(-8, 9):
+        wide = np.maximum(wide, np.roll(whole.label, shift))
+    assert complaints(replace(whole, cue=wide)) == []
+
+
 def test_labels_in_which_nothing_is_felt_are_told() -> None:
     whole = played()
     rest = whole.frames[:10].mean(axis=0)

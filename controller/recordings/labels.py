@@ -19,6 +19,7 @@ HALF: Final = 0.5  # of a touch's energy: where it counts as begun, and as ended
 # Below this share of a usual touch's energy, a label holds no touch. Of 1,074 true gestures on
 # simulated orbs of both presets, 1 in 50 is so weak.
 EMPTY: Final = 0.2
+ASKED: Final = "cue"  # says what shall be done, before it is and until after: no edge of it is late
 # A labeller that is later than this labels half a press (0.5 s: docs/data.md) wrongly.
 LATE_S: Final = 0.3
 SCATTER_S: Final = 0.5  # likewise, for the middle half of the lags
@@ -69,8 +70,9 @@ class Said:
     def complaints(self) -> list[str]:
         """Return sentences about what is not as it should be."""
         lines, count = [], sum(self.events.values())
+        timely = self.labeller != ASKED
         for edge, lag in (("begins", self.begin), ("ends", self.end)):
-            if lag is None or lag.edges < EDGES:
+            if not timely or lag is None or lag.edges < EDGES:
                 continue
             if abs(lag.median_s) > LATE_S:
                 when = "after" if lag.median_s > 0 else "before"
@@ -86,7 +88,7 @@ class Said:
             lines.append(
                 f"nothing is felt in {self.empty} of {count} gestures that {self.labeller} names"
             )
-        if self.idle > IDLE_SHARE:
+        if timely and self.idle > IDLE_SHARE:
             lines.append(
                 f"nothing touches for {100 * self.idle:.0f} % of the time that {self.labeller} "
                 "names a gesture"
