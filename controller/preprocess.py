@@ -22,6 +22,14 @@ Normalise = Literal["ratio", "difference"]
 # reads some 1 of 41 pF, a pressed one never so little.
 LEAST_REST: Final = 0.2
 
+# Between quick touches the rubber never comes to rest, and in a busy minute what it remembers may
+# grow beyond the gate. So after long unrest what the sensor comes back to, several times in a row,
+# is its rest too.
+_BUSY: Final = 1 / 3  # of `adopt_s`
+_RETURNS: Final = 3
+_STILL_S: Final = 0.3  # so long it must stay there
+_PEAK: Final = 2.0  # times the deviation there: what a touch between two returns has at least
+
 
 @dataclass(frozen=True, slots=True)
 class PreprocessSettings:
@@ -128,6 +136,12 @@ class Preprocessor:
         self._seen = 0  # quiet frames that made the rest image
         self._quiet_run = 0
         self._steady_run = 0
+        self._still_frames = max(2, round(_STILL_S * settings.rate_hz))
+        self._spell: deque[NDArray[np.float64]] = deque(maxlen=self._still_frames)
+        self._returns: deque[NDArray[np.float64]] = deque(maxlen=_RETURNS)
+        self._peak = 0.0  # greatest deviation since the latest return
+        self._busy_run = 0  # frames since the sensor was quiet
+        self._busy = round(_BUSY * self._adopt)
 
     def step(self, frame: Frame) -> Prepared:
         """Take the next frame, (rows, columns) in picofarads, and return what it became.
@@ -166,8 +180,18 @@ class Preprocessor:
             "images": np.array(self._images, dtype=np.float64) if self._images else empty,
             "rest": empty if self._rest is None else self._rest[None],
             "recent": self._recent.copy(),
+            "spell": np.array(self._spell) if self._spell else empty,
+            "returns": np.array(self._returns) if self._returns else empty,
             "scalars": np.array(
-                [self._idle, self._seen, self._quiet_run, self._steady_run], dtype=np.float64
+                [
+                    self._idle,
+                    self._seen,
+                    self._quiet_run,
+                    self._steady_run,
+                    self._peak,
+                    self._busy_run,
+                ],
+                dtype=np.float64,
             ),
         }
 
@@ -184,8 +208,10 @@ class Preprocessor:
         self._images = deque(images, maxlen=self.settings.window)
         self._rest = state["rest"][0].copy() if len(state["rest"]) else None
         self._recent = state["recent"].copy()
-        idle, seen, quiet_run, steady_run = state["scalars"]
-        self._idle = float(idle)
+        self._spell = deque(state["spell"], maxlen=self._still_frames)
+        self._returns = deque(state["returns"], maxlen=_RETURNS)
+        idle, seen, quiet_run, steady_run, peak, busy_run = state["scalars"]
+        self._idle, self._peak, self._busy_run = float(idle), float(peak), int(busy_run)
         self._seen, self._quiet_run, self._steady_run = int(seen), int(quiet_run), int(steady_run)
 
     def _gate(self) -> float:
@@ -219,6 +245,7 @@ class Preprocessor:
         assert self._rest is not None
         self._recent += self._follow * (values - self._recent)
         if quiet:
+            self._forget_returns()
             self._quiet_run += 1
             self._steady_run = 0
             if self._quiet_run > self._settle:
@@ -234,3 +261,36 @@ class Preprocessor:
         if self._steady_run >= self._adopt:
             self._rest = self._recent.copy()
             self._steady_run = 0
+        self._return(values, deviation)
+
+    def _return(self, values: NDArray[np.float64], deviation: float) -> None:
+        """Take what the sensor comes back to again and again between touches for its rest."""
+        self._busy_run += 1
+        self._spell.append(values)
+        self._peak = max(self._peak, deviation)
+        if len(self._spell) < self._still_frames:
+            return
+        here = np.mean(self._spell, axis=0)
+        low = float(np.abs(z_image(here, self._rest_image(), self.settings) - 1.0).mean())
+        if self._peak < _PEAK * low or not all(self._like(frame, here) for frame in self._spell):
+            return
+        self._spell.clear()
+        self._peak = 0.0
+        self._returns.append(here)
+        alike = len(self._returns) == _RETURNS and all(self._like(r, here) for r in self._returns)
+        if alike and self._busy_run >= self._busy:
+            self._rest = np.mean(self._returns, axis=0)
+            self._forget_returns()
+
+    def _like(self, one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+        """Whether two frames differ by no more than an untouched sensor does."""
+        return float(np.abs(z_image(one, other, self.settings) - 1.0).mean()) < self._gate()
+
+    def _forget_returns(self) -> None:
+        self._spell.clear()
+        self._returns.clear()
+        self._peak, self._busy_run = 0.0, 0
+
+    def _rest_image(self) -> NDArray[np.float64]:
+        assert self._rest is not None
+        return self._rest

@@ -151,3 +151,22 @@ def test_a_restored_stage_continues_exactly(cut: int) -> None:
         got = after.step(frame)
         np.testing.assert_array_equal(got.image, wanted.image)
         assert (got.ready, got.quiet) == (wanted.ready, wanted.quiet)
+
+
+def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
+    stage = fresh()
+    for frame in idle(2.0):
+        stage.step(frame)
+    drifted = (idle(0.5) * 1.025).astype(np.float32)  # more than the gate, and never longer at rest
+    for touch in range(12):
+        for frame in (*pressed(0.6), *drifted):
+            deviation = stage.step(frame).deviation
+        assert touch < 10 or deviation < 0.01
+    assert stage.step(idle(0.1)[0]).deviation == pytest.approx(0.024, abs=0.004)
+
+
+def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
+    stage = fresh()
+    for frame in (*idle(2.0), *pressed(25.0)):
+        prepared = stage.step(frame)
+    assert prepared.deviation > 0.05
