@@ -3,9 +3,10 @@
 import pytest
 
 from tetris.board import Board
-from tetris.moves import KICKS
+from tetris.kicks import KICKS as TABLES
 from tetris.pieces import KINDS, SHAPES, Kind, Piece
 
+KICKS = TABLES["srs"]
 JLSTZ_KICKS = """
 0>R  ( 0, 0) (-1, 0) (-1, 1) ( 0,-2) (-1,-2)
 R>0  ( 0, 0) ( 1, 0) ( 1,-1) ( 0, 2) ( 1, 2)
