@@ -52,8 +52,7 @@ _TOP: Final = row_shift(TOTAL_ROWS - 1)
 
 def full_rows(bits: int, lowest: int = 0, highest: int = TOTAL_ROWS - 1) -> list[int]:
     """Return the full rows between two rows, both included, lowest first."""
-    part = bits >> row_shift(lowest)  # small numbers from here on: a piece spans four rows
-    part &= (1 << (highest - lowest + 1) * STRIDE) - 1
+    part = bits >> (lowest + FLOOR_ROWS) * STRIDE  # small numbers from here on
     rows = []
     for y in range(lowest, highest + 1):
         if part & _SOLID == _SOLID:

@@ -129,9 +129,15 @@ class Game(Falling):
 
     def _shift(self, action: Action) -> bool:
         piece, dx = (self.piece.left, -1) if action is _LEFT else (self.piece.right, 1)
-        if self.board.bits & piece.mask:
+        bits = self.board.bits
+        if bits & piece.mask:
             return False
-        self._handled(piece, None)
+        self.piece, self._kick = piece, None
+        if self._touched:  # then moving costs a reset
+            self._resets += 1
+            self._rest()
+        elif bits & piece.below.mask:
+            self._rest()  # else it is in the air as before, and nothing timed has changed
         self._events.append(happened.Moved(self._at_s, piece, dx, 0, action))
         return True
 
@@ -139,20 +145,16 @@ class Game(Falling):
         bits, kick = self.board.bits, 0
         for piece in self.piece.turned[self._table + (action is _ROTATE_CCW)]:
             if not bits & piece.mask:
-                self._handled(piece, kick)
+                self.piece, self._kick = piece, kick
+                if self._touched:
+                    self._resets += 1
+                    self._rest()
+                elif piece.lowest_row < self._lowest or bits & piece.below.mask:
+                    self._rest()
                 self._events.append(happened.Rotated(self._at_s, piece, kick, action))
                 return True
             kick += 1  # noqa: SIM113 (half as dear as enumerate)
         return False
-
-    def _handled(self, piece: Piece, kick: int | None) -> None:
-        """Take the piece's new place; once it has touched ground, this costs a reset."""
-        self.piece, self._kick = piece, kick
-        if self._touched:
-            self._resets += 1
-            self._rest()
-        elif piece.lowest_row < self._lowest or self.board.bits & piece.below.mask:
-            self._rest()  # else it is in the air as before, and nothing timed has changed
 
     def _drop(self) -> bool:
         if self._now_ns < self._guard_ns:

@@ -74,7 +74,10 @@ class Falling(State):
         self._resets = 0
         self._touched = False
         self._lowest = piece.lowest_row
-        self._rest()
+        if self.board.bits & piece.below.mask:
+            self._rest()
+        else:
+            self._schedule()
         self._events.append(happened.Spawned(self._at_s, piece))
 
     def _end(self, reason: TopOut | Finish) -> None:
@@ -105,15 +108,19 @@ class Falling(State):
 
     def _fall(self, action: Action | None) -> bool:
         """Move one row down, by gravity (None) or by soft drop; False on the ground."""
-        fallen = self.piece.below
-        if self.board.bits & fallen.mask:
+        fallen, bits = self.piece.below, self.board.bits
+        if bits & fallen.mask:
             return False
         self.piece = fallen
         self._row_since_ns = self._now_ns
         self._kick = self._ground_ns = None
         if action is _DOWN:
             self.score += scoring.SOFT_DROP_POINTS
-        self._rest()
+        if self._touched or bits & fallen.below.mask:
+            self._rest()
+        else:
+            self._lowest = min(self._lowest, fallen.lowest_row)
+            self._schedule_fall()
         self._events.append(happened.Moved(self._at_s, fallen, 0, -1, action))
         return True
 
@@ -176,11 +183,10 @@ class Falling(State):
     def _follow(self) -> None:
         """Let the next piece come, at once or after the generation delay."""
         self.can_hold = True
-        self._guard_ns = self._now_ns + round(self.config.guard_s * NS)
-        delay_ns = round(self.config.generation_delay_s * NS)
-        if not delay_ns:
+        self._guard_ns = self._now_ns + self._guard_span_ns
+        if self._generation_ns:
+            self._lock_ns = None
+            self._enter_ns = self._now_ns + self._generation_ns
+            self._schedule()
+        else:
             self._next_piece()
-            return
-        self._lock_ns = None
-        self._enter_ns = self._now_ns + delay_ns
-        self._schedule()

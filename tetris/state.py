@@ -133,6 +133,8 @@ class State:
         self._kick: int | None = None  # of the turn that was the piece's last movement
         self._gravity_ns = self._soft_ns = self._next_ns = self._due_ns = NEVER
         self._delay_ns = round(config.lock_delay_s * NS) if config.gravity else NEVER
+        self._guard_span_ns = round(config.guard_s * NS)
+        self._generation_ns = round(config.generation_delay_s * NS)
         limit_s = config.time_limit_s
         self._limit_ns = NEVER if limit_s is None else round(limit_s * NS)
 
@@ -204,18 +206,25 @@ class State:
 
     def _schedule(self) -> None:
         """Work out when something happens next without the player."""
-        now_ns = self._now_ns
-        if self._enter_ns is not None:
-            next_ns = self._enter_ns
+        if self.phase is not Phase.RUNNING:
+            self._due_ns = NEVER
+        elif self._enter_ns is not None:
+            self._next_ns = self._enter_ns
+            self._due_ns = min(self._enter_ns, self._limit_ns)
         elif self._lock_ns is not None:
-            next_ns = self._lock_ns
+            self._next_ns = self._lock_ns
+            self._due_ns = min(self._lock_ns, self._limit_ns)
         else:
-            next_ns = self._row_since_ns + self._gravity_ns
-            if self._soft:
-                soft_ns = max(self._row_since_ns, self._soft_since_ns) + self._soft_ns
-                next_ns = min(next_ns, soft_ns)
-            # What a change of pace made overdue comes after the inputs of the same moment.
-            next_ns = max(next_ns, now_ns + 1)
+            self._schedule_fall()
+
+    def _schedule_fall(self) -> None:
+        """The same for a piece in the air of a game that runs."""
+        next_ns = self._row_since_ns + self._gravity_ns
+        if self._soft:
+            soft_ns = max(self._row_since_ns, self._soft_since_ns) + self._soft_ns
+            if soft_ns < next_ns:
+                next_ns = soft_ns
+        if next_ns <= self._now_ns:  # a change of pace made it overdue
+            next_ns = self._now_ns + 1  # after the inputs of the same moment
         self._next_ns = next_ns
-        running = self.phase is Phase.RUNNING
-        self._due_ns = min(next_ns, self._limit_ns) if running else NEVER
+        self._due_ns = next_ns if next_ns < self._limit_ns else self._limit_ns
