@@ -37,6 +37,13 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
     return surface
 
 
+def set_fullscreen(full: bool, size: tuple[int, int]) -> pygame.Surface:
+    """Fill the screen, or go back to a window; pygame's own toggle does nothing on Wayland."""
+    if full:
+        return pygame.display.set_mode((0, 0), pygame.FULLSCREEN)
+    return pygame.display.set_mode(size, pygame.RESIZABLE)
+
+
 def _init() -> None:
     """Start SDL's video; where XDG_RUNTIME_DIR is unset, libwayland would grumble on stderr."""
     unset = "XDG_RUNTIME_DIR" not in os.environ

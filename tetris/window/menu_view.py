@@ -1,0 +1,240 @@
+"""Menus drawn: a column of items, what is chosen among them, a table above, a sentence below."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+
+from tetris.window import theme
+from tetris.window.look import Look
+from tetris.window.menu import Item, Menu, Row
+
+# All in design units: a window 720 high has as many.
+_TITLE: Final = 58
+_ITEM: Final = 48  # height of a line
+_LETTERS: Final = 30
+_VALUE: Final = 27
+_TABLE: Final = 34
+_FOOT: Final = 78
+_MARGIN: Final = 30
+_HEIGHT: Final = 720
+_BAR_WIDTH: Final = 110
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where an item was drawn."""
+
+    place: pygame.Rect
+    number: int
+
+
+class MenuView:
+    """Draws menus into a rectangle.
+
+    Attributes:
+        spots: Where the items were drawn last, for the mouse.
+    """
+
+    def __init__(self, look: Look) -> None:
+        self._look = look
+        self._first = 0  # the uppermost item, when not all have room
+        self.spots: list[Spot] = []
+
+    def draw(
+        self, surface: pygame.Surface, area: pygame.Rect, menu: Menu, selected: int, unit: float
+    ) -> None:
+        """Draw a menu.
+
+        Args:
+            surface: Where to.
+            area: The part of it that is the menu's.
+            menu: What to draw.
+            selected: The number of the chosen item.
+            unit: Pixels in a 720th of the window's height.
+        """
+        palette = self._look.palette
+        inner = area.inflate(-2 * round(_MARGIN * unit), 0)
+        top = area.top
+        if menu.title:
+            title = theme.fitted(menu.title, round(_TITLE * unit), palette.text, inner.width)
+            surface.blit(title, (inner.left, top))
+            top += round(_TITLE * 1.15 * unit)
+        if menu.table:
+            top = self._draw_table(surface, inner, top, menu, unit)
+        foot = pygame.Rect(inner.left, area.bottom, inner.width, round(_FOOT * unit))
+        foot.bottom = area.bottom
+        self._draw_items(surface, area, inner, top, foot.top, menu, selected, unit)
+        hint = menu.notice or menu.items[selected].hint
+        colour = palette.warn if menu.notice else palette.dim
+        self._draw_sentence(surface, foot, hint, colour, unit)
+
+    def height(self, menu: Menu, unit: float) -> int:
+        """Return how high a menu is that shows all it has."""
+        title = _TITLE * 1.15 if menu.title else 0
+        table = len(menu.table) * _TABLE + 14 if menu.table else 0
+        return round((title + table + len(menu.items) * _ITEM + _FOOT) * unit)
+
+    def _draw_items(
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        inner: pygame.Rect,
+        top: int,
+        bottom: int,
+        menu: Menu,
+        selected: int,
+        unit: float,
+    ) -> None:
+        high = round(_ITEM * unit)
+        room = max(1, (bottom - top) // high)
+        most = max(0, len(menu.items) - room)
+        self._first = max(min(self._first, selected, most), selected - room + 1)
+        shown = menu.items[self._first : self._first + room]
+        self.spots = []
+        for place, item in enumerate(shown):
+            number = self._first + place
+            line = pygame.Rect(inner.left, top + place * high, inner.width, high)
+            line.inflate_ip(round(_MARGIN * unit), 0)
+            self.spots.append(Spot(line, number))
+            self._draw_item(surface, line, item, number == selected, unit)
+        self._draw_more(surface, area, top, room * high, len(menu.items), room, unit)
+
+    def _draw_more(
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        top: int,
+        height: int,
+        count: int,
+        room: int,
+        unit: float,
+    ) -> None:
+        """Draw a bar that says which part of a long menu is seen."""
+        if count <= room:
+            return
+        track = pygame.Rect(area.right - round(8 * unit), top, max(2, round(4 * unit)), height)
+        pygame.draw.rect(surface, self._look.palette.line, track, border_radius=track.width)
+        thumb = track.copy()
+        thumb.height = round(height * room / count)
+        thumb.top = top + round(height * self._first / count)
+        pygame.draw.rect(surface, self._look.palette.dim, thumb, border_radius=track.width)
+
+    def _draw_item(
+        self, surface: pygame.Surface, line: pygame.Rect, item: Item, chosen: bool, unit: float
+    ) -> None:
+        palette = self._look.palette
+        bar = line.inflate(0, -round(4 * unit))
+        if chosen:
+            pygame.draw.rect(surface, palette.raised, bar, border_radius=round(10 * unit))
+            mark = pygame.Rect(bar.left, bar.top, round(5 * unit), bar.height)
+            pygame.draw.rect(surface, palette.accent, mark, border_radius=round(3 * unit))
+        left, right = line.left + round(20 * unit), line.right - round(16 * unit)
+        colour = palette.text if chosen or not item.value else palette.dim
+        taken = self._draw_value(surface, item, line, right, chosen, unit)
+        widest = max(1, right - taken - left - round(12 * unit))
+        label = theme.fitted(item.label, round(_LETTERS * unit), colour, widest)
+        surface.blit(label, label.get_rect(midleft=(left, line.centery)))
+
+    def _draw_value(
+        self,
+        surface: pygame.Surface,
+        item: Item,
+        line: pygame.Rect,
+        right: int,
+        chosen: bool,
+        unit: float,
+    ) -> int:
+        """Draw an item's value at the right edge; return how wide it is."""
+        palette, start = self._look.palette, right
+        arrow = round(7 * unit)
+        if item.step:
+            if chosen:
+                _draw_arrow(surface, (right - arrow, line.centery), arrow, 1, palette.accent)
+            right -= round(26 * unit)
+        if item.value:
+            colour = palette.text if chosen else palette.dim
+            widest = round(line.width * 0.56)
+            value = theme.fitted(item.value, round(_VALUE * unit), colour, widest)
+            surface.blit(value, value.get_rect(midright=(right, line.centery)))
+            right -= max(value.get_width(), round(62 * unit) if item.share is not None else 0)
+        if item.share is not None:
+            right -= round(10 * unit)
+            high = max(3, round(6 * unit))
+            track = pygame.Rect(0, 0, round(_BAR_WIDTH * unit), high)
+            track.midright = right, line.centery
+            pygame.draw.rect(surface, palette.line, track, border_radius=high // 2)
+            right = track.left
+            if item.share > 0:
+                track.width = max(high, round(track.width * item.share))
+                shade = palette.accent if chosen else palette.dim
+                pygame.draw.rect(surface, shade, track, border_radius=high // 2)
+        if item.step:
+            right -= round(26 * unit)
+            if chosen:
+                _draw_arrow(surface, (right + arrow, line.centery), arrow, -1, palette.accent)
+        return start - right
+
+    def _draw_table(
+        self, surface: pygame.Surface, inner: pygame.Rect, top: int, menu: Menu, unit: float
+    ) -> int:
+        high = round(_TABLE * unit)
+        columns = max(len(row.cells) for row in menu.table)
+        # The last item of a long menu is to be seen, so a table gives up its last rows first.
+        room = inner.bottom - top - round((_FOOT + len(menu.items) * _ITEM) * unit)
+        rows = menu.table[: max(1, room // high)]
+        for place, row in enumerate(rows):
+            line = pygame.Rect(inner.left, top + place * high, inner.width, high)
+            self._draw_row(surface, line, row, columns, unit)
+        return top + len(rows) * high + round(14 * unit)
+
+    def _draw_row(
+        self, surface: pygame.Surface, line: pygame.Rect, row: Row, columns: int, unit: float
+    ) -> None:
+        palette, size = self._look.palette, round(22 * unit)
+        wide = line.width // columns
+        for column, words in enumerate(row.cells):
+            colour = palette.dim if column == 0 else palette.text
+            if row.marked:
+                colour = palette.accent
+            widest = wide - round(8 * unit) if columns > 2 else line.width // 2
+            picture = theme.fitted(words, size, colour, widest)
+            if column == 0:
+                place = picture.get_rect(midleft=line.midleft)
+            else:
+                right = line.left + (column + 1) * wide if column + 1 < columns else line.right
+                place = picture.get_rect(midright=(right, line.centery))
+            surface.blit(picture, place)
+
+    def _draw_sentence(
+        self,
+        surface: pygame.Surface,
+        foot: pygame.Rect,
+        sentence: str,
+        colour: theme.Colour,
+        unit: float,
+    ) -> None:
+        size = round(22 * unit)
+        for row, line in enumerate(wrapped(sentence, size, foot.width)[:3]):
+            picture = theme.text(line, size, colour)
+            surface.blit(picture, (foot.left, foot.top + round((4 + 24 * row) * unit)))
+
+
+def wrapped(sentence: str, size: int, widest: int) -> list[str]:
+    """Return a sentence as lines that are not wider than so many pixels."""
+    lines: list[str] = []
+    for word in sentence.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and theme.font(size).size(longer)[0] <= widest:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def _draw_arrow(
+    surface: pygame.Surface, tip: tuple[int, int], size: int, way: int, colour: theme.Colour
+) -> None:
+    x, y = tip
+    back = x - way * size
+    pygame.draw.polygon(surface, colour, ((x, y), (back, y - size), (back, y + size)))
