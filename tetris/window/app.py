@@ -57,6 +57,7 @@ class App:
         *,
         config: Path | None = None,
         data: Path | None = None,
+        sound: bool = True,
     ) -> None:
         """Set up the first screen.
 
@@ -65,6 +66,7 @@ class App:
             start: What to begin with.
             config: The folder of settings; None keeps none.
             data: The folder of best lists and replays; None keeps none.
+            sound: Whether the audio device is opened.
         """
         settings, notice = Settings(), ""
         if config is not None:
@@ -76,7 +78,8 @@ class App:
         self._flow = Flow(self.stage, Shelf(data))
         self._fullscreen = False
         self.stage.pads.start()
-        self.stage.sounds.start()
+        if sound:
+            self.stage.sounds.start()
         self._flow.begin(start)
         self._obey_fullscreen()
 

@@ -176,14 +176,19 @@ def format_toml(settings: Settings) -> str:
     lines: list[str] = []
     for section, names in _SECTIONS.items():
         lines.append(f"[{section}]")
-        lines += [f"{name} = {json.dumps(getattr(settings, name))}" for name in names]
+        lines += [f"{name} = {_written(getattr(settings, name))}" for name in names]
         lines.append("")
     for section in _BINDINGS:
         lines.append(f"[{section}]")
         bound: Names = getattr(settings, section)
-        lines += [f"{action} = {json.dumps(list(names))}" for action, names in bound.items()]
+        lines += [f"{action} = {_written(list(names))}" for action, names in bound.items()]
         lines.append("")
     return "\n".join(lines)
+
+
+def _written(value: object) -> str:
+    """Write a value as TOML, which differs from JSON in one control character only."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def changed(settings: Settings, **values: Any) -> Settings:

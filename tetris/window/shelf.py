@@ -40,9 +40,8 @@ class Shelf:
         if self._folder is None:
             return Kept()
         replay = session.recorder.replay()
-        name = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{session.mode.name}{SUFFIX}"
         try:
-            save(self._folder / _FOLDER / name, replay)
+            save(_free(self._folder / _FOLDER, session.mode.name), replay)
         except OSError as error:
             return Kept(notice=f"cannot save the replay: {error.strerror}")
         return Kept()
@@ -56,3 +55,13 @@ class Shelf:
     def exporter(self, replay: Replay, path: Path | None, look: Look) -> Callable[[], str] | None:
         """Return what saves a film of a replay and says where; None where that cannot be done."""
         return None
+
+
+def _free(folder: Path, mode: str) -> Path:
+    """Return a file's name that says when and what, and that no other file has."""
+    now, number = f"{datetime.now():%Y-%m-%d_%H-%M-%S}", 1
+    path = folder / f"{now}_{mode}{SUFFIX}"
+    while path.exists():
+        number += 1
+        path = folder / f"{now}-{number}_{mode}{SUFFIX}"
+    return path

@@ -14,6 +14,7 @@ from tetris.window.theme import Colour
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
 _GHOST_FILL: Final = 0.2  # of the outline's opacity
 _DIM_ALPHA: Final = 80
+_LEAST: Final = 5  # pixels; a smaller block is plain
 _MOST: Final = 256  # pictures kept; a window that is dragged larger passes through many sizes
 
 
@@ -63,6 +64,10 @@ class Tiles:
         return picture
 
     def _draw_mino(self, mark: str, size: int) -> pygame.Surface:
+        if size < _LEAST:
+            picture = pygame.Surface((size, size))
+            picture.fill(self.colour(mark))
+            return picture
         fine = size * _FINE
         colour, bevel, edge = self.colour(mark), self._palette.bevel, self._palette.edge
         gap = _FINE // 2  # blocks never quite touch

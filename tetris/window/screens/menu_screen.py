@@ -132,6 +132,7 @@ class MenuScreen(Screen):
 
     def tick(self, time_s: float) -> None:
         """Let a held direction repeat, and the bot play."""
+        self.rebuild()  # a notice may have come, or a pad
         if step := self._repeater.poll(time_s):
             self.nav(step, time_s)
         if self._attract and self._stage.screen is self:
