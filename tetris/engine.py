@@ -92,8 +92,13 @@ class Game(Falling):
         events, self._events = self._events, []
         return events
 
-    def set_up(self, board: Board, piece: Piece) -> None:
+    def set_up(self, board: Board, piece: Piece, *, kick: int | None = None) -> None:
         """Go on from another position, with a piece that has just come there.
+
+        Args:
+            board: The blocks.
+            piece: Where the piece in play is.
+            kick: Which kick of a turn brought it there; None if a turn did not.
 
         Raises:
             ValueError: The piece lies on blocks or outside, or the board has another width.
@@ -106,6 +111,7 @@ class Game(Falling):
             raise ValueError(f"{piece} does not fit on the board; put it where cells are free")
         self.board = board
         self._take(piece)
+        self._kick = kick
 
     def _act(self, given: Input) -> None:
         if self.in_play and self.phase is _RUNNING:
