@@ -1,10 +1,9 @@
 """The bot at the window: one action at a time, at a pace that can be followed by eye."""
 
-from collections.abc import Callable
 from typing import Final
 
 from tetris import bot
-from tetris.bot import Plan
+from tetris.bots import Planner
 from tetris.engine import Game, Phase
 from tetris.events import Action, Event, Spawned, ToppedOut
 from tetris.pieces import Piece
@@ -15,8 +14,8 @@ _REST_S: Final = 4.0  # how long its lost game stays on the screen
 class BotPlayer:
     """Plays a game one action at a time, looking at the board before each."""
 
-    def __init__(self, action_s: float, plan: Callable[..., Plan] = bot.plan) -> None:
-        """Act every `action_s` seconds, by a function such as `tetris.bot.plan`."""
+    def __init__(self, action_s: float, plan: Planner = bot.plan) -> None:
+        """Act every `action_s` seconds, as one of `tetris.bots.BOTS` plans."""
         self._action_s = action_s
         self._plan = plan
         self._next_s = 0.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tetris import bot
+from tetris import bots
 from tetris.engine import Game
 from tetris.modes import MODES, Mode
 from tetris.pieces import Piece
@@ -109,7 +109,7 @@ class Flow:
             over=again if player else self._over,
             restart=again,
             advise=_advise,
-            bot=BotPlayer(_BOT_ACTION_S) if player else None,
+            bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
         )
         self._stage.home(screen)
 
@@ -160,4 +160,4 @@ class Flow:
 
 
 def _advise(game: Game) -> Piece | None:
-    return bot.plan(game).landing
+    return bots.hint(game).landing
