@@ -10,7 +10,7 @@ from typing import Final
 from tetris.board import Board, full_rows, without_rows
 from tetris.dealer import Dealer
 from tetris.events import Action
-from tetris.moves import TABLES, rows_to_fall
+from tetris.moves import TABLES, lowered, rows_to_fall
 from tetris.pieces import COLUMNS, KINDS, STRIDE, Kind, Piece
 from tetris.rules import Config
 
@@ -142,6 +142,7 @@ class Kernel:
         self.pieces_placed += 1
         if (highest if self._partial else lowest) >= self._rows:
             self.over = True
+            self.piece = lowered(piece, fall)
             return
         self.can_hold = self._holds
         self._enter(self._draw())

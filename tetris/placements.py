@@ -12,7 +12,7 @@ from functools import cache
 from typing import Final, NamedTuple
 
 from tetris.board import empty_bits, row_shift
-from tetris.kicks import KICKS, LAST_KICK, Kicks
+from tetris.kicks import KICKS, Kicks
 from tetris.moves import Spin
 from tetris.pieces import (
     COLUMNS,
@@ -37,6 +37,8 @@ _OFFSETS: Final = {  # of a shape's cells from its box's corner, in bits
     kind: tuple(tuple(bit for bit in range(mask.bit_length()) if mask >> bit & 1) for mask in masks)
     for kind, masks in MASKS.items()
 }
+_LIFT: Final = 2 * STRIDE + 2  # bits; makes every kick a shift one way
+_Turns = tuple[tuple[int, tuple[int, ...]], ...]  # from which turn, and the tests' shifts, lifted
 _TWINS: Final[frozenset[Kind]] = frozenset(("I", "S", "Z"))  # look alike after half a turn
 _T_CORNERS: Final = (0, 2, 2 * STRIDE, 2 * STRIDE + 2)  # of its box, in bits
 _T_FRONT: Final = ((2, 3), (1, 3), (0, 1), (0, 2))  # which its point looks towards, by turn
@@ -113,7 +115,7 @@ def find(bits: int, piece: Piece, kicks: Kicks = "srs") -> Placements:
         reached = start = 1 << piece.corner + (0 if kind == "O" else piece.turn * width)
     missing = free & ~reached
     if missing:
-        reached = _flooded(reached, missing, free, width, block, _jumps(kind, kicks))
+        reached = _flooded(reached, missing, free, width, block, _turns(kind, kicks))
     resting = reached & ~(free << STRIDE)
     if kind == "O":
         return Placements(kind, (resting,))
@@ -141,12 +143,7 @@ def _blocked(bits: int, kind: Kind, width: int, block: int) -> int:
 
 
 def _flooded(
-    reached: int,
-    missing: int,
-    free: int,
-    width: int,
-    block: int,
-    jumps: tuple[tuple[int, int, tuple[int, ...]], ...],
+    reached: int, missing: int, free: int, width: int, block: int, turns: tuple[_Turns, ...]
 ) -> int:
     """Return the positions reached by shifts, falls and turns; `missing` are the others."""
     fresh = reached  # since the turns were last tried
@@ -158,30 +155,39 @@ def _flooded(
         reached |= fresh
         if not missing:
             break
-        turned = 0
-        for before, after, shifts in jumps:
-            source = fresh >> before * width & block
-            wanted = missing >> after * width & block
-            if source and wanted:
-                hits = _turned(source, wanted, free >> after * width, shifts)
-                turned |= hits << after * width
-        fresh = turned
-        missing &= ~turned
+        sources = [fresh >> start & block for start in (0, width, 2 * width, 3 * width)]
+        fresh = start = 0
+        for into in turns:
+            wanted = (missing >> start & block) << _LIFT
+            if wanted:
+                places = (free >> start & block) << _LIFT
+                for before, tests in into:
+                    source = sources[before]
+                    if source:
+                        hits, last = _turned(source, wanted, places, tests)
+                        fresh |= (hits | last) << start
+            start += width
+        missing &= ~fresh
     return reached
 
 
-def _turned(source: int, wanted: int, free: int, shifts: tuple[int, ...]) -> int:
-    """Return which of the wanted positions a quarter turn from the source reaches."""
-    hits = source & wanted  # the first test shifts nothing
-    for kick in range(1, len(shifts)):
-        shift = shifts[kick]
-        hit = (source << shift if shift > 0 else source >> -shift) & wanted
-        if hit:
-            for earlier in shifts[:kick]:  # which would have been taken first
-                back = shift - earlier
-                hit &= ~(free << back if back > 0 else free >> -back)
-            hits |= hit
-    return hits
+def _turned(source: int, wanted: int, free: int, tests: tuple[int, ...]) -> tuple[int, int]:
+    """Return which of the wanted positions a quarter turn reaches, by the last test apart.
+
+    Wanted and free positions, and the tests' shifts, are lifted.
+    """
+    a, b, c, d, e = tests
+    source &= wanted >> a | wanted >> b | wanted >> c | wanted >> d | wanted >> e
+    if not source:
+        return 0, 0
+    hits = 0
+    for test in (a, b, c, d):
+        if fits := source & free >> test:  # the others go on to the next test
+            hits |= fits << test
+            source ^= fits
+            if not source:
+                return (hits & wanted) >> _LIFT, 0
+    return (hits & wanted) >> _LIFT, (source << e & wanted) >> _LIFT
 
 
 def _spins(
@@ -201,28 +207,23 @@ def _spins(
         return None
     block = (1 << width) - 1
     full, mini, plain = [0] * 4, [0] * 4, list(turns)
-    for before, after, shifts in _jumps("T", kicks):
+    for after, into in enumerate(_turns("T", kicks)):
         wanted = turns[after] & three
         if not wanted:
             continue
-        source, place = reached >> before * width & block, free >> after * width & block
+        places = (free >> after * width & block) << _LIFT
         first, second = _T_FRONT[after]
         front = corners[first] & corners[second]
-        for kick, shift in enumerate(shifts):
-            hit = _moved(source, shift) & wanted
-            for earlier in shifts[:kick]:
-                hit &= ~_moved(place, shift - earlier)
-            full[after] |= hit if kick == LAST_KICK else hit & front
-            mini[after] |= 0 if kick == LAST_KICK else hit & ~front
+        for before, tests in into:
+            source = reached >> before * width & block
+            hits, last = _turned(source, wanted << _LIFT, places, tests)
+            full[after] |= hits & front | last
+            mini[after] |= hits & ~front
     for turn in range(4):  # the others, and those that a shift or a fall reaches too
         here = reached >> turn * width & block
         moved = here << 1 | here >> 1 | here >> STRIDE | start >> turn * width & block
         plain[turn] &= ~(full[turn] | mini[turn]) | moved
     return {Spin.NONE: tuple(plain), Spin.MINI: tuple(mini), Spin.FULL: tuple(full)}
-
-
-def _moved(positions: int, shift: int) -> int:
-    return positions << shift if shift >= 0 else positions >> -shift
 
 
 @cache
@@ -243,14 +244,14 @@ def _measures(height: int, kind: Kind) -> tuple[int, int, int, int, tuple[int, .
 
 
 @cache
-def _jumps(kind: Kind, kicks: Kicks) -> tuple[tuple[int, int, tuple[int, ...]], ...]:
-    """Return the quarter turns: the turn before, the turn after, and the shifts to try."""
+def _turns(kind: Kind, kicks: Kicks) -> tuple[_Turns, ...]:
+    """Return, for each turn, the quarter turns that lead into it."""
     if kind == "O":
         return ()
-    return tuple(
-        (before, after, tuple(dx + dy * STRIDE for dx, dy in shifts))
-        for (before, after), shifts in KICKS[kicks][kind].items()
-    )
+    into: list[list[tuple[int, tuple[int, ...]]]] = [[], [], [], []]
+    for (before, after), tests in KICKS[kicks][kind].items():
+        into[after].append((before, tuple(_LIFT + dx + dy * STRIDE for dx, dy in tests)))
+    return tuple(tuple(some) for some in into)
 
 
 @cache
