@@ -279,6 +279,14 @@ def test_a_window_that_loses_the_focus_pauses_and_says_why(player: Player) -> No
     assert "focus" in player.menu.menu.notice
 
 
+def test_a_pad_that_is_pulled_out_pauses_the_game(player: Player) -> None:
+    playing(player)
+    pads = player.app.stage.pads
+    pads._open[3] = pygame.joystick.Joystick  # type: ignore[assignment]
+    player.wait(FRAME_S, pygame.event.Event(pygame.JOYDEVICEREMOVED, instance_id=3))
+    assert "pad" in player.menu.menu.notice
+
+
 def test_a_key_held_through_a_pause_is_not_held_after_it(player: Player) -> None:
     screen = playing(player)
     player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))

@@ -108,6 +108,8 @@ class App:
         self._obey_fullscreen()
         if stage.screen is None:
             return False
+        if stage.screen.pointer is not pygame.mouse.get_visible():
+            pygame.mouse.set_visible(stage.screen.pointer)
         stage.screen.draw(self._surface, time_s)
         return True
 
@@ -125,7 +127,7 @@ class App:
                 return
             (stage.screen.press if down else stage.screen.release)(name, time_s)
         if stage.pads.count < pads and stage.screen:
-            stage.screen.release_all(time_s)
+            stage.screen.release_all("pause.pad")
         match event.type:
             case pygame.KEYDOWN if event.key == pygame.K_F11:
                 stage.change(stepped(stage.settings, "fullscreen", 1))
@@ -135,7 +137,7 @@ class App:
                 screen.release(event.key, time_s)
             case pygame.WINDOWFOCUSLOST:
                 stage.pads.release_all()
-                screen.release_all(time_s)
+                screen.release_all("pause.focus")
             case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED:
                 self._resize()
             case kind if kind in _MOUSE:

@@ -15,6 +15,7 @@ _ITEM: Final = 48  # height of a line
 _LETTERS: Final = 30
 _VALUE: Final = 27
 _TABLE: Final = 34
+_BELOW: Final = 14  # a table
 _FOOT: Final = 78
 _MARGIN: Final = 30
 _HEIGHT: Final = 720
@@ -62,7 +63,7 @@ class MenuView:
             top += round(_TITLE * 1.15 * unit)
         if menu.table:
             top = self._draw_table(surface, inner, top, menu, unit)
-        foot = pygame.Rect(inner.left, area.bottom, inner.width, round(_FOOT * unit))
+        foot = pygame.Rect(inner.left, area.bottom, inner.width, round(_foot(menu) * unit))
         foot.bottom = area.bottom
         self._draw_items(surface, area, inner, top, foot.top, menu, selected, unit)
         hint = menu.notice or menu.items[selected].hint
@@ -72,8 +73,8 @@ class MenuView:
     def height(self, menu: Menu, unit: float) -> int:
         """Return how high a menu is that shows all it has."""
         title = _TITLE * 1.15 if menu.title else 0
-        table = len(menu.table) * _TABLE + 14 if menu.table else 0
-        return round((title + table + len(menu.items) * _ITEM + _FOOT) * unit)
+        table = len(menu.table) * _TABLE + _BELOW if menu.table else 0
+        return round((title + table + len(menu.items) * _ITEM + _foot(menu)) * unit)
 
     def _draw_items(
         self,
@@ -181,12 +182,12 @@ class MenuView:
         high = round(_TABLE * unit)
         columns = max(len(row.cells) for row in menu.table)
         # The last item of a long menu is to be seen, so a table gives up its last rows first.
-        room = inner.bottom - top - round((_FOOT + len(menu.items) * _ITEM) * unit)
+        room = inner.bottom - top - round((_foot(menu) + len(menu.items) * _ITEM + _BELOW) * unit)
         rows = menu.table[: max(1, room // high)]
         for place, row in enumerate(rows):
             line = pygame.Rect(inner.left, top + place * high, inner.width, high)
             self._draw_row(surface, line, row, columns, unit)
-        return top + len(rows) * high + round(14 * unit)
+        return top + len(rows) * high + round(_BELOW * unit)
 
     def _draw_row(
         self, surface: pygame.Surface, line: pygame.Rect, row: Row, columns: int, unit: float
@@ -218,6 +219,11 @@ class MenuView:
         for row, line in enumerate(wrapped(sentence, size, foot.width)[:3]):
             picture = theme.text(line, size, colour)
             surface.blit(picture, (foot.left, foot.top + round((4 + 24 * row) * unit)))
+
+
+def _foot(menu: Menu) -> int:
+    """Return how high the place for a sentence is, in design units."""
+    return _FOOT if menu.notice or any(item.hint for item in menu.items) else 0
 
 
 def wrapped(sentence: str, size: int, widest: int) -> list[str]:

@@ -97,7 +97,7 @@ class MenuScreen(Screen):
         """End the repetition of a held direction."""
         self._repeater.release()
 
-    def release_all(self, time_s: float) -> None:
+    def release_all(self, reason: str) -> None:
         """End the repetition of a held direction."""
         self._repeater.release()
 

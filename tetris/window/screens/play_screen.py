@@ -34,6 +34,8 @@ class PlayScreen(Screen):
         session: The game.
     """
 
+    pointer = False
+
     def __init__(
         self,
         stage: Stage,
@@ -95,11 +97,11 @@ class PlayScreen(Screen):
         """Take a command, which is one press and never repeats."""
         self._given.append((time_s + self._offset_s, action))
 
-    def release_all(self, time_s: float) -> None:
+    def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
         self._keys.release_all()
         if self._bot is None:
-            self.pause(self._stage.look.words("pause.focus"))
+            self.pause(self._stage.look.words(reason))
 
     def pause(self, reason: str = "") -> None:
         """Stop time, and say why."""

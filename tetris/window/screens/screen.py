@@ -10,7 +10,13 @@ from tetris.window.nav import OF_ACTION, Nav
 
 
 class Screen(ABC):
-    """One thing that the window shows."""
+    """One thing that the window shows.
+
+    Attributes:
+        pointer: Whether the mouse has something to do there, and is seen.
+    """
+
+    pointer = True
 
     def press(self, code: Code, time_s: float) -> None:  # noqa: B027
         """Take a key or a button that went down."""
@@ -18,8 +24,8 @@ class Screen(ABC):
     def release(self, code: Code, time_s: float) -> None:  # noqa: B027
         """Take a key or a button that came up."""
 
-    def release_all(self, time_s: float) -> None:  # noqa: B027
-        """Take it that the window lost the focus, or a pad went: nothing is held any more."""
+    def release_all(self, reason: str) -> None:  # noqa: B027
+        """Take it that nothing is held any more; the reason is a key of the language files."""
 
     def nav(self, nav: Nav, time_s: float) -> None:  # noqa: B027
         """Take a step in a menu."""
