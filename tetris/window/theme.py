@@ -72,7 +72,7 @@ def shade(colour: Colour, share: float) -> Colour:
 def fitted(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface:
     """Return words as a picture, smaller where they would be too wide."""
     picture = text(words, size, colour)
-    if picture.get_width() > widest:
-        size = max(1, int(size * widest / picture.get_width()))
-        picture = text(words, size, colour)
+    while picture.get_width() > widest and size > 1:
+        size = min(size - 1, int(size * widest / picture.get_width()))
+        picture = text(words, max(1, size), colour)
     return picture

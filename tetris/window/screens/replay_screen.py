@@ -126,9 +126,9 @@ class ReplayScreen(MenuScreen):
         stage, area, unit = self._stage, self._stage.area, self._stage.unit
         palette = stage.look.palette
         surface.fill(palette.background)
-        column = pygame.Rect(0, round(56 * unit), round(_COLUMN * unit), 0)
+        column = pygame.Rect(round(24 * unit), round(56 * unit), round(_COLUMN * unit), 0)
         column.height = area.height - round(110 * unit)
-        beside = pygame.Rect(column.width, 0, area.width - column.width, 0)
+        beside = pygame.Rect(column.right, 0, area.width - column.right, 0)
         beside.height = area.height - round(46 * unit)
         if self._game_view is None or self._game_area != beside:
             self._game_view = GameView(beside, look=stage.look, hints={})
