@@ -1,9 +1,11 @@
 """The game: bags, hold, levels, pause, the end; and that slicing time changes nothing."""
 
+from itertools import groupby, pairwise
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tetris_games import game_with, of
+from tetris_games import Step, configs, game_with, of, scripts
 
 from tetris.board import Board
 from tetris.engine import Action, Config, Event, Game, Phase, TopOut
@@ -48,6 +50,15 @@ def test_bags_differ_and_a_seed_repeats_them() -> None:
     assert dealt(5, 70) != dealt(6, 70)
     bags = {tuple(dealt(seed, 7)) for seed in range(40)}
     assert len(bags) > 35
+
+
+def test_a_piece_is_away_for_twelve_others_at_most_and_s_and_z_come_four_times_at_most() -> None:
+    kinds = dealt(1, 700)
+    for kind in set(kinds):
+        places = [place for place, other in enumerate(kinds) if other == kind]
+        assert max(later - place for place, later in pairwise(places)) <= 13
+    runs = [len(list(run)) for snaky, run in groupby(kinds, key="SZ".__contains__) if snaky]
+    assert max(runs) <= 4
 
 
 def test_the_next_five_come_as_announced() -> None:
@@ -215,36 +226,22 @@ def test_a_position_with_the_piece_on_blocks_is_refused() -> None:
 
 # -- replays -------------------------------------------------------------------------------
 
-inputs = st.lists(
-    st.tuples(
-        st.integers(0, 1500),  # milliseconds since the input before
-        st.lists(st.sampled_from(Action), max_size=3),
-        st.booleans(),  # soft drop from here on
-    ),
-    max_size=40,
-)
 
-
-def state(game: Game) -> tuple[object, ...]:
-    return (str(game.board), game.piece, game.hold, game.next, game.score, game.phase, game.time_s)
-
-
-@given(st.integers(0, 99), st.integers(1, 20), inputs, st.integers(1, 700))
-@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 99), configs, scripts, st.integers(1, 700))
+@settings(max_examples=80, deadline=None)
 def test_many_small_updates_and_few_large_ones_play_the_same_game(
-    seed: int, level: int, script: list[tuple[int, list[Action], bool]], slice_ms: int
+    seed: int, config: Config, script: list[Step], slice_ms: int
 ) -> None:
-    config = Config(start_level=level)
     coarse, fine = Game(seed, config), Game(seed, config)
     coarse_events, fine_events = coarse.update(0.0), fine.update(0.0)
-    now_ms, soft = 0, False
-    for wait_ms, actions, soft_next in [*script, (3000, [], False)]:
+    now_ms, soft, held = 0, False, list[Action]()
+    for wait_ms, inputs, soft_next, held_next in [*script, (3000, [], False, [])]:
         for between_ms in range(now_ms, now_ms + wait_ms, slice_ms):
-            fine_events += fine.update(between_ms / 1000, soft_drop=soft)
-        now_ms, soft = now_ms + wait_ms, soft_next
-        for action in actions:
-            fine_events += fine.update(now_ms / 1000, [action], soft_drop=soft)
-        fine_events += fine.update(now_ms / 1000, soft_drop=soft)
-        coarse_events += coarse.update(now_ms / 1000, actions, soft_drop=soft)
+            fine_events += fine.update(between_ms / 1000, soft_drop=soft, initial=held)
+        now_ms, soft, held = now_ms + wait_ms, soft_next, held_next
+        for one in inputs:
+            fine_events += fine.update(now_ms / 1000, [one], soft_drop=soft, initial=held)
+        fine_events += fine.update(now_ms / 1000, soft_drop=soft, initial=held)
+        coarse_events += coarse.update(now_ms / 1000, inputs, soft_drop=soft, initial=held)
     assert fine_events == coarse_events
-    assert state(fine) == state(coarse)
+    assert fine.snapshot() == coarse.snapshot()

@@ -3,9 +3,9 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tetris_games import of
+from tetris_games import Step, configs, of, scripts
 
-from tetris.engine import Action, Config, Game, GravityCap, Phase
+from tetris.engine import Action, Config, Game, Phase
 from tetris.events import Blocked, Spawned, ToppedOut, Undone
 
 DROP, UNDO = Action.HARD_DROP, Action.UNDO
@@ -87,37 +87,12 @@ def test_a_moment_of_another_game_is_refused() -> None:
         Game(1).restore(Game(1, ZEN).snapshot())
 
 
-inputs = st.lists(
-    st.tuples(
-        st.integers(0, 1500),  # milliseconds since the input before
-        st.lists(st.one_of(st.sampled_from(Action), st.builds(GravityCap, st.integers(1, 20)))),
-        st.booleans(),  # soft drop from here on
-        st.lists(st.sampled_from([Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD]), max_size=2),
-    ),
-    max_size=25,
-)
-configs = st.builds(
-    Config,
-    start_level=st.integers(1, 20),
-    lock_resets=st.sampled_from([0, 3, 15, None]),
-    gravity=st.booleans(),
-    generation_delay_s=st.sampled_from([0.0, 0.2]),
-    guard_s=st.sampled_from([0.0, 0.3]),
-    time_limit_s=st.sampled_from([None, 20.0]),
-    lines_goal=st.sampled_from([None, 1]),
-    board=st.sampled_from(["", ".##.##\n.#####"]),
-    undo=st.booleans(),
-    randomiser=st.sampled_from(["7-bag", "uniform"]),
-    columns=st.just(6),
-)
-
-
-@given(st.integers(0, 99), configs, inputs, st.integers(0, 24))
+@given(st.integers(0, 99), configs, scripts, st.integers(0, 24))
 @settings(max_examples=80, deadline=None)
 def test_from_a_snapshot_under_any_rules_the_same_game_goes_on(
     seed: int,
     config: Config,
-    script: list[tuple[int, list[Action | GravityCap], bool, list[Action]]],
+    script: list[Step],
     at: int,
 ) -> None:
     game, other = Game(seed, config), Game(seed, config)
