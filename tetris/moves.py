@@ -91,7 +91,7 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     corners = [bool(bits & cell_bit(piece.x + x, piece.y + y)) for x, y in _CORNERS[piece.turn]]
     if sum(corners) < 3:
         return Spin.NONE
-    full = (corners[0] and corners[1]) or kick == LAST_KICK  # "disputes": every fifth kick
+    full = (corners[0] and corners[1]) or kick == LAST_KICK  # "Where sources disagree": every fifth kick
     return Spin.FULL if full else Spin.MINI
 
 

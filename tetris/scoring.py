@@ -13,7 +13,7 @@ _LINES_A_LEVEL: Final = 10
 # By lines cleared, 0 to 4; a mini clears at most two.
 _POINTS: Final[dict[Spin, tuple[int, ...]]] = {
     Spin.NONE: (0, 100, 300, 500, 800),
-    Spin.MINI: (100, 200, 400),  # a mini double: 400, "disputes"
+    Spin.MINI: (100, 200, 400),  # a mini double: 400, "Where sources disagree"
     Spin.FULL: (400, 800, 1200, 1600),
 }
 _PERFECT: Final = (0, 800, 1200, 1800, 2000)  # added to the above
