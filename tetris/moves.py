@@ -91,7 +91,8 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     corners = [bool(bits & cell_bit(piece.x + x, piece.y + y)) for x, y in _CORNERS[piece.turn]]
     if sum(corners) < 3:
         return Spin.NONE
-    full = (corners[0] and corners[1]) or kick == LAST_KICK  # "Where sources disagree": every fifth kick
+    # Every fifth kick counts as full: "Where sources disagree".
+    full = (corners[0] and corners[1]) or kick == LAST_KICK
     return Spin.FULL if full else Spin.MINI
 
 
