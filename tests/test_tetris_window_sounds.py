@@ -1,5 +1,7 @@
 """Sounds: what is heard when, and that silence is no trouble."""
 
+from pathlib import Path
+
 import numpy as np
 import pygame
 import pytest
@@ -9,7 +11,7 @@ from tetris.engine import Action, Game
 from tetris.pieces import KINDS, Piece
 from tetris.window import synth
 from tetris.window.settings import Settings
-from tetris.window.sounds import Sounds, sound_of
+from tetris.window.sounds import Sounds, device_likely, sound_of
 
 
 @pytest.mark.parametrize("name", sorted(synth.SOUNDS))
@@ -62,6 +64,7 @@ def test_without_an_audio_device_all_is_silent(monkeypatch: pytest.MonkeyPatch) 
     def none(*_: object, **__: object) -> None:
         raise pygame.error("no audio device")
 
+    monkeypatch.setenv("SDL_AUDIODRIVER", "dummy")
     monkeypatch.setattr(pygame.mixer, "init", none)
     sounds = Sounds()
     sounds.set_volumes(Settings())
@@ -69,6 +72,20 @@ def test_without_an_audio_device_all_is_silent(monkeypatch: pytest.MonkeyPatch) 
     sounds.effect("drop")
     sounds.stop()
     sounds.effect("drop")
+
+
+def test_a_linux_without_sound_card_and_sound_server_is_not_asked(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in ("SDL_AUDIODRIVER", "PULSE_SERVER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/run/user/7")
+    assert not device_likely("linux", tmp_path)
+    assert device_likely("darwin", tmp_path)
+    server = tmp_path / "run/user/7/pulse/native"
+    server.parent.mkdir(parents=True)
+    server.touch()
+    assert device_likely("linux", tmp_path)
 
 
 def test_sounds_are_played_once_the_device_is_open(monkeypatch: pytest.MonkeyPatch) -> None:

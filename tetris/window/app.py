@@ -20,6 +20,7 @@ __all__ = ["App", "BotPlayer", "Start", "play"]
 
 _SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
 _FRAMES_HZ: Final = 60
+_SETTLE_S: Final = 0.5  # some systems take the focus for a moment from a window that changes
 _MOUSE: Final = (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
@@ -77,6 +78,7 @@ class App:
         self.stage.notice = notice
         self._flow = Flow(self.stage, Shelf(data))
         self._fullscreen = False
+        self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()
         if sound:
             self.stage.sounds.start()
@@ -135,7 +137,7 @@ class App:
                 screen.press(event.key, time_s)
             case pygame.KEYUP:
                 screen.release(event.key, time_s)
-            case pygame.WINDOWFOCUSLOST:
+            case pygame.WINDOWFOCUSLOST if time_s >= self._settled_s:
                 stage.pads.release_all()
                 screen.release_all("pause.focus")
             case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED:
@@ -155,6 +157,7 @@ class App:
             self._fullscreen = wanted
             self._surface = set_fullscreen(wanted, _SIZE)
             self._resize()
+            self._settled_s = self.stage.time_s + _SETTLE_S
 
     def close(self) -> None:
         """Let go of the devices."""

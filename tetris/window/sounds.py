@@ -4,7 +4,10 @@ The mixer opens in a thread, because some systems take seconds to say that there
 device. Until it is open, and where there is none, playing is quietly nothing.
 """
 
+import os
+import sys
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from threading import Thread
 from typing import Final
 
@@ -43,6 +46,8 @@ class Sounds:
         self._ready = {}
 
     def _open(self) -> None:
+        if not device_likely():
+            return
         try:
             pygame.mixer.init(synth.RATE_HZ, -16, 2, _BUFFER, allowedchanges=0)
             pygame.mixer.set_num_channels(_CHANNELS)
@@ -83,6 +88,20 @@ class Sounds:
             return
         sound.set_volume(volume)
         sound.play()
+
+
+def device_likely(system: str = sys.platform, root: Path = Path("/")) -> bool:
+    """Return False where there can be no audio device; asking ALSA would fill the terminal.
+
+    Args:
+        system: As `sys.platform`; only Linux is looked at.
+        root: The root of the file system.
+    """
+    if system != "linux" or os.environ.get("SDL_AUDIODRIVER") or os.environ.get("PULSE_SERVER"):
+        return True
+    runtime = root / os.environ.get("XDG_RUNTIME_DIR", "run/user/0").lstrip("/")
+    servers = (runtime / "pulse" / "native", runtime / "pipewire-0")
+    return any(server.exists() for server in servers) or any((root / "dev/snd").glob("pcm*"))
 
 
 def sound_of(event: Event) -> str:
