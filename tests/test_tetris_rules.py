@@ -232,6 +232,8 @@ def test_a_board_of_another_width_is_refused() -> None:
         {"start_level": 0},
         {"gravity_cap": 21},
         {"lock_delay_s": 0.0},
+        {"lock_delay_s": float("nan")},
+        {"generation_delay_s": float("inf")},
         {"soft_drop_factor": 0},
         {"lock_resets": -1},
         {"guard_s": -0.1},

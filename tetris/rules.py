@@ -13,6 +13,7 @@ VERSION: Final = 1  # of the rules: raised when the same inputs would play anoth
 Randomiser = Literal["7-bag", "uniform"]
 _LAST_GRAVITY_LEVEL: Final = 20  # beyond it nothing falls faster: docs/tetris.md "gravity"
 _LEAST_DELAY_S: Final = 0.001
+_LONGEST_S: Final = 1e6  # twelve days
 _LEAST_SIDE: Final = 4  # I must fit
 _MOST_ROWS: Final = 30  # leaves ten of the forty for what enters
 
@@ -82,18 +83,17 @@ class Config:
         if self.start_level < 1:
             raise ValueError(f"start level {self.start_level} must be 1 or more")
         check_cap(self.gravity_cap)
-        if self.lock_delay_s < _LEAST_DELAY_S:
-            raise ValueError(f"lock delay {self.lock_delay_s} s must be {_LEAST_DELAY_S} s or more")
         if min(self.soft_drop_factor, self.previews) < 1:
             raise ValueError("soft drop factor and previews must each be 1 or more")
         if self.lock_resets is not None and self.lock_resets < 0:
             raise ValueError(f"lock resets {self.lock_resets} must be 0 or more, or None")
-        if min(self.generation_delay_s, self.guard_s) < 0:
-            raise ValueError("generation delay and guard must each be 0 s or more")
         if self.lines_goal is not None and self.lines_goal < 1:
             raise ValueError(f"a goal of {self.lines_goal} lines must be 1 or more, or None")
-        if self.time_limit_s is not None and self.time_limit_s < _LEAST_DELAY_S:
-            raise ValueError(f"time limit {self.time_limit_s} s must be {_LEAST_DELAY_S} s or more")
+        _check_time("lock delay", self.lock_delay_s, _LEAST_DELAY_S)
+        _check_time("generation delay", self.generation_delay_s, 0.0)
+        _check_time("guard", self.guard_s, 0.0)
+        if self.time_limit_s is not None:
+            _check_time("time limit", self.time_limit_s, _LEAST_DELAY_S)
         if self.kicks not in get_args(Kicks) or self.randomiser not in get_args(Randomiser):
             raise ValueError(
                 f"kicks {self.kicks!r} must be one of {get_args(Kicks)}, "
@@ -111,6 +111,11 @@ class Config:
             raise ValueError(f"the first board must have {self.rows} rows or fewer, none full")
         if self.dig and not board.garbage:
             raise ValueError(f"a board to dig must have blocks {GARBAGE}")
+
+
+def _check_time(name: str, time_s: float, least_s: float) -> None:
+    if not least_s <= time_s <= _LONGEST_S:
+        raise ValueError(f"{name} {time_s} s must be from {least_s:g} to {_LONGEST_S:g} s")
 
 
 def check_cap(level: int) -> None:
