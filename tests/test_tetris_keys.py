@@ -160,7 +160,14 @@ def test_every_action_has_a_key_and_no_key_has_two_actions() -> None:
 
 @pytest.mark.parametrize(
     ("name", "caption"),
-    [("left", "←"), ("a", "A"), ("kp7", "Num 7"), ("pad_left", "Pad ←"), ("stick_up", "Stick ↑")],
+    [
+        ("left", "←"),
+        ("a", "A"),
+        ("kp7", "Num 7"),
+        ("pad_left", "←"),
+        ("pad_l1", "L1"),
+        ("stick_up", "Stick ↑"),
+    ],
 )
 def test_a_key_is_shown_as_what_stands_on_it(name: str, caption: str) -> None:
     assert bindings.caption(name) == caption

@@ -92,7 +92,7 @@ def caption(name: str) -> str:
         return _CAPS[name]
     if name.startswith("pad_"):
         name = name.removeprefix("pad_")
-        return "Pad " + _CAPS.get(name, name.title())
+        return _CAPS.get(name, name.title())
     if name.startswith("stick_"):
         return "Stick " + _CAPS.get(name.removeprefix("stick_"), "")
     return name.replace("kp", "Num ", 1).replace("_", " ").title()

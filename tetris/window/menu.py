@@ -20,6 +20,7 @@ class Item:
         label: What it is.
         do: What happens when it is taken; None for lines that only have a value.
         value: What is chosen at present.
+        caps: The same as the captions of keys.
         step: Changes the value, by -1 or 1.
         share: How much of a bar beside the value is filled, 0 to 1; None draws none.
         hint: A sentence about it, shown while it is chosen.
@@ -28,6 +29,7 @@ class Item:
     label: str
     do: Callable[[], None] | None = None
     value: str = ""
+    caps: tuple[str, ...] = ()
     step: Step | None = None
     share: float | None = None
     hint: str = ""

@@ -7,19 +7,17 @@ import pygame
 
 from tetris.window import theme
 from tetris.window.look import Look
-from tetris.window.menu import Item, Menu, Row
+from tetris.window.menu import Menu, Row
+from tetris.window.menu_item import draw_item
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58
 _ITEM: Final = 48  # height of a line
-_LETTERS: Final = 30
-_VALUE: Final = 27
-_TABLE: Final = 34
+_TABLE: Final = 36
 _BELOW: Final = 14  # a table
 _FOOT: Final = 78
 _MARGIN: Final = 30
 _HEIGHT: Final = 720
-_BAR_WIDTH: Final = 110
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +96,7 @@ class MenuView:
             line = pygame.Rect(inner.left, top + place * high, inner.width, high)
             line.inflate_ip(round(_MARGIN * unit), 0)
             self.spots.append(Spot(line, number))
-            self._draw_item(surface, line, item, number == selected, unit)
+            draw_item(surface, line, item, number == selected, self._look, unit)
         self._draw_more(surface, area, top, room * high, len(menu.items), room, unit)
 
     def _draw_more(
@@ -121,61 +119,6 @@ class MenuView:
         thumb.top = top + round(height * self._first / count)
         pygame.draw.rect(surface, self._look.palette.dim, thumb, border_radius=track.width)
 
-    def _draw_item(
-        self, surface: pygame.Surface, line: pygame.Rect, item: Item, chosen: bool, unit: float
-    ) -> None:
-        palette = self._look.palette
-        bar = line.inflate(0, -round(4 * unit))
-        if chosen:
-            pygame.draw.rect(surface, palette.raised, bar, border_radius=round(10 * unit))
-            mark = pygame.Rect(bar.left, bar.top, round(5 * unit), bar.height)
-            pygame.draw.rect(surface, palette.accent, mark, border_radius=round(3 * unit))
-        left, right = line.left + round(20 * unit), line.right - round(16 * unit)
-        colour = palette.text if chosen or not item.value else palette.dim
-        taken = self._draw_value(surface, item, line, right, chosen, unit)
-        widest = max(1, right - taken - left - round(12 * unit))
-        label = theme.fitted(item.label, round(_LETTERS * unit), colour, widest)
-        surface.blit(label, label.get_rect(midleft=(left, line.centery)))
-
-    def _draw_value(
-        self,
-        surface: pygame.Surface,
-        item: Item,
-        line: pygame.Rect,
-        right: int,
-        chosen: bool,
-        unit: float,
-    ) -> int:
-        """Draw an item's value at the right edge; return how wide it is."""
-        palette, start = self._look.palette, right
-        arrow = round(7 * unit)
-        if item.step:
-            if chosen:
-                _draw_arrow(surface, (right - arrow, line.centery), arrow, 1, palette.accent)
-            right -= round(26 * unit)
-        if item.value:
-            colour = palette.text if chosen else palette.dim
-            widest = round(line.width * 0.56)
-            value = theme.fitted(item.value, round(_VALUE * unit), colour, widest)
-            surface.blit(value, value.get_rect(midright=(right, line.centery)))
-            right -= max(value.get_width(), round(62 * unit) if item.share is not None else 0)
-        if item.share is not None:
-            right -= round(10 * unit)
-            high = max(3, round(6 * unit))
-            track = pygame.Rect(0, 0, round(_BAR_WIDTH * unit), high)
-            track.midright = right, line.centery
-            pygame.draw.rect(surface, palette.line, track, border_radius=high // 2)
-            right = track.left
-            if item.share > 0:
-                track.width = max(high, round(track.width * item.share))
-                shade = palette.accent if chosen else palette.dim
-                pygame.draw.rect(surface, shade, track, border_radius=high // 2)
-        if item.step:
-            right -= round(26 * unit)
-            if chosen:
-                _draw_arrow(surface, (right + arrow, line.centery), arrow, -1, palette.accent)
-        return start - right
-
     def _draw_table(
         self, surface: pygame.Surface, inner: pygame.Rect, top: int, menu: Menu, unit: float
     ) -> int:
@@ -192,7 +135,7 @@ class MenuView:
     def _draw_row(
         self, surface: pygame.Surface, line: pygame.Rect, row: Row, columns: int, unit: float
     ) -> None:
-        palette, size = self._look.palette, round(22 * unit)
+        palette, size = self._look.palette, round(25 * unit)
         wide = line.width // columns
         for column, words in enumerate(row.cells):
             colour = palette.dim if column == 0 else palette.text
@@ -236,11 +179,3 @@ def wrapped(sentence: str, size: int, widest: int) -> list[str]:
         else:
             lines.append(word)
     return lines
-
-
-def _draw_arrow(
-    surface: pygame.Surface, tip: tuple[int, int], size: int, way: int, colour: theme.Colour
-) -> None:
-    x, y = tip
-    back = x - way * size
-    pygame.draw.polygon(surface, colour, ((x, y), (back, y - size), (back, y + size)))

@@ -92,14 +92,16 @@ class BindingScreen(MenuScreen):
             else:
                 wait()
 
-        captions = "   ".join(bindings.caption(name) for name in self._names.get(action, ()))
+        caps = tuple(bindings.caption(name) for name in self._names.get(action, ()))
+        value = words("bindings.none")
         if action == self._waiting:
-            captions = words("bindings.press_pad" if pad else "bindings.press")
+            value, caps = words("bindings.press_pad" if pad else "bindings.press"), ()
         hint = words("bindings.hint_pad" if pad else "bindings.hint")
         return Item(
             words(f"actions.{action}"),
             wait,
-            value=captions or words("bindings.none"),
+            value=value,
+            caps=caps,
             step=less,
             hint=hint,
         )
