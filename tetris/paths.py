@@ -56,19 +56,23 @@ def _walk(bits: int, piece: Piece, kicks: Kicks) -> Iterator[tuple[Placement, tu
         here = queue.popleft()
         for there, action, kick in _steps(bits, here, table):
             new = there not in came
-            if not (new or spins):  # only T's placements depend on the way
+            if new:
+                came[there] = here, action
+                queue.append(there)
+            elif not spins:  # only T's placements depend on the way
+                continue
+            if action is Action.DOWN:  # it lands where the position above does
                 continue
             if bits & there.below.mask:
                 landing, spin = there, moves.spin(bits, there, kick)
+            elif not new:
+                continue
             else:
                 landing, spin = moves.landed(bits, there), Spin.NONE
             key = (landing.mask, spin)
             if key not in landed:
                 landed.add(key)
                 yield Placement(landing, spin), (*_way(came, here), action, Action.HARD_DROP)
-            if new:
-                came[there] = here, action
-                queue.append(there)
 
 
 def _steps(bits: int, here: Piece, table: int) -> Iterator[tuple[Piece, Action, int | None]]:
