@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tetris.engine import Action
 from tetris.window import bindings
-from tetris.window.keys import Keys
+from tetris.window.keys import Due, Keys
 from tetris.window.nav import Nav, Repeater
 from tetris.window.pads import Pads, Press
 
@@ -41,7 +41,11 @@ def test_repeats_between_two_frames_are_not_lost_and_keep_their_moments() -> Non
     keys = Keys(das_s=0.125, arr_s=0.0625)
     keys.press(pygame.K_LEFT, 0.0)
     keys.release(pygame.K_LEFT, 0.1875)
-    assert keys.due(0.5) == [(0.0, LEFT), (0.125, LEFT), (0.1875, LEFT)]
+    assert keys.due(0.5) == [
+        Due(0.0, LEFT),
+        Due(0.125, LEFT, repeated=True),
+        Due(0.1875, LEFT, repeated=True),
+    ]
 
 
 def test_of_two_held_directions_the_later_rules_and_the_other_then_starts_afresh() -> None:
@@ -118,7 +122,7 @@ def test_all_repeats_come_in_the_order_of_time(steps: list[tuple[bool, int]]) ->
     for down, key in steps:
         now_s += 0.03
         (keys.press if down else keys.release)(key, now_s)
-    times = [time_s for time_s, _ in keys.due(now_s)]
+    times = [due.time_s for due in keys.due(now_s)]
     assert times == sorted(times)
 
 

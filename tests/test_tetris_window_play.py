@@ -9,7 +9,7 @@ from tetris_window_player import FRAME_S, Player, open_app, opened
 
 from tetris.engine import Phase
 from tetris.window.app import Start
-from tetris.window.screens.play_screen import READY_S, PlayScreen
+from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
 
@@ -38,7 +38,10 @@ def test_no_time_passes_in_a_pause(player: Player) -> None:
     before_s = game.time_s
     player.now_s += 3600
     player.key(pygame.K_RETURN)
-    player.wait(0.1)
+    assert (
+        not game.in_play or game.phase is not Phase.RUNNING
+    )  # the board is seen, and the player finds the keys
+    player.wait(RESUME_S)
     assert game.phase is Phase.RUNNING
     assert game.time_s - before_s < 0.3
 
@@ -63,7 +66,7 @@ def test_a_key_held_through_a_pause_is_not_held_after_it(player: Player) -> None
     player.wait(FRAME_S, pygame.event.Event(pygame.WINDOWFOCUSLOST))
     player.key(pygame.K_RETURN)
     x = screen.session.game.piece.x
-    player.wait(0.5)
+    player.wait(RESUME_S + 0.5)
     assert screen.session.game.piece.x == x
 
 
@@ -161,3 +164,26 @@ def test_orb_pace_gives_a_quick_hand_more_gravity(window: pygame.Surface) -> Non
         player.wait(0.7)
         player.key(pygame.K_SPACE)
     assert player.game.session.game.gravity_cap > 3
+
+
+def test_the_end_says_how_it_went_and_the_best_list_remembers(player: Player) -> None:
+    player.play()
+    player.lose()
+    rows = [row.cells for row in player.menu.menu.table]
+    assert rows[0] == ("Your best game so far!",)
+    assert "Finesse" in {cells[0] for cells in rows}
+    assert len(rows) == 10
+    player.choose("Leave the game")
+    player.choose("Best games")
+    heading, first = player.menu.menu.table
+    assert heading.cells[:2] == ("#", "Points")
+    assert first.cells[0] == "1"
+    player.key(pygame.K_RIGHT)
+    assert "No game" in player.menu.menu.table[0].cells[0]
+
+
+def test_repeats_of_a_held_key_are_no_commands(player: Player) -> None:
+    screen = player.play()
+    player.wait(0.5, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
+    player.key(pygame.K_SPACE)
+    assert screen.session.summary.commands == 2

@@ -107,7 +107,7 @@ class Flow:
             session,
             paused=self._pause,
             over=again if player else self._over,
-            restart=again,
+            restart=again if player else self._restart,
             advise=_advise,
             bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
         )
@@ -119,9 +119,9 @@ class Flow:
                 self._stage,
                 screen,
                 reason=reason,
-                restart=lambda: self.play(screen.session.mode),
+                restart=lambda: self._restart(screen),
                 settings=lambda: open_settings(self._stage),
-                leave=lambda: self._stage.home(),
+                leave=lambda: self._leave(screen),
             )
         )
 
@@ -140,6 +140,14 @@ class Flow:
             )
         )
 
+    def _restart(self, screen: PlayScreen) -> None:
+        self._shelf.keep(screen.session)
+        self.play(screen.session.mode)
+
+    def _leave(self, screen: PlayScreen) -> None:
+        self._stage.notice = self._shelf.keep(screen.session).notice
+        self._stage.home()
+
     def watch(self, path: Path) -> None:
         """Show a replay's file, or say why it cannot be shown."""
         try:
@@ -151,8 +159,7 @@ class Flow:
         self._watch(Player(replay), path)
 
     def _watch(self, player: Player, path: Path | None = None) -> None:
-        export = self._shelf.exporter(player.replay, path, self._stage.look)
-        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on, export=export))
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on))
 
     def _go_on(self, recorder: Recorder) -> None:
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))

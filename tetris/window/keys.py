@@ -6,14 +6,13 @@ because only the engine knows how fast it falls.
 """
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 import pygame
 
 from tetris.events import Action
 
 Code = int | str  # a pygame key, or the name of a pad's button
-Due = tuple[float, Action]  # an action and when it was due, seconds
 
 DAS_S: Final = 0.167  # docs/tetris.md "auto_repeat", "modern_default"
 ARR_S: Final = 0.033
@@ -35,6 +34,14 @@ BINDINGS: Final[Mapping[Code, Action]] = {
 }
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
+
+
+class Due(NamedTuple):
+    """An action, and the moment at which it was due; repeated ones are no commands."""
+
+    time_s: float
+    action: Action
+    repeated: bool = False
 
 
 class Keys:
@@ -85,7 +92,7 @@ class Keys:
         guarded = self._drop_guard and action is Action.HARD_DROP and self._ruling() is not None
         self._held[key] = action
         if not guarded:
-            self._due.append((time_s, action))
+            self._due.append(Due(time_s, action))
         if action in _SHIFTS:
             self._repeat_at_s = time_s + self._das_s
 
@@ -104,7 +111,7 @@ class Keys:
 
     def poll(self, time_s: float) -> list[Action]:
         """Return the actions since the last call, repeats included, oldest first."""
-        return [action for _, action in self.due(time_s)]
+        return [due.action for due in self.due(time_s)]
 
     def due(self, time_s: float) -> list[Due]:
         """Return the same, each with the moment at which it was due."""
@@ -120,8 +127,8 @@ class Keys:
         if ruling is None or self._repeat_at_s > time_s:
             return
         if self._arr_s == 0:
-            self._due += [(time_s, ruling)] * _AT_ONCE
+            self._due += [Due(time_s, ruling, True)] * _AT_ONCE
             return
         while self._repeat_at_s <= time_s:
-            self._due.append((self._repeat_at_s, ruling))
+            self._due.append(Due(self._repeat_at_s, ruling, True))
             self._repeat_at_s += self._arr_s

@@ -37,10 +37,11 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of a table; marked ones stand out."""
+    """One line of a table; marked ones stand out, quiet ones are headings."""
 
     cells: tuple[str, ...]
     marked: bool = False
+    quiet: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -112,7 +112,7 @@ def _draw_bar(
     track = pygame.Rect(0, 0, round(_BAR * unit), high)
     track.midright = end[0] - round(10 * unit), end[1]
     left = track.left
-    pygame.draw.rect(surface, look.palette.line, track, border_radius=high // 2)
+    pygame.draw.rect(surface, look.palette.track, track, border_radius=high // 2)
     if share > 0:
         track.width = max(high, round(track.width * share))
         colour = look.palette.accent if chosen else look.palette.dim

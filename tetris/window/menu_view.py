@@ -14,8 +14,9 @@ from tetris.window.menu_item import draw_item
 _TITLE: Final = 58
 _ITEM: Final = 48  # height of a line
 _TABLE: Final = 36
+_FIRST: Final = 0.07  # of a table's width: its first column, of places
 _BELOW: Final = 14  # a table
-_FOOT: Final = 78
+_FOOT: Final = 94
 _MARGIN: Final = 30
 _HEIGHT: Final = 720
 
@@ -135,19 +136,22 @@ class MenuView:
     def _draw_row(
         self, surface: pygame.Surface, line: pygame.Rect, row: Row, columns: int, unit: float
     ) -> None:
-        palette, size = self._look.palette, round(25 * unit)
-        wide = line.width // columns
+        """Draw a row: the first cell at the left, the others end where their columns do."""
+        palette, size = self._look.palette, round((21 if row.quiet else 25) * unit)
+        first = round(line.width * _FIRST) if columns > 2 else 0
+        wide = (line.width - first) // max(1, columns - 1)
         for column, words in enumerate(row.cells):
-            colour = palette.dim if column == 0 else palette.text
-            if row.marked:
-                colour = palette.accent
-            widest = wide - round(8 * unit) if columns > 2 else line.width // 2
-            picture = theme.fitted(words, size, colour, widest)
-            if column == 0:
-                place = picture.get_rect(midleft=line.midleft)
+            second = row.quiet or (column == 0 and columns == 2)
+            colour = palette.accent if row.marked else palette.dim if second else palette.text
+            if len(row.cells) == 1:
+                widest = line.width
             else:
-                right = line.left + (column + 1) * wide if column + 1 < columns else line.right
-                place = picture.get_rect(midright=(right, line.centery))
+                share = 0.9 if first else 0.64 if column == 0 else 0.36
+                widest = first if first and column == 0 else max(1, round(wide * share))
+            picture = theme.fitted(words, size, colour, widest)
+            place = picture.get_rect(midleft=line.midleft)
+            if column:
+                place.right = line.left + first + column * wide
             surface.blit(picture, place)
 
     def _draw_sentence(

@@ -58,6 +58,11 @@ class Palette:
     bevel: float = 1.0
     ghost_alpha: int = 170
 
+    @property
+    def track(self) -> Colour:
+        """The empty part of a bar."""
+        return theme.mix(self.line, self.surface, 0.55 if self.edge else 0.1)
+
 
 def _pieces(*colours: Colour) -> Mapping[str, Colour]:
     """Return colours in the order of `KINDS`, the last one for debris."""

@@ -7,10 +7,9 @@ from tetris.engine import Game, Phase
 from tetris.events import Action, Event, GravityCap, Input, Spawned
 from tetris.modes import Mode
 from tetris.pace import Pace
-from tetris.replay import Recorder
+from tetris.replay import Player, Recorder, Replay
+from tetris.stats import COMMANDS, Statistics, Summary
 from tetris.window.settings import Settings
-
-_PLAYS = frozenset(Action) - {Action.PAUSE, Action.RESTART, Action.UNDO}
 
 
 class Session:
@@ -19,6 +18,7 @@ class Session:
     Attributes:
         mode: How it is played.
         recorder: Its recording, in which the game is.
+        ranked: Whether it counts for the best list; a game that was taken over does not.
     """
 
     def __init__(
@@ -45,10 +45,16 @@ class Session:
         """Return a game that plays on from where a replay was left."""
         session = cls.__new__(cls)
         session._begin(mode, recorder)
+        session.ranked = False
+        past = Player(recorder.replay())
+        session._statistics.update(past.first_events)
+        session._statistics.update(past.advance(past.end_s), _commands(past.replay))
         return session
 
     def _begin(self, mode: Mode, recorder: Recorder) -> None:
         self.mode, self.recorder = mode, recorder
+        self.ranked = True
+        self._statistics = Statistics(recorder.game.config)
         self._pace = Pace() if mode.paced else None
         self._fresh = False  # whether a piece has entered since the last update
 
@@ -57,19 +63,34 @@ class Session:
         """The game."""
         return self.recorder.game
 
+    @property
+    def summary(self) -> Summary:
+        """The player's figures so far."""
+        return self._statistics.summary(self.game)
+
     def update(
         self,
         time_s: float,
         actions: Sequence[Action] = (),
         *,
+        commands: int = 0,
         soft_drop: bool = False,
         initial: Collection[Action] = (),
     ) -> list[Event]:
-        """Let time pass, then act, and return what happened, as `Game.update` does."""
+        """Let time pass, then act, and return what happened, as `Game.update` does.
+
+        Args:
+            time_s: The present time.
+            actions: What the player does.
+            commands: How many of them the player gave; repeats of a held key are none.
+            soft_drop: Whether soft drop is held.
+            initial: Which turns, and whether the hold, are held.
+        """
         inputs: list[Input] = list(actions)
         if self._pace:
             inputs += self._paced(self._pace, time_s, actions)
         events = self.recorder.update(time_s, inputs, soft_drop=soft_drop, initial=tuple(initial))
+        self._statistics.update(events, commands)
         self._fresh = any(isinstance(event, Spawned) for event in events)
         return events
 
@@ -79,7 +100,12 @@ class Session:
             pace.interrupt()
             return []
         for action in actions:
-            if action in _PLAYS:
+            if action in COMMANDS:
                 pace.command(time_s)
         changed = self._fresh and pace.level != self.game.gravity_cap
         return [GravityCap(pace.level)] if changed else []
+
+
+def _commands(replay: Replay) -> int:
+    """Count a recording's commands; what a held key repeated cannot be told from them."""
+    return sum(given in COMMANDS for moment in replay.moments for given in moment.inputs)

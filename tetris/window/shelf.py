@@ -1,23 +1,24 @@
-"""Where finished games go: their replays as files, their figures into the best lists."""
+"""Where games go: their replays as files, their figures into the best lists."""
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from tetris.replay import Replay
+from tetris.engine import Finish, Phase
+from tetris.records import Entry, Records
 from tetris.replay_file import SUFFIX, save
-from tetris.window.look import Look
 from tetris.window.session import Session
 
 _FOLDER: Final = "replays"
-_MOST: Final = 500  # replays kept; a few kilobytes each
+_MOST: Final = 1000  # replays kept; a few kilobytes each
+_LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
 
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What became of a finished game.
+    """What became of a game.
 
     Attributes:
         place: Its place in the best list, from 1; None when it has none.
@@ -29,22 +30,52 @@ class Kept:
 
 
 class Shelf:
-    """The player's finished games."""
+    """The player's games."""
 
     def __init__(self, folder: Path | None) -> None:
         """Keep them in a folder; None keeps nothing."""
         self._folder = folder
+        self._records = None if folder is None else Records(folder)
 
     def keep(self, session: Session) -> Kept:
-        """Put a finished game on the shelf."""
-        if self._folder is None:
+        """Put a game on the shelf that is over; or one that was left, as far as it went.
+
+        A game that was left has no place, unless it is of a mode that has no end of its own.
+        """
+        game, mode = session.game, session.mode
+        if self._folder is None or self._records is None:
             return Kept()
-        replay = session.recorder.replay()
+        over = game.phase is Phase.OVER
+        if not over and game.pieces_placed < _LEAST_PIECES:
+            return Kept()
+        now = datetime.now()
+        path = _free(self._folder / _FOLDER, f"{now:%Y-%m-%d_%H-%M-%S}", mode.name)
+        notice = ""
         try:
-            save(_free(self._folder / _FOLDER, session.mode.name), replay)
+            save(path, session.recorder.replay())
+            _forget(self.replays()[_MOST:])
         except OSError as error:
-            return Kept(notice=f"cannot save the replay: {error.strerror}")
-        return Kept()
+            notice = f"cannot save the replay: {error.strerror or error}"
+        if not session.ranked or not (over or not game.config.gravity):
+            return Kept(notice=notice)
+        place = self._records.add(
+            mode,
+            session.summary,
+            won=isinstance(game.result, Finish),
+            seed=session.recorder.seed,
+            date=f"{now:%Y-%m-%d %H:%M}",
+            replay="" if notice else path.name,
+        )
+        return Kept(place, notice or self._records.trouble)
+
+    def best(self, mode: str) -> tuple[Entry, ...]:
+        """Return a mode's best games, the best first."""
+        return self._records.best(mode) if self._records else ()
+
+    @property
+    def trouble(self) -> str:
+        """A sentence if the best lists could not be read, "" when all is well."""
+        return self._records.trouble if self._records else ""
 
     def replays(self) -> list[Path]:
         """Return the replays' files, the newest first."""
@@ -52,16 +83,16 @@ class Shelf:
             return []
         return sorted((self._folder / _FOLDER).glob(f"*{SUFFIX}"), reverse=True)
 
-    def exporter(self, replay: Replay, path: Path | None, look: Look) -> Callable[[], str] | None:
-        """Return what saves a film of a replay and says where; None where that cannot be done."""
-        return None
 
-
-def _free(folder: Path, mode: str) -> Path:
+def _free(folder: Path, now: str, mode: str) -> Path:
     """Return a file's name that says when and what, and that no other file has."""
-    now, number = f"{datetime.now():%Y-%m-%d_%H-%M-%S}", 1
-    path = folder / f"{now}_{mode}{SUFFIX}"
+    number, path = 1, folder / f"{now}_{mode}{SUFFIX}"
     while path.exists():
         number += 1
         path = folder / f"{now}-{number}_{mode}{SUFFIX}"
     return path
+
+
+def _forget(paths: Iterable[Path]) -> None:
+    for path in paths:
+        path.unlink(missing_ok=True)

@@ -103,7 +103,7 @@ class Tiles:
         radius = fine // 7
         fill = (*colour, round(alpha * _GHOST_FILL))
         pygame.draw.rect(picture, fill, outer, border_radius=radius)
-        edge = max(_FINE, fine // 16)
+        edge = max(_FINE, fine // (10 if self._palette.edge else 16))
         pygame.draw.rect(picture, (*colour, alpha), outer, edge, border_radius=radius)
         return pygame.transform.smoothscale(picture, (size, size))
 

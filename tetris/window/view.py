@@ -85,6 +85,7 @@ class GameView:
         figures: Sequence[Figure] | None = None,
         hint: Piece | None = None,
         words: bool = True,
+        veiled: bool = True,
     ) -> None:
         """Draw everything.
 
@@ -96,6 +97,7 @@ class GameView:
             figures: The numbers beside the board; None takes those that suit the game.
             hint: Where a piece would lie well, if the player asked.
             words: Whether words on the board say that it pauses or is over.
+            veiled: Whether the board is covered while it pauses or is over.
         """
         columns, rows = game.config.columns, game.config.rows
         if (columns, rows) != (self.layout.columns, self.layout.rows):
@@ -105,7 +107,7 @@ class GameView:
         self._draw_blocks(surface, game, hint)
         self._effects.draw(surface, self.layout, time_s)
         self._draw_thump(surface, time_s)
-        if game.phase is not Phase.RUNNING:
+        if veiled and game.phase is not Phase.RUNNING:
             surface.blit(self._veil, self.layout.board)
             if words:
                 self._draw_words(surface, game, reason)
@@ -214,7 +216,7 @@ class GameView:
             if figure.share is not None:
                 high = max(2, round(0.14 * cell))
                 bar = pygame.Rect(left, bottom + round(0.06 * cell), widest, high)
-                pygame.draw.rect(surface, palette.line, bar, border_radius=high // 2)
+                pygame.draw.rect(surface, palette.track, bar, border_radius=high // 2)
                 if figure.share > 0:
                     bar.width = max(high, round(widest * min(1.0, figure.share)))
                     pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)

@@ -20,6 +20,7 @@ from tetris.window.stage import Stage
 from tetris.window.view import GameView
 
 READY_S: Final = 0.9  # before the first piece moves
+RESUME_S: Final = 0.6  # after a pause, to find one's way
 _REST_S: Final = 1.2  # after the end, before a menu covers the board
 _INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
@@ -95,7 +96,7 @@ class PlayScreen(Screen):
 
     def act(self, action: Action, time_s: float) -> None:
         """Take a command, which is one press and never repeats."""
-        self._given.append((time_s + self._offset_s, action))
+        self._given.append(Due(time_s + self._offset_s, action))
 
     def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
@@ -106,15 +107,17 @@ class PlayScreen(Screen):
     def pause(self, reason: str = "") -> None:
         """Stop time, and say why."""
         game = self.session.game
-        if game.phase is Phase.RUNNING:
-            self._keys.release_all()
-            if self._begun:
-                self._show(self.session.update(self._time_s, [Action.PAUSE]))
-            self._paused(self, reason)
+        if game.phase is Phase.OVER:
+            return
+        self._keys.release_all()
+        if game.phase is Phase.RUNNING and self._begun:
+            self._show(self.session.update(self._time_s, [Action.PAUSE]))
+        self._paused(self, reason)
 
     def resume(self) -> None:
-        """Be ready to go on; the player's hands may have changed meanwhile."""
+        """Go on in a moment; the player's hands may have changed meanwhile."""
         self._take_over_hands()
+        self._begin_s = self._stage.time_s + self._offset_s + RESUME_S
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
@@ -136,35 +139,37 @@ class PlayScreen(Screen):
             self._update(now_s, [Action.PAUSE])  # no menu covers it any more
         due = sorted(self._keys.due(now_s) + self._given, key=itemgetter(0))
         self._given = []
-        wanted = [action for _, action in due if action in _OURS]
+        wanted = [each.action for each in due if each.action in _OURS]
         if Action.RESTART in wanted:
             self._restart(self)
         elif Action.PAUSE in wanted:
             self.pause()
         elif self._begun:
-            self._play([(at_s, action) for at_s, action in due if action not in _OURS])
+            self._play([each for each in due if each.action not in _OURS])
 
-    def _play(self, due: list[tuple[float, Action]]) -> None:
+    def _play(self, due: list[Due]) -> None:
         game, time_s = self.session.game, self._time_s
-        if game.phase is Phase.OVER and Action.UNDO not in [action for _, action in due]:
+        if game.phase is Phase.OVER and all(each.action is not Action.UNDO for each in due):
             self._rest()
             return
         began_s = self._begin_s or 0.0
         self._over_s = None
-        for at_s, action in due:
+        for at_s, action, repeated in due:
             if not self._idle(action):
-                self._update(max(at_s, began_s), [action])
-        self._update(time_s, self._bot.actions(game, time_s) if self._bot else [])
+                self._update(max(at_s, began_s), [action], commands=int(not repeated))
+        planned = self._bot.actions(game, time_s) if self._bot else []
+        self._update(time_s, planned, commands=len(planned))
         if game.phase is Phase.OVER and self._over_s is None:
             self._over_s = time_s + _REST_S
 
-    def _update(self, at_s: float, actions: list[Action]) -> None:
+    def _update(self, at_s: float, actions: list[Action], commands: int = 0) -> None:
         at_s = max(at_s, self.session.recorder.time_s)  # presses while another screen was seen
         keys = self._keys
         initial = [action for action in _INITIAL if keys.holds(action)]
         events = self.session.update(
             at_s,
             actions,
+            commands=commands,
             soft_drop=keys.soft_drop,
             initial=initial if self._stage.settings.initial else (),
         )
@@ -202,7 +207,15 @@ class PlayScreen(Screen):
         pieces_per_s = game.pieces_placed / game.time_s if game.time_s > 0 else 0.0
         figures = figures_of(game, by_time=mode.ranking == "time", pieces_per_s=pieces_per_s)
         over = game.phase is Phase.OVER  # a pause has a menu, which says so
-        self._view.draw(surface, game, self._time_s, figures=figures, hint=self._hint, words=over)
+        self._view.draw(
+            surface,
+            game,
+            self._time_s,
+            figures=figures,
+            hint=self._hint,
+            words=over,
+            veiled=over or self._stage.screen is not self,
+        )
         if not self._begun:
             self._draw_ready(surface)
 

@@ -144,7 +144,7 @@ class ReplayScreen(MenuScreen):
         palette, player = self._stage.look.palette, self._player
         track = self._track(area, unit)
         radius = track.height // 2
-        pygame.draw.rect(surface, palette.line, track, border_radius=radius)
+        pygame.draw.rect(surface, palette.track, track, border_radius=radius)
         share = (player.time_s - player.start_s) / player.duration_s if player.duration_s else 1.0
         filled = track.copy()
         filled.width = round(track.width * share)
