@@ -82,6 +82,13 @@ def test_what_is_written_is_read_again(
     assert decode(encode(replay)) == replay
 
 
+@pytest.mark.parametrize("limit_s", [0.008250612452578274, 1e-3, 0.1 + 0.2, 123456.789, 1e6])
+def test_a_time_is_kept_to_its_last_digit(limit_s: float) -> None:
+    config = Config(time_limit_s=limit_s)
+    replay = Replay(1, config, "", (Moment(0),), 0, Outcome(0, 0, 0, False))
+    assert decode(encode(replay)).config == config
+
+
 def test_a_saved_game_is_loaded_and_played(tmp_path: Path) -> None:
     path = tmp_path / "games" / "one.tetris"
     save(path, small())

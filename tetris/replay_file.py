@@ -49,7 +49,7 @@ _MOMENT: Final = re.compile(
 )
 _INPUT: Final = re.compile(r"g\d+|.", re.ASCII)
 _WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
-_NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,17})?(e[+-]?\d{1,3})?", re.ASCII)
+_NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
 _MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
 _FIELDS: Final = dataclasses.fields(Config)
 _TYPES: Final = typing.get_type_hints(Config)
