@@ -11,6 +11,7 @@ from typing import Final
 from tetris import bots
 from tetris.console import say
 from tetris.engine import Game, Phase
+from tetris.film import FilmError
 from tetris.modes import LAST_START_LEVEL, MODES
 from tetris.replay import Player, Recorder
 from tetris.replay_file import ReplayError, load, save
@@ -19,6 +20,7 @@ _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
 _MOST_RATE_HZ: Final = 1000
 _BOT_RATE_HZ: Final = 12  # where the clock counts: a quick hand
+_MOST_SPEED: Final = 100
 _INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -30,18 +32,22 @@ def main(argv: list[str] | None = None) -> int:
         parser.error("--headless leaves nobody to press keys; add --bot or --replay FILE")
     if options.replay and (options.bot or options.mode):
         parser.error("--replay plays what was played; leave --bot and --mode out")
+    if options.film and not options.replay:
+        parser.error("--film shows a recorded game; add --replay FILE")
     if options.record and not options.headless:
         parser.error("--record is for --headless; the window keeps its games by itself")
     try:
         return _play(options)
     except KeyboardInterrupt:
         return _INTERRUPTED
-    except ReplayError as error:
+    except (ReplayError, FilmError) as error:
         print(f"tetris: {error}", file=sys.stderr)
         return 1
 
 
 def _play(options: argparse.Namespace) -> int:
+    if options.film:
+        return _film(options)
     if options.headless:
         return _check(options) if options.replay else _play_unseen(options)
     # Imported here, because a headless game needs neither pygame nor the time it takes.
@@ -96,6 +102,25 @@ def _check(options: argparse.Namespace) -> int:
         )
         return 1
     return _report(player.game, options.json)
+
+
+def _film(options: argparse.Namespace) -> int:
+    """Save a replay as a film, and say how far it is where somebody watches."""
+    from tetris.window import film
+
+    replay = load(options.replay)
+    film.unseen()
+    shown = -1
+    try:
+        for share in film.export(replay, options.film, speed=options.speed):
+            if sys.stderr.isatty() and round(100 * share) != shown:
+                shown = round(100 * share)
+                print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
+    except OSError as error:
+        reason = error.strerror or error
+        print(f"tetris: cannot write {options.film}: {reason}", file=sys.stderr)
+        return 1
+    return say("tetris", f"\r{options.film}" if shown >= 0 else str(options.film))
 
 
 def _report(game: Game, as_json: bool) -> int:
@@ -172,6 +197,19 @@ def _parser() -> argparse.ArgumentParser:
         f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
     )
     parser.add_argument("--record", type=Path, metavar="FILE", help="keep a headless game")
+    parser.add_argument(
+        "--film",
+        type=Path,
+        metavar="FILE",
+        help="save --replay as a .gif or .mp4 (needs the film extra)",
+    )
+    parser.add_argument(
+        "--speed",
+        type=_whole(_MOST_SPEED),
+        default=1,
+        metavar="N",
+        help="how many times faster the film is than the game (default: %(default)s)",
+    )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     return parser
 

@@ -6,11 +6,14 @@ Two experiments, each with fixed seeds; games that are in FILE already are not p
 
 1. `dellacherie`: 10x10, uniform pieces, hard drops only, no hold; a placement is legal when all
    four cells lie below row 10, and the game is over when none is. Features as Thiery and Scherrer
-   define them, on the ten rows; equals are settled by Dellacherie's own priority (far from the
-   entrance first, then to the left). A bare loop, without the engine. About a minute.
-2. `pairs`: both bots, as they ship, on the same seeds through the engine's inputs: 10x10, uniform
-   pieces, five previews, hold; a piece that locks with a cell above row 9 ends the game; 5,000
-   pieces at most. About ten minutes.
+   define them, counted on the ten rows; how high a piece lands is the row of its highest cell, and
+   equals are settled by Dellacherie's own priority: far from the entrance first, then to the left.
+   A bare loop, without the engine. docs/tetris-modes.md, "bots", has what other readings of these
+   words give. About a minute.
+2. `pairs`: both bots, as they ship, on the same seeds through the engine's inputs: ten columns and
+   eight rows, on which the weaker one seldom reaches the cap; uniform pieces, five previews, hold;
+   a piece that locks with a cell above the eight rows ends the game; 5,000 pieces at most. About
+   ten minutes.
 """
 
 import argparse
@@ -26,18 +29,19 @@ from typing import Any, Final
 from tetris import bots
 from tetris.board import empty_bits
 from tetris.engine import Config
-from tetris.features import DELLACHERIE, middle, settled, surface
+from tetris.features import DELLACHERIE, settled, surface
 from tetris.moves import landed
 from tetris.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
 from tetris.replay import Recorder
 
-ROWS: Final = 10
+ROWS: Final = 10  # of the first experiment
+PAIRED_ROWS: Final = 8
 GAMES: Final = 200
 PAIRS: Final = 20
 CAP: Final = 5_000  # pieces
 EXPECTED: Final = 1_394  # lines, the figure to be found again
 FIRST_SEED: Final = 1
-PAIRED: Final = Config(rows=ROWS, randomiser="uniform", partial_lock_out=True, gravity=False)
+PAIRED: Final = Config(rows=PAIRED_ROWS, randomiser="uniform", partial_lock_out=True, gravity=False)
 _PRIORITY: Final = 1e-6  # less than any difference between two values
 
 
@@ -70,7 +74,7 @@ def small_game(seed: int) -> int:
             if landing.highest_row >= ROWS:
                 continue
             board, eroded = settled(bits, landing)
-            value = eroded - middle(landing) + worth(board) + priority
+            value = eroded - landing.highest_row + worth(board) + priority
             if value > best:
                 best, after = value, board
                 cleared = (bits.bit_count() + 4 - board.bit_count()) // COLUMNS
