@@ -1,14 +1,17 @@
 """Replays: the same game again, to any moment of it, and on from there."""
 
 from dataclasses import replace
+from hashlib import sha256
+from random import Random
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tetris.engine import Action, Config, Event, Game, GravityCap, Phase
+from tetris.engine import Action, Config, Event, Game, GravityCap, Input, Phase
 from tetris.events import Locked, Restarted, Spawned, Undone
 from tetris.replay import Moment, Outcome, Player, Recorder, Replay
+from tetris.rules import VERSION
 
 WAIT_S = st.integers(0, 3_000_000_000).map(lambda ns: ns / 1e9)  # finer than a replay's clock
 INPUT = st.one_of(st.sampled_from(list(Action)), st.integers(1, 20).map(GravityCap))
@@ -207,3 +210,21 @@ def test_a_game_that_was_never_recorded_is_no_different() -> None:
         game.update(round(number * 0.7, 6), [action])
     assert game.phase is Phase.RUNNING
     assert game.snapshot() == recorder.game.snapshot()
+
+
+def test_the_rules_play_the_same_game_on_every_machine_and_python() -> None:
+    """Raise `rules.VERSION` where this game changes: replays of the old rules are refused then."""
+    assert VERSION == 1
+    number = Random(1).random  # the same numbers in every Python version
+    recorder = Recorder(1, Config(start_level=4, generation_delay_s=0.2), mode="endless")
+    actions = [action for action in Action if action not in (Action.PAUSE, Action.UNDO)]
+    now_s, told = 0.0, []
+    for _ in range(4000):
+        now_s += number() * 0.3
+        inputs: list[Input] = [actions[int(number() * len(actions))]]
+        if inputs == [Action.RESTART] and number() < 0.98:
+            inputs = [GravityCap(1 + int(number() * 20))]
+        told += recorder.update(now_s, inputs, soft_drop=number() < 0.1)
+    story = "\n".join(f"{type(event).__name__} {event.time_s!r}" for event in told)
+    story += f"\n{recorder.game.board}\n{recorder.replay().outcome}"
+    assert sha256(story.encode()).hexdigest()[:16] == "9c544887638630f9"
