@@ -8,6 +8,8 @@ import pytest
 from tetris_window_player import FRAME_S, Player, open_app, opened
 
 from tetris.engine import Phase
+from tetris.film import FilmError
+from tetris.window import filming
 from tetris.window.app import Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
@@ -103,6 +105,41 @@ def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_
     assert player.game.session.game.pieces_placed >= placed + 1
     player.lose()
     assert len(list((tmp_path / "data").rglob("*.tetris"))) == 2
+
+
+def watching(player: Player) -> ReplayScreen:
+    player.play()
+    player.lose()
+    player.choose("Watch it")
+    assert isinstance(player.screen, ReplayScreen)
+    return player.screen
+
+
+def test_a_film_is_made_while_the_replay_goes_on(
+    player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(filming, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)]))
+    screen = watching(player)
+    player.choose("Save as a film")
+    (share,) = (item.share for item in screen.menu.items if item.share)
+    assert 0 < share < 1
+    player.wait(0.6)
+    assert "films" in screen.menu.notice
+    assert screen.menu.notice.endswith(".gif")
+
+
+def test_a_film_that_cannot_be_made_is_a_sentence(
+    player: Player, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> Iterator[float]:
+        raise FilmError("no library for films")
+        yield
+
+    monkeypatch.setattr(filming, "export", refuse)
+    screen = watching(player)
+    player.choose("Save as a film")
+    player.wait(0.1)
+    assert screen.menu.notice == "no library for films"
 
 
 def test_a_file_that_is_no_replay_is_refused_with_a_sentence(

@@ -156,10 +156,11 @@ class Flow:
             self._stage.notice = str(error)
             return
         self._stage.notice = ""
-        self._watch(Player(replay), path)
+        self._watch(Player(replay))
 
-    def _watch(self, player: Player, path: Path | None = None) -> None:
-        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on))
+    def _watch(self, player: Player) -> None:
+        films = self._shelf.film_namer(player.replay.mode)
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on, films=films))
 
     def _go_on(self, recorder: Recorder) -> None:
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))

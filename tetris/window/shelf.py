@@ -1,8 +1,9 @@
 """Where games go: their replays as files, their figures into the best lists."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,7 @@ from tetris.replay_file import SUFFIX, save
 from tetris.window.session import Session
 
 _FOLDER: Final = "replays"
+_FILMS: Final = "films"
 _MOST: Final = 1000  # replays kept; a few kilobytes each
 _LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
 
@@ -48,8 +50,7 @@ class Shelf:
         over = game.phase is Phase.OVER
         if not over and game.pieces_placed < _LEAST_PIECES:
             return Kept()
-        now = datetime.now()
-        path = _free(self._folder / _FOLDER, f"{now:%Y-%m-%d_%H-%M-%S}", mode.name)
+        path = _free(self._folder / _FOLDER, mode.name, SUFFIX)
         notice = ""
         try:
             save(path, session.recorder.replay())
@@ -63,7 +64,7 @@ class Shelf:
             session.summary,
             won=isinstance(game.result, Finish),
             seed=session.recorder.seed,
-            date=f"{now:%Y-%m-%d %H:%M}",
+            date=f"{datetime.now():%Y-%m-%d %H:%M}",
             replay="" if notice else path.name,
         )
         return Kept(place, notice or self._records.trouble)
@@ -77,6 +78,12 @@ class Shelf:
         """A sentence if the best lists could not be read, "" when all is well."""
         return self._records.trouble if self._records else ""
 
+    def film_namer(self, mode: str) -> Callable[[str], Path] | None:
+        """Return what names a new film's file by its suffix; None where nothing is kept."""
+        if self._folder is None:
+            return None
+        return partial(_free, self._folder / _FILMS, mode or "game")
+
     def replays(self) -> list[Path]:
         """Return the replays' files, the newest first."""
         if self._folder is None:
@@ -84,12 +91,13 @@ class Shelf:
         return sorted((self._folder / _FOLDER).glob(f"*{SUFFIX}"), reverse=True)
 
 
-def _free(folder: Path, now: str, mode: str) -> Path:
+def _free(folder: Path, mode: str, suffix: str) -> Path:
     """Return a file's name that says when and what, and that no other file has."""
-    number, path = 1, folder / f"{now}_{mode}{SUFFIX}"
+    now = f"{datetime.now():%Y-%m-%d_%H-%M-%S}"
+    number, path = 1, folder / f"{now}_{mode}{suffix}"
     while path.exists():
         number += 1
-        path = folder / f"{now}-{number}_{mode}{SUFFIX}"
+        path = folder / f"{now}-{number}_{mode}{suffix}"
     return path
 
 

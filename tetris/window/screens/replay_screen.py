@@ -1,6 +1,7 @@
 """A replay on the screen: play, stop, seek both ways, and play on from any moment."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import pygame
@@ -8,6 +9,7 @@ import pygame
 from tetris.modes import MODES
 from tetris.replay import Player, Recorder
 from tetris.window.figures import clock, figures_of
+from tetris.window.filming import Filming
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
 from tetris.window.screens.menu_screen import MenuScreen
@@ -16,6 +18,7 @@ from tetris.window.view import GameView
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _USUAL: Final = 2  # which of them
+_FILMS: Final = (".gif", ".mp4")
 _STEP_S: Final = 5.0  # of a seek
 _COLUMN: Final = 430  # width of the menu, design units
 _LONGEST_S: Final = 0.25  # that one frame may bring
@@ -30,7 +33,7 @@ class ReplayScreen(MenuScreen):
         player: Player,
         *,
         take_over: Callable[[Recorder], None],
-        export: Callable[[], str] | None = None,
+        films: Callable[[str], Path] | None = None,
     ) -> None:
         """Show a replay from its start.
 
@@ -38,11 +41,12 @@ class ReplayScreen(MenuScreen):
             stage: Where it is seen.
             player: What plays it.
             take_over: Plays on from where it has come to.
-            export: Saves a film and says where; None where that cannot be done.
+            films: Names a film's file by its suffix; None where nothing is kept.
         """
-        self._player, self._take_over, self._export = player, take_over, export
+        self._player, self._take_over, self._films = player, take_over, films
+        self._film: Filming | None = None
+        self._suffix = 0
         self._playing, self._speed = True, _USUAL
-        self._said = ""
         self._seen_s: float | None = None
         super().__init__(stage, self._page)
         self._game_view: GameView | None = None
@@ -53,6 +57,8 @@ class ReplayScreen(MenuScreen):
         super().tick(time_s)
         passed_s = min(_LONGEST_S, time_s - self._seen_s) if self._seen_s is not None else 0.0
         self._seen_s = time_s
+        if self._film and self._film.going_on:
+            self._film.step()
         player = self._player
         if self._playing and not player.at_end:
             events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
@@ -87,14 +93,10 @@ class ReplayScreen(MenuScreen):
             ),
             Item(words("replays.speed"), value=f"{_SPEEDS[self._speed]:g} ×", step=self._faster),
             Item(words("replays.take_over"), self._play_on, hint=words("replays.take_over_hint")),
-            Item(
-                words("replays.export"),
-                self._save if self._export else None,
-                hint="" if self._export else words("replays.no_export"),
-            ),
+            *self._film_items(),
             Item(words("menu.back"), self._stage.pop),
         ]
-        notice = words("replays.differs") if player.differs else self._said
+        notice = words("replays.differs") if player.differs else self._said()
         mode = player.replay.mode
         title = words(f"modes.{mode}.title") if mode in MODES else words("replays.title")
         return Menu(title, items, notice=notice)
@@ -117,9 +119,35 @@ class ReplayScreen(MenuScreen):
         if not self._player.at_end:
             self._take_over(self._player.take_over())
 
-    def _save(self) -> None:
-        if self._export:
-            self._said = self._export()
+    def _film_items(self) -> list[Item]:
+        """How a film is made; none where there is no folder for it."""
+        words, film = self._stage.look.words, self._film
+        if self._films is None:
+            return []
+        if film and film.going_on:
+            return [Item(words("replays.film"), value=f"{film.share:.0%}", share=film.share)]
+        kind = _FILMS[self._suffix].removeprefix(".").upper()
+        hint = words("replays.film_hint")
+        return [
+            Item(
+                words("replays.film"), self._make_film, value=kind, step=self._turn_film, hint=hint
+            )
+        ]
+
+    def _turn_film(self, step: int) -> None:
+        self._suffix = (self._suffix + step) % len(_FILMS)
+
+    def _make_film(self) -> None:
+        if self._films:
+            path = self._films(_FILMS[self._suffix])
+            self._film = Filming(self._player.replay, path, self._stage.look)
+
+    def _said(self) -> str:
+        """What there is to say of a film that is over."""
+        film = self._film
+        if film is None or film.going_on:
+            return ""
+        return film.trouble or self._stage.look.words("replays.film_done", path=film.path)
 
     def draw(self, surface: pygame.Surface, time_s: float) -> None:
         """Draw the menu, the game, and how far it is."""
