@@ -2,10 +2,12 @@
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
+from tetris.folders import config_folder, data_folder
 from tetris.modes import MODES
 from tetris.records import FILE_NAME, PLACES, Records, Totals
 from tetris.safe_file import write_beside
@@ -151,3 +153,14 @@ def test_a_crash_while_writing_leaves_the_old_file(
         write_beside(path, b"new")
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["list"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="XDG's rules are those of Linux")
+def test_the_users_folders_follow_the_systems_rules(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    assert data_folder() == tmp_path / "data" / "orbtouch" / "tetris"
+    assert config_folder() == tmp_path / "config" / "orbtouch" / "tetris"
+    assert not list(tmp_path.iterdir())  # nothing is made before it is needed

@@ -20,7 +20,7 @@ FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
 _MOST_BYTES: Final = 4_000_000
-_MOST_NUMBER: Final = 1e15
+_MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
 _MOST_NAMES: Final = 100
 
@@ -252,7 +252,7 @@ def _value(kind: object, given: object) -> object:
 def _is_number(given: object, *, whole: bool) -> bool:
     if isinstance(given, bool) or not isinstance(given, int if whole else int | float):
         return False
-    return math.isfinite(given) and 0 <= given <= 2.0**64 + _MOST_NUMBER
+    return math.isfinite(given) and 0 <= given <= _MOST_NUMBER
 
 
 def _dict(given: object) -> dict[str, Any]:
