@@ -153,6 +153,7 @@ FORGED: list[tuple[Callable[[str], str], str]] = [
     (lambda t: t.replace("250000Ds", "-250000Ds"), "is no moment"),
     (lambda t: t.replace("lg12S", "lg21S"), "is no moment"),
     (lambda t: t.replace("lg12S", "lg12Z"), "is no moment"),
+    (lambda t: t.replace("lg12S", "l" * 1_000_001 + "S"), "1,000,000 inputs at most"),
     (lambda t: t.replace("lg12S", "l" + "n" * 1000 + "S"), "1000 games at most; this one has 1001"),
 ]
 

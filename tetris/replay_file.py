@@ -26,6 +26,7 @@ _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
 _MOST_NUMBER: Final = 2**64 - 1
 _MOST_RULE: Final = 10_000  # of a whole number in the rules
 _MOST_PREVIEWS: Final = 100
+_MOST_INPUTS: Final = 1_000_000  # and as many moments
 _MOST_GAMES: Final = 1_000  # begun anew within one replay: each is work to play
 _MOST_US: Final = 400 * 3_600_000_000  # of the clock
 _LINE: Final = 96
@@ -172,8 +173,8 @@ def _replay(lines: _Lines) -> Replay:
     if len(outcome) != 4 or outcome[3] not in ("0", "1"):
         raise ReplayError("the replay is damaged: its outcome is not four numbers")
     score, cleared, pieces = (_whole("outcome", word, _MOST_NUMBER) for word in outcome[:3])
-    end_us, count = lines.whole("end", _MOST_US), lines.whole("moments")
-    moments = _moments(lines.rest(), config)
+    end_us, count = lines.whole("end", _MOST_US), lines.whole("moments", _MOST_INPUTS)
+    moments = _moments(lines.rest().split(maxsplit=count))
     if len(moments) != count or not moments or moments[-1].time_us > end_us:
         raise ReplayError("the replay is damaged: its moments do not fit its head")
     return Replay(
@@ -261,15 +262,18 @@ def _moment_word(moment: Moment, before: Moment) -> str:
     return word
 
 
-def _moments(text: str, config: Config) -> tuple[Moment, ...]:
+def _moments(words: list[str]) -> tuple[Moment, ...]:
     moments: list[Moment] = []
-    before, games = Moment(0), 1
-    for word in text.split():
+    before, games, inputs = Moment(0), 1, 0
+    for word in words:
         found = _MOMENT.fullmatch(word)
         if not found:
             raise ReplayError(f"the replay is damaged: {word[:40]!r} is no moment")
         wait, codes, soft, held = found.groups()
         games += codes.count("n")
+        inputs += len(codes)
+        if inputs > _MOST_INPUTS:
+            raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
         before = Moment(
             before.time_us + int(wait),
             tuple(_input(code) for code in _INPUT.findall(codes)),
