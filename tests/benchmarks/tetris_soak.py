@@ -4,8 +4,9 @@
 
 Keys, pad buttons and the mouse are pressed at random, pads are plugged in and out (SDL's own
 virtual ones), the window is resized, loses the focus, fills the screen; audio devices go. Time
-is the program's own: an hour of game time passes as fast as it can be drawn. `growth_mb` is the
-resident memory at the end against that after the first sixth; `frames` says how many were drawn.
+is the program's own: an hour of game time passes as fast as it can be drawn. Memory goes up and
+down with the window's size, so `growth_mb` is the median of the last sixth against that of the
+second; `frames` says how many pictures were drawn.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import gc
 import json
 import os
 import random
+import statistics
 import sys
 import tempfile
 import time
@@ -33,6 +35,7 @@ from tetris.window.display import open_window, set_size
 from tetris.window.nav import OF_CODE
 
 FRAMES_HZ: Final = 20
+SAMPLES: Final = 120  # of memory
 FLIP_EVERY: Final = 4  # frames: handing pictures to a display server is most of the time
 SIZES: Final = ((640, 480), (1280, 720), (1120, 720), (300, 700), (1390, 880), (200, 120))
 _KEYS: Final = [
@@ -107,7 +110,7 @@ def disturb(chance: random.Random, pads: VirtualPads) -> None:
 
 
 def resident_mb() -> float:
-    """Return how much memory this process holds, what it only has not given back left out (Linux)."""
+    """Return how much memory is in use, without what the C library keeps in reserve (Linux)."""
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     pages = int(Path("/proc/self/statm").read_text().split()[1])
@@ -118,8 +121,7 @@ def soak(minutes: float, seed: int, *, verbose: bool = False) -> dict[str, float
     """Play so long, and return the figures."""
     chance, pads = random.Random(seed), VirtualPads()
     frames, opened = round(minutes * 60 * FRAMES_HZ), 0
-    warm = frames // 6
-    at_warm_mb = 0.0
+    samples_mb: list[float] = []
     began_s = time.perf_counter()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -136,16 +138,20 @@ def soak(minutes: float, seed: int, *, verbose: bool = False) -> dict[str, float
                 app = None
             if frame % FLIP_EVERY == 0:
                 pygame.display.flip()
-            if frame == warm:
-                at_warm_mb = resident_mb()
-            if verbose and frame % (FRAMES_HZ * 120) == 0:
-                print(f"{frame / FRAMES_HZ / 60:5.0f} min {resident_mb():8.1f} MB", flush=True)
+            if frame % (frames // SAMPLES) == 0:
+                samples_mb.append(resident_mb())
+                if verbose:
+                    print(f"{frame / FRAMES_HZ / 60:5.1f} min {samples_mb[-1]:8.1f} MB", flush=True)
+    sixth = SAMPLES // 6
+    early_mb = statistics.median(samples_mb[sixth : 2 * sixth])
+    late_mb = statistics.median(samples_mb[-sixth:])
     return {
         "minutes": minutes,
         "frames": frames,
         "windows_opened": opened,
-        "warm_mb": round(at_warm_mb, 1),
-        "growth_mb": round(resident_mb() - at_warm_mb, 1),
+        "early_mb": round(early_mb, 1),
+        "late_mb": round(late_mb, 1),
+        "growth_mb": round(late_mb - early_mb, 1),
         "took_s": round(time.perf_counter() - began_s, 1),
     }
 

@@ -38,7 +38,7 @@ PIECES: Final[dict[str, Colour]] = {
 _EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=32)
 def font(size: int) -> pygame.font.Font:
     """Return the interface font; it comes with the program, so nothing is to be installed."""
     if not pygame.font.get_init():
@@ -52,7 +52,7 @@ def _font_file() -> bytes:
     return (files("assets") / "tetris" / "fonts" / "Inter-SemiBold.otf").read_bytes()
 
 
-@lru_cache(maxsize=384)
+@lru_cache(maxsize=256)
 def text(words: str, size: int, colour: Colour = TEXT) -> pygame.Surface:
     """Return words as a picture; the same picture for the same words, so do not change it."""
     return font(size).render(words, True, colour)
