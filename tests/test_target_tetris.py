@@ -239,3 +239,57 @@ def on_screen(target: TetrisTarget, x: float, y: float) -> tuple[int, int]:
     assert target.projection is not None
     across, down = target.projection.to_screen(x, y)
     return round(across), round(down)
+
+
+# -- the menu of a pause -------------------------------------------------------------------
+
+
+def stopped() -> TetrisTarget:
+    """A game that its player has stopped, and that the orb is heard in."""
+    target = playing()
+    target.tick(1.0, [said("pause")])
+    return target
+
+
+def test_in_a_pause_the_orbs_commands_move_through_a_menu() -> None:
+    target = stopped()
+    assert target.in_menu
+    piece = target.game.piece
+    target.tick(1.1, [said("rotate_cw"), said("down"), said("right")])
+    assert target.game.piece == piece
+    assert target.menu.selected == 2
+    assert target.menu.menu.items[2].value == "on"
+
+
+def test_the_first_item_goes_on_and_the_second_begins_anew() -> None:
+    target = stopped()
+    target.tick(1.1, [said("drop")])
+    assert target.game.phase is Phase.RUNNING
+    target.tick(1.2, [said("drop"), said("pause")])
+    target.tick(1.3, [said("rotate_cw"), said("drop")])
+    assert target.game.phase is Phase.RUNNING
+    assert target.game.pieces_placed == 0
+
+
+def test_the_keyboard_moves_through_the_menu_as_well() -> None:
+    target = stopped()
+    for key in (pygame.K_DOWN, pygame.K_UP, pygame.K_RETURN):
+        target.handle(pygame.event.Event(pygame.KEYDOWN, key=key), 1.1)
+    target.tick(1.2)
+    assert target.game.phase is Phase.RUNNING
+
+
+def test_a_pause_that_the_link_made_has_no_menu() -> None:
+    target = playing()
+    target.tick(1.0, [Stale()])
+    assert target.reason
+    assert not target.in_menu
+
+
+def test_the_menu_is_drawn_over_the_game() -> None:
+    target, surface = stopped(), pygame.Surface((1280, 720))
+    target.draw(surface)
+    before = surface.copy()
+    target.tick(1.1, [said("rotate_cw")])
+    target.draw(surface)
+    assert pygame.image.tobytes(before, "RGB") != pygame.image.tobytes(surface, "RGB")

@@ -48,7 +48,7 @@ def test_walls_floor_and_ceiling_count_as_filled() -> None:
 
 @pytest.mark.parametrize("picture", ["TTT", "..........T", "....X....."])
 def test_a_wrong_drawing_is_refused(picture: str) -> None:
-    with pytest.raises(ValueError, match=r"10 characters of \.IOTSZJL"):
+    with pytest.raises(ValueError, match=r"10 characters of \.#IOTSZJL"):
         Board.parse(picture)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tetris import bot
+from tetris import bot, features
 from tetris.board import Board
 from tetris.engine import Action, Config, Game, Phase
 from tetris.events import Locked
@@ -42,15 +42,16 @@ def test_three_turns_are_one_turn_the_other_way() -> None:
 
 
 def test_surface_counts_transitions_holes_and_wells() -> None:
-    assert bot.surface(Board().bits) == -24 * 2 - 10  # 24 empty rows, 10 columns on the floor
+    surface = features.surface()
+    assert surface(Board().bits) == -24 * 2 - 10  # 24 empty rows, 10 columns on the floor
     flat = Board.parse("IIIIIIIII.")
-    assert bot.surface(flat.bits) == -23 * 2 - 2 - 10 - 1  # one well cell
+    assert surface(flat.bits) == -23 * 2 - 2 - 10 - 1  # one well cell
     covered = Board.parse("""
         .........I
         IIIIIIIII.
     """)
     # 22 empty rows and two with one gap, 9 + 3 changes down the columns, a hole, a well
-    assert bot.surface(covered.bits) == -22 * 2 - 2 - 2 - 9 - 3 - 4 - 1
+    assert surface(covered.bits) == -22 * 2 - 2 - 2 - 9 - 3 - 4 - 1
 
 
 def test_a_dear_command_makes_a_near_landing_win() -> None:

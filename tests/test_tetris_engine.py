@@ -1,16 +1,16 @@
-"""The game: timing, bags, hold, pause, the end; and that slicing time changes nothing."""
+"""The game: bags, hold, levels, pause, the end; and that slicing time changes nothing."""
 
-from typing import TypeVar
+from itertools import groupby, pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tetris_games import Step, configs, game_with, of, scripts
 
 from tetris.board import Board
 from tetris.engine import Action, Config, Event, Game, Phase, TopOut
 from tetris.events import (
     Blocked,
-    Dropped,
     Held,
     LevelUp,
     Locked,
@@ -22,174 +22,6 @@ from tetris.events import (
     ToppedOut,
 )
 from tetris.pieces import Kind, Piece
-from tetris.rules import seconds_per_row
-
-EventT = TypeVar("EventT", bound=Event)
-
-
-def game_with(picture: str, piece: Piece, config: Config | None = None) -> Game:
-    game = Game(seed=1, config=config)
-    game.set_up(Board.parse(picture), piece)
-    game.update(0.0)
-    return game
-
-
-def of(events: list[Event], kind: type[EventT]) -> list[EventT]:
-    return [event for event in events if isinstance(event, kind)]
-
-
-# -- gravity and soft drop -----------------------------------------------------------------
-
-
-def test_at_level_1_a_piece_falls_a_row_in_a_second() -> None:
-    game = game_with("", Piece("T", 3, 10))
-    game.update(0.999)
-    assert game.piece.y == 10
-    game.update(1.001)
-    assert game.piece.y == 9
-
-
-@pytest.mark.parametrize(
-    ("level", "seconds"),
-    [
-        (1, 1.0),
-        (2, 0.793),
-        (3, 0.617796),
-        (5, 0.355197),
-        (10, 0.064152),
-        (15, 0.007059),
-        (20, 0.000455),
-    ],
-)
-def test_gravity_grows_with_the_level(level: int, seconds: float) -> None:
-    assert seconds_per_row(level) == pytest.approx(seconds, abs=5e-7)
-
-
-def test_beyond_level_20_nothing_falls_faster() -> None:
-    assert seconds_per_row(120) == seconds_per_row(20)
-
-
-def test_gravity_can_be_capped_for_a_slow_controller() -> None:
-    game = game_with("", Piece("T", 3, 10), Config(start_level=9, gravity_cap=1))
-    game.update(0.999)
-    assert game.piece.y == 10
-    assert game.level == 9
-
-
-def test_soft_drop_is_twenty_times_faster_and_pays_a_point_a_row() -> None:
-    game = Game(seed=1)
-    game.set_up(Board(), Piece("T", 3, 10))
-    game.update(0.0, soft_drop=True)
-    game.update(0.049, soft_drop=True)
-    assert game.piece.y == 10
-    game.update(0.051, soft_drop=True)
-    assert game.piece.y == 9
-    assert game.score == 1
-
-
-def test_soft_drop_begins_when_it_is_pressed_and_ends_when_it_is_released() -> None:
-    game = game_with("", Piece("T", 3, 10))
-    game.update(0.4, soft_drop=True)
-    game.update(0.46)  # one soft row, at 0.45 s; then a whole row at the old pace
-    assert game.piece.y == 9
-    game.update(1.449)
-    assert game.piece.y == 9
-    game.update(1.451)
-    assert game.piece.y == 8
-
-
-def test_soft_drop_on_the_floor_does_not_lock() -> None:
-    game = game_with("", Piece("O", 4, 0))
-    game.update(0.001, soft_drop=True)
-    assert not of(game.update(0.499, soft_drop=True), Locked)
-    assert of(game.update(0.501, soft_drop=True), Locked)
-
-
-def test_down_is_one_row_at_once_and_pays_a_point() -> None:
-    game = game_with("", Piece("T", 3, 10), Config(start_level=5))
-    (moved,) = of(game.update(0.0, [Action.DOWN]), Moved)
-    assert (moved.dx, moved.dy, moved.action) == (0, -1, Action.DOWN)
-    assert game.piece.y == 9
-    assert game.score == 1  # not times the level
-
-
-def test_down_on_the_ground_does_nothing() -> None:
-    game = game_with("", Piece("O", 4, 0))
-    events = game.update(0.1, [Action.DOWN])
-    assert events == [Blocked(0.1, Action.DOWN)]
-    assert game.pieces_placed == 0
-
-
-def test_a_hard_drop_locks_at_once_and_pays_two_points_a_row() -> None:
-    game = game_with("", Piece("O", 4, 10))
-    events = game.update(0.0, [Action.HARD_DROP])
-    assert of(events, Dropped) == [Dropped(0.0, Piece("O", 4, 0), rows=10)]
-    assert len(of(events, Locked)) == 1
-    assert game.score == 20
-    assert str(game.board) == "....OO....\n....OO...."
-
-
-# -- lock delay ----------------------------------------------------------------------------
-
-
-def test_a_grounded_piece_locks_after_half_a_second() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    assert not of(game.update(0.499), Locked)
-    assert of(game.update(0.501), Locked)
-
-
-def test_a_shift_restarts_the_lock_delay() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    game.update(0.4, [Action.LEFT])
-    game.update(0.8, [Action.RIGHT])
-    assert not of(game.update(1.299), Locked)
-    assert of(game.update(1.301), Locked)
-
-
-def shuffle(game: Game, shifts: int) -> list[Event]:
-    actions = [Action.LEFT, Action.RIGHT] * 8
-    return game.update(0.0, actions[:shifts])
-
-
-def test_the_fifteenth_shift_on_the_ground_leaves_no_delay() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    assert not of(shuffle(game, 15), Locked)
-    assert of(game.update(0.001), Locked)
-
-
-def test_after_fourteen_shifts_there_is_still_delay() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    shuffle(game, 14)
-    assert not of(game.update(0.001), Locked)
-
-
-def test_a_new_lowest_row_restores_the_resets() -> None:
-    pillar = "....J.....\n" * 8
-    game = game_with(pillar, Piece("O", 4, 8))
-    actions = [Action.LEFT, Action.RIGHT] * 7 + [Action.RIGHT]  # the last steps off the pillar
-    game.update(0.0, actions)
-    assert not of(game.update(7.9), Locked)
-    game.update(8.0)
-    assert game.piece == Piece("O", 5, 0)
-    assert not of(game.update(8.499), Locked)
-    assert of(game.update(8.501), Locked)
-
-
-def test_spent_resets_lock_a_piece_as_soon_as_it_touches_the_old_row_again() -> None:
-    game = game_with("JJ..JJ....", Piece("T", 3, 0))  # lies on the right block
-    shuffle(game, 14)
-    game.update(0.0, [Action.LEFT])
-    assert of(game.update(0.001), Locked)
-
-
-def test_a_piece_that_steps_off_an_edge_begins_to_fall_anew() -> None:
-    game = game_with("....J.....\n....J.....", Piece("O", 4, 2), Config(start_level=5))
-    game.update(0.45, [Action.RIGHT])  # longer on the pillar than a row takes at level 5
-    game.update(0.45 + 0.355)
-    assert game.piece.y == 2
-    game.update(0.45 + 0.356)
-    assert game.piece.y == 1
-
 
 # -- pieces: bags, previews, hold, ghost ---------------------------------------------------
 
@@ -218,6 +50,15 @@ def test_bags_differ_and_a_seed_repeats_them() -> None:
     assert dealt(5, 70) != dealt(6, 70)
     bags = {tuple(dealt(seed, 7)) for seed in range(40)}
     assert len(bags) > 35
+
+
+def test_a_piece_is_away_for_twelve_others_at_most_and_s_and_z_come_four_times_at_most() -> None:
+    kinds = dealt(1, 700)
+    for kind in set(kinds):
+        places = [place for place, other in enumerate(kinds) if other == kind]
+        assert max(later - place for place, later in pairwise(places)) <= 13
+    runs = [len(list(run)) for snaky, run in groupby(kinds, key="SZ".__contains__) if snaky]
+    assert max(runs) <= 4
 
 
 def test_the_next_five_come_as_announced() -> None:
@@ -383,47 +224,24 @@ def test_a_position_with_the_piece_on_blocks_is_refused() -> None:
         Game(seed=1).set_up(Board.parse("JJJJJJJJJ."), Piece("O", 0, 0))
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"start_level": 0}, {"gravity_cap": 21}, {"lock_delay_s": 0.0}, {"soft_drop_factor": 0}],
-)
-def test_impossible_rules_are_refused(wrong: dict[str, int]) -> None:
-    with pytest.raises(ValueError, match="must"):
-        Config(**wrong)
-
-
 # -- replays -------------------------------------------------------------------------------
 
-inputs = st.lists(
-    st.tuples(
-        st.integers(0, 1500),  # milliseconds since the input before
-        st.lists(st.sampled_from(Action), max_size=3),
-        st.booleans(),  # soft drop from here on
-    ),
-    max_size=40,
-)
 
-
-def state(game: Game) -> tuple[object, ...]:
-    return (str(game.board), game.piece, game.hold, game.next, game.score, game.phase, game.time_s)
-
-
-@given(st.integers(0, 99), st.integers(1, 20), inputs, st.integers(1, 700))
-@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 99), configs, scripts, st.integers(1, 700))
+@settings(max_examples=80, deadline=None)
 def test_many_small_updates_and_few_large_ones_play_the_same_game(
-    seed: int, level: int, script: list[tuple[int, list[Action], bool]], slice_ms: int
+    seed: int, config: Config, script: list[Step], slice_ms: int
 ) -> None:
-    config = Config(start_level=level)
     coarse, fine = Game(seed, config), Game(seed, config)
     coarse_events, fine_events = coarse.update(0.0), fine.update(0.0)
-    now_ms, soft = 0, False
-    for wait_ms, actions, soft_next in [*script, (3000, [], False)]:
+    now_ms, soft, held = 0, False, list[Action]()
+    for wait_ms, inputs, soft_next, held_next in [*script, (3000, [], False, [])]:
         for between_ms in range(now_ms, now_ms + wait_ms, slice_ms):
-            fine_events += fine.update(between_ms / 1000, soft_drop=soft)
-        now_ms, soft = now_ms + wait_ms, soft_next
-        for action in actions:
-            fine_events += fine.update(now_ms / 1000, [action], soft_drop=soft)
-        fine_events += fine.update(now_ms / 1000, soft_drop=soft)
-        coarse_events += coarse.update(now_ms / 1000, actions, soft_drop=soft)
+            fine_events += fine.update(between_ms / 1000, soft_drop=soft, initial=held)
+        now_ms, soft, held = now_ms + wait_ms, soft_next, held_next
+        for one in inputs:
+            fine_events += fine.update(now_ms / 1000, [one], soft_drop=soft, initial=held)
+        fine_events += fine.update(now_ms / 1000, soft_drop=soft, initial=held)
+        coarse_events += coarse.update(now_ms / 1000, inputs, soft_drop=soft, initial=held)
     assert fine_events == coarse_events
-    assert state(fine) == state(coarse)
+    assert fine.snapshot() == coarse.snapshot()

@@ -4,12 +4,17 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import pygame
 import pytest
 
 import tetris.__main__
 from tetris.__main__ import main
+from tetris.engine import Action
+from tetris.replay import Outcome, Recorder
+from tetris.replay_file import save
 
 
 def test_a_headless_bot_prints_one_json_object(capsys: pytest.CaptureFixture[str]) -> None:
@@ -33,6 +38,10 @@ def test_without_json_the_result_is_a_line_to_read(capsys: pytest.CaptureFixture
     ("argv", "says"),
     [
         (["--headless"], "add --bot"),
+        (["--replay", "one.tetris", "--bot"], "leave --bot and --mode out"),
+        (["--bot", "--record", "one.tetris"], "for --headless"),
+        (["--mode", "golf"], "invalid choice: 'golf'"),
+        (["--bot", "hal"], "invalid choice: 'hal'"),
         (["--level", "0"], "from 1 to 20"),
         (["--seed", "x"], "x must be a whole number from 0 to 4294967295"),
         (["--headless", "--bot", "--pieces", "many"], "whole number"),
@@ -45,6 +54,66 @@ def test_wrong_usage_is_answered_in_a_sentence(
         main(argv)
     assert stop.value.code == 2
     assert says in capsys.readouterr().err
+
+
+def test_a_bot_plays_a_mode_to_its_goal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--headless", "--bot", "dellacherie", "--mode", "sprint", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["lines"] >= 40
+    assert result["result"] == "goal reached"
+
+
+def test_where_the_clock_counts_a_bot_plays_as_quickly_as_a_quick_hand(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["--headless", "--bot", "dellacherie", "--mode", "ultra_2", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["time_s"] == 120
+    assert 150 < result["pieces"] < 800
+
+
+def test_a_recorded_game_is_checked_without_a_window(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(tmp_path / "one.tetris")
+    command = ["--headless", "--bot", "dellacherie", "--pieces", "20", "--seed", "5"]
+    assert main([*command, "--record", path]) == 0
+    played = capsys.readouterr().out
+    assert main(["--headless", "--replay", path]) == 0
+    assert capsys.readouterr().out == played
+
+
+def test_a_replay_that_claims_more_than_it_plays_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorder = Recorder(5)
+    recorder.update(0.0, [Action.HARD_DROP])
+    boast = replace(recorder.replay(), outcome=Outcome(1_000_000, 99, 250, True))
+    path = tmp_path / "boast.tetris"
+    save(path, boast)
+    assert main(["--headless", "--replay", str(path)]) == 1
+    assert "ends otherwise than it was recorded" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("options", [["--headless"], []])
+def test_a_file_that_is_no_replay_is_refused_in_a_sentence(
+    options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "letter.txt"
+    path.write_text("Dear player,")
+    assert main(["--replay", str(path), *options]) == 1
+    printed = capsys.readouterr().err
+    assert printed == f"tetris: {path}: this is no replay of this game\n"
+
+
+def test_a_record_that_cannot_be_written_is_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    path = tmp_path / "file" / "one.tetris"
+    command = ["--headless", "--bot", "dellacherie", "--pieces", "2", "--record", str(path)]
+    assert main(command) == 1
+    assert capsys.readouterr().err.startswith(f"tetris: cannot write {path}: ")
 
 
 def test_ctrl_c_ends_a_game_without_a_word(
@@ -89,9 +158,12 @@ def test_without_a_display_one_sentence_names_headless(
 
 
 def test_a_window_game_runs_until_it_is_closed(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setenv("SDL_AUDIODRIVER", "dummy")
+    monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: tmp_path / "data")
+    monkeypatch.setattr("platformdirs.user_config_path", lambda *_, **__: tmp_path / "config")
     flips = iter(range(3))
 
     def flip() -> None:

@@ -1,11 +1,15 @@
 """Shapes, entrances and kicks, against numbers typed from the rule book."""
 
+import copy
+import pickle
+
 import pytest
 
 from tetris.board import Board
-from tetris.moves import KICKS
+from tetris.kicks import KICKS as TABLES
 from tetris.pieces import KINDS, SHAPES, Kind, Piece
 
+KICKS = TABLES["srs"]
 JLSTZ_KICKS = """
 0>R  ( 0, 0) (-1, 0) (-1, 1) ( 0,-2) (-1,-2)
 R>0  ( 0, 0) ( 1, 0) ( 1,-1) ( 0, 2) ( 1, 2)
@@ -112,3 +116,29 @@ def test_bits_and_cells_agree_on_what_collides_everywhere_near_the_walls(kind: K
                 touching = any(-1 <= cx <= 10 and -5 <= cy < 44 for cx, cy in piece.cells)
                 if inside or touching:
                     assert board.fits(piece) == inside, piece
+
+
+def test_a_piece_knows_its_neighbours_and_its_turns() -> None:
+    piece = Piece("T", 3, 5)
+    assert (piece.left, piece.right, piece.below) == (
+        Piece("T", 2, 5),
+        Piece("T", 4, 5),
+        Piece("T", 3, 4),
+    )
+    clockwise, counterclockwise, *_ = piece.turned
+    assert clockwise[:2] == (Piece("T", 3, 5, 1), Piece("T", 2, 5, 1))
+    assert counterclockwise[:2] == (Piece("T", 3, 5, 3), Piece("T", 4, 5, 3))
+    assert (piece.lowest_row, piece.highest_row) == (6, 7)
+
+
+def test_a_piece_can_be_copied_and_kept_in_a_file() -> None:
+    piece = Piece("L", 2, 9, 3)
+    assert piece.below.left.mask != piece.mask  # its neighbours are known by now
+    for other in (copy.copy(piece), copy.deepcopy(piece), pickle.loads(pickle.dumps(piece))):
+        assert (other, other.mask, hash(other)) == (piece, piece.mask, hash(piece))
+    assert not hasattr(piece, "weight")
+
+
+@pytest.mark.parametrize(("columns", "x"), [(10, 3), (9, 3), (8, 2), (5, 1), (4, 0)])
+def test_on_narrow_boards_pieces_enter_in_the_middle_or_left_of_it(columns: int, x: int) -> None:
+    assert Piece.entering("T", columns, rows=6) == Piece("T", x, 5)

@@ -1,4 +1,4 @@
-"""Keys with auto-repeat, and a view that draws every state of a game without a display."""
+"""A view that draws every state of a game without a display, and the display itself."""
 
 import pygame
 import pytest
@@ -8,84 +8,9 @@ from tetris.board import Board
 from tetris.engine import Action, Config, Game, Phase
 from tetris.pieces import Piece
 from tetris.window import display, theme
-from tetris.window.app import BotPlayer
-from tetris.window.keys import Keys
+from tetris.window.bot_player import BotPlayer
 from tetris.window.layout import Layout
 from tetris.window.view import GameView
-
-LEFT, RIGHT = Action.LEFT, Action.RIGHT
-
-
-# -- keys ----------------------------------------------------------------------------------
-
-
-def test_a_key_acts_once_when_it_is_pressed() -> None:
-    keys = Keys()
-    keys.press(pygame.K_UP, 0.0)
-    keys.press(pygame.K_SPACE, 0.01)
-    assert keys.poll(0.02) == [Action.ROTATE_CW, Action.HARD_DROP]
-    assert keys.poll(9.0) == []
-
-
-def test_a_held_shift_repeats_after_167_ms_and_then_every_33_ms() -> None:
-    keys = Keys()
-    keys.press(pygame.K_LEFT, 0.0)
-    assert keys.poll(0.166) == [LEFT]
-    assert keys.poll(0.168) == [LEFT]
-    assert keys.poll(0.199) == []
-    assert keys.poll(0.201) == [LEFT]
-    assert keys.poll(0.301) == [LEFT] * 3
-    keys.release(pygame.K_LEFT, 0.301)
-    assert keys.poll(9.0) == []
-
-
-def test_repeats_between_two_frames_are_not_lost_by_a_release() -> None:
-    keys = Keys()
-    keys.press(pygame.K_LEFT, 0.0)
-    keys.release(pygame.K_LEFT, 0.210)
-    assert keys.poll(0.5) == [LEFT] * 3  # at 0, 0.167 and 0.2 s
-
-
-def test_of_two_held_directions_the_later_rules_and_the_other_then_starts_afresh() -> None:
-    keys = Keys()
-    keys.press(pygame.K_LEFT, 0.0)
-    keys.press(pygame.K_RIGHT, 0.1)
-    assert keys.poll(0.26) == [LEFT, RIGHT]
-    assert keys.poll(0.268) == [RIGHT]
-    keys.release(pygame.K_RIGHT, 0.27)
-    assert keys.poll(0.43) == []
-    assert keys.poll(0.438) == [LEFT]
-
-
-def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
-    keys = Keys()
-    keys.press(pygame.K_DOWN, 0.0)
-    assert keys.poll(0.0) == [Action.DOWN]
-    assert keys.soft_drop
-    keys.release(pygame.K_DOWN, 0.3)
-    assert not keys.soft_drop
-
-
-def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
-    keys = Keys()
-    keys.press(pygame.K_LEFT, 0.0)
-    keys.press(pygame.K_DOWN, 0.0)
-    keys.release_all()
-    assert keys.poll(9.0) == []
-    assert not keys.soft_drop
-
-
-def test_keys_can_be_bound_anew_and_unknown_ones_do_nothing() -> None:
-    keys = Keys({pygame.K_a: LEFT}, das_s=0.1, arr_s=0.05)
-    keys.press(pygame.K_LEFT, 0.0)
-    keys.press(pygame.K_a, 0.0)
-    assert keys.poll(0.151) == [LEFT] * 3
-
-
-def test_impossible_repeat_times_are_refused() -> None:
-    with pytest.raises(ValueError, match="above 0"):
-        Keys(arr_s=0.0)
-
 
 # -- view ----------------------------------------------------------------------------------
 

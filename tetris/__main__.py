@@ -1,20 +1,26 @@
-"""The command line: Tetris by keyboard, or the bot, in a window or without one."""
+"""The command line: Tetris in a window, and bots and replays with or without one."""
 
 import argparse
 import json
 import secrets
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
-from tetris import bot
+from tetris import bots
 from tetris.console import say
-from tetris.engine import Config, Game, Phase
+from tetris.engine import Game, Phase
+from tetris.film import FilmError
+from tetris.modes import LAST_START_LEVEL, MODES
+from tetris.replay import Player, Recorder
+from tetris.replay_file import ReplayError, load, save
 
-_LAST_LEVEL: Final = 20
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
-_BOT_ACTION_S: Final = 0.08  # quick, and still to be followed by eye
+_MOST_RATE_HZ: Final = 1000
+_BOT_RATE_HZ: Final = 12  # where the clock counts: a quick hand
+_MOST_SPEED: Final = 100
 _INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -22,29 +28,119 @@ def main(argv: list[str] | None = None) -> int:
     """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage, 130 Ctrl+C."""
     parser = _parser()
     options = parser.parse_args(argv)
-    if options.headless and not options.bot:
-        parser.error("--headless leaves nobody to press keys; add --bot")
+    if options.headless and not (options.bot or options.replay):
+        parser.error("--headless leaves nobody to press keys; add --bot or --replay FILE")
+    if options.replay and (options.bot or options.mode):
+        parser.error("--replay plays what was played; leave --bot and --mode out")
+    if options.film and not options.replay:
+        parser.error("--film shows a recorded game; add --replay FILE")
+    if options.record and not options.headless:
+        parser.error("--record is for --headless; the window keeps its games by itself")
     try:
         return _play(options)
     except KeyboardInterrupt:
         return _INTERRUPTED
+    except (ReplayError, FilmError) as error:
+        print(f"tetris: {error}", file=sys.stderr)
+        return 1
 
 
 def _play(options: argparse.Namespace) -> int:
-    seed = secrets.randbits(32) if options.seed is None else options.seed
-    config = Config(start_level=options.level)
+    if options.film:
+        return _film(options)
     if options.headless:
-        return _report(_play_unseen(seed, config, options.pieces), seed, options.json)
+        return _check(options) if options.replay else _play_unseen(options)
     # Imported here, because a headless game needs neither pygame nor the time it takes.
-    from tetris.window.app import play
+    from tetris.window.app import Start, play
     from tetris.window.display import DisplayError
 
+    if options.replay:
+        load(options.replay)  # refused here, in a sentence, rather than in a window
+    start = Start(
+        mode=options.mode,
+        seed=options.seed,
+        level=options.level,
+        bot=options.bot,
+        replay=options.replay,
+    )
     try:
-        game = play(seed, config, bot_action_s=_BOT_ACTION_S if options.bot else None)
+        game = play(start)
     except DisplayError as error:
         print(f"tetris: {error}; without one, play with --headless --bot", file=sys.stderr)
         return 2
-    return _report(game, seed, options.json)
+    return 0 if game is None else _report(game, options.json)
+
+
+def _play_unseen(options: argparse.Namespace) -> int:
+    """Let a bot play without a window."""
+    seed = secrets.randbits(32) if options.seed is None else options.seed
+    mode = MODES[options.mode or "endless"]
+    config = mode.config(options.level or 1, seed)
+    rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
+    recorder = Recorder(seed, config, mode.name)
+    action_s = 1 / rate_hz if rate_hz else 0.0
+    bots.play(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    if options.record:
+        try:
+            save(options.record, recorder.replay())
+        except OSError as error:
+            reason = error.strerror or error
+            print(f"tetris: cannot write {options.record}: {reason}", file=sys.stderr)
+            return 1
+    return _report(recorder.game, options.json)
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Play a replay to its end without a window, and say whether it is what it says."""
+    player = Player(load(options.replay))
+    player.advance(player.end_s)
+    if player.differs:
+        print(
+            f"tetris: {options.replay}: the replay ends otherwise than it was recorded; "
+            "it was made by another program, or altered",
+            file=sys.stderr,
+        )
+        return 1
+    return _report(player.game, options.json)
+
+
+def _film(options: argparse.Namespace) -> int:
+    """Save a replay as a film, and say how far it is where somebody watches."""
+    from tetris.window import film
+
+    replay = load(options.replay)
+    film.unseen()
+    shown = -1
+    try:
+        for share in film.export(replay, options.film, speed=options.speed):
+            if sys.stderr.isatty() and round(100 * share) != shown:
+                shown = round(100 * share)
+                print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
+    except OSError as error:
+        reason = error.strerror or error
+        print(f"tetris: cannot write {options.film}: {reason}", file=sys.stderr)
+        return 1
+    return say("tetris", f"\r{options.film}" if shown >= 0 else str(options.film))
+
+
+def _report(game: Game, as_json: bool) -> int:
+    result = {
+        "seed": game.seed,
+        "score": game.score,
+        "level": game.level,
+        "lines": game.lines,
+        "pieces": game.pieces_placed,
+        "time_s": round(game.time_s, 3),
+        "over": game.phase is Phase.OVER,
+        "result": game.result.value if game.result else None,
+    }
+    if as_json:
+        return say("tetris", json.dumps(result))
+    return say(
+        "tetris",
+        f"{game.score:,} points, {game.lines:,} lines, level {game.level}, "
+        f"{game.pieces_placed:,} pieces (seed {game.seed})",
+    )
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -55,6 +151,12 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Try it: tetris --bot",
     )
     parser.add_argument(
+        "--mode",
+        choices=MODES,
+        metavar="NAME",
+        help=f"begin at once with {', '.join(MODES)} (default: the menu)",
+    )
+    parser.add_argument(
         "--seed",
         type=_whole(_LAST_SEED, least=0),
         metavar="N",
@@ -62,21 +164,51 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--level",
-        type=_whole(_LAST_LEVEL),
-        default=1,
+        type=_whole(LAST_START_LEVEL),
         metavar="N",
-        help=f"level to start with, 1 to {_LAST_LEVEL} (default: %(default)s)",
+        help=f"level to start with, 1 to {LAST_START_LEVEL}, where the mode has levels",
     )
-    parser.add_argument("--bot", action="store_true", help="watch the bot play")
     parser.add_argument(
-        "--headless", action="store_true", help="no window, as fast as it can; needs --bot"
+        "--bot",
+        nargs="?",
+        choices=bots.BOTS,
+        const=bots.STRONGEST,
+        metavar="NAME",
+        help=f"watch a bot play: {', '.join(bots.BOTS)} (default: {bots.STRONGEST})",
+    )
+    parser.add_argument(
+        "--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it"
+    )
+    parser.add_argument(
+        "--headless", action="store_true", help="no window, as fast as it can; with --bot, --replay"
     )
     parser.add_argument(
         "--pieces",
         type=_whole(_MOST_PIECES),
         default=1000,
         metavar="N",
-        help="pieces of a headless game (default: %(default)s)",
+        help="pieces of a bot's headless game (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--rate",
+        type=_whole(_MOST_RATE_HZ),
+        metavar="HZ",
+        help="the bot's actions a second in a headless game (default: as fast as the rules "
+        f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
+    )
+    parser.add_argument("--record", type=Path, metavar="FILE", help="keep a headless game")
+    parser.add_argument(
+        "--film",
+        type=Path,
+        metavar="FILE",
+        help="save --replay as a .gif or .mp4 (needs the film extra)",
+    )
+    parser.add_argument(
+        "--speed",
+        type=_whole(_MOST_SPEED),
+        default=1,
+        metavar="N",
+        help="how many times faster the film is than the game (default: %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     return parser
@@ -92,31 +224,6 @@ def _whole(most: int, *, least: int = 1) -> Callable[[str], int]:
         return int(words)
 
     return read
-
-
-def _play_unseen(seed: int, config: Config, pieces: int) -> Game:
-    game = Game(seed, config)
-    while game.phase is Phase.RUNNING and game.pieces_placed < pieces:
-        game.update(0.0, bot.plan(game).actions)
-    return game
-
-
-def _report(game: Game, seed: int, as_json: bool) -> int:
-    result = {
-        "seed": seed,
-        "score": game.score,
-        "level": game.level,
-        "lines": game.lines,
-        "pieces": game.pieces_placed,
-        "over": game.phase is Phase.OVER,
-    }
-    if as_json:
-        return say("tetris", json.dumps(result))
-    return say(
-        "tetris",
-        f"{game.score:,} points, {game.lines:,} lines, level {game.level}, "
-        f"{game.pieces_placed:,} pieces (seed {seed})",
-    )
 
 
 if __name__ == "__main__":

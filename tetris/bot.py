@@ -10,28 +10,21 @@ from dataclasses import dataclass
 from typing import Final
 
 from tetris import moves
-from tetris.board import ROW, full_rows, row_shift, without_rows
 from tetris.engine import Game, Phase
 from tetris.events import Action
-from tetris.pieces import STRIDE, VISIBLE_ROWS, Piece
+from tetris.features import DELLACHERIE, HEADROOM_ROWS, loses, middle, settled, surface
+from tetris.kicks import Kicks
+from tetris.pieces import Piece
+from tetris.rules import Config
 
-_HEIGHT: Final = -1.0
-_ERODED: Final = 1.0
-_ROW_TRANSITIONS: Final = -1.0
-_COLUMN_TRANSITIONS: Final = -1.0
-_HOLES: Final = -4.0
-_WELLS: Final = -1.0
-_LOCK_OUT: Final = -1e6  # a landing that ends the game is the last resort
+LOST: Final = -1e6  # of a landing that ends the game: the last resort
 
-_SEEN_ROWS: Final = VISIBLE_ROWS + 4  # what the features look at
-_CELLS: Final = sum(ROW << row_shift(y) for y in range(_SEEN_ROWS))
-_PAIRS: Final = _CELLS | _CELLS >> 1  # the left one of each two neighbours, walls included
-_STACKED: Final = _CELLS | ROW << row_shift(-1)  # the lower one of each two, floor included
 _TURNS: Final[tuple[tuple[Action, moves.Direction], ...]] = (
     (Action.ROTATE_CW, moves.CW),
     (Action.ROTATE_CCW, moves.CCW),
 )
 _SHIFTS: Final = ((Action.LEFT, -1), (Action.RIGHT, 1))
+_GUIDELINE: Final = Config()
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,17 +57,24 @@ def plan(game: Game, *, command_cost: float = 0.0, target: Piece | None = None) 
     """
     if game.phase is Phase.OVER:
         raise ValueError("the game is over; restart it before planning")
-    return plan_piece(game.board.bits, game.piece, command_cost=command_cost, target=target)
+    return plan_piece(
+        game.board.bits, game.piece, game.config, command_cost=command_cost, target=target
+    )
 
 
 def plan_piece(
-    bits: int, piece: Piece, *, command_cost: float = 0.0, target: Piece | None = None
+    bits: int,
+    piece: Piece,
+    config: Config = _GUIDELINE,
+    *,
+    command_cost: float = 0.0,
+    target: Piece | None = None,
 ) -> Plan:
     """Plan a piece on a board's bits; otherwise like `plan`."""
     kept = None if target is None else target.mask
     best: Plan | None = None
-    for landing, actions in landings(bits, piece):
-        worth = value(bits, landing) - command_cost * len(actions)
+    for landing, actions in landings(bits, piece, config.kicks):
+        worth = value(bits, landing, config) - command_cost * len(actions)
         found = Plan(actions, landing, worth)
         if landing.mask == kept:
             return found
@@ -84,7 +84,9 @@ def plan_piece(
     return best
 
 
-def landings(bits: int, piece: Piece) -> list[tuple[Piece, tuple[Action, ...]]]:
+def landings(
+    bits: int, piece: Piece, kicks: Kicks = "srs"
+) -> list[tuple[Piece, tuple[Action, ...]]]:
     """Return every landing in reach with the fewest actions to it, the shortest first."""
     found: list[tuple[Piece, tuple[Action, ...]]] = []
     landed_masks: set[int] = set()
@@ -97,58 +99,37 @@ def landings(bits: int, piece: Piece) -> list[tuple[Piece, tuple[Action, ...]]]:
         if mask not in landed_masks:  # turned pieces often fill the same cells
             landed_masks.add(mask)
             found.append((landing, (*actions, Action.HARD_DROP)))
-        for there, action in _steps(bits, here):
+        for there, action in _steps(bits, here, kicks):
             if there not in seen:
                 seen.add(there)
                 queue.append((there, (*actions, action)))
     return found
 
 
-def _steps(bits: int, piece: Piece) -> list[tuple[Piece, Action]]:
+def _steps(bits: int, piece: Piece, kicks: Kicks) -> list[tuple[Piece, Action]]:
     steps = []
     for action, dx in _SHIFTS:
         if shifted := moves.shifted(bits, piece, dx):
             steps.append((shifted, action))
     if piece.kind != "O":
         for action, direction in _TURNS:
-            if turned := moves.rotated(bits, piece, direction):
+            if turned := moves.rotated(bits, piece, direction, kicks):
                 steps.append((turned[0], action))
     return steps
 
 
-def value(bits: int, landing: Piece) -> float:
+def value(bits: int, landing: Piece, config: Config = _GUIDELINE) -> float:
     """Return Dellacherie's value of a landing; higher is better.
 
     Args:
         bits: The board before the piece locks.
         landing: The piece where it will lock.
+        config: The rules; the size of the board is what matters.
     """
-    cells = landing.cells
-    rows = {y for _, y in cells}
-    lowest, highest = min(rows), max(rows)
-    bits |= landing.mask
-    cleared = full_rows(bits, lowest, highest)
-    worth = _HEIGHT * (lowest + highest) / 2 + (_LOCK_OUT if lowest >= VISIBLE_ROWS else 0.0)
-    if cleared:
-        worth += _ERODED * len(cleared) * sum(y in cleared for _, y in cells)
-        bits = without_rows(bits, cleared)
-    return worth + surface(bits)
-
-
-def surface(bits: int) -> float:
-    """Return the weighted transitions, holes and wells of a board without full rows."""
-    empty = ~bits & _CELLS
-    cover = bits & _CELLS
-    for rows in (1, 2, 4, 8, 16):  # every cell at or below a block
-        cover |= cover >> rows * STRIDE
-    wells = well = empty & bits << 1 & bits >> 1
-    depth_sum = wells.bit_count()
-    while well:  # a well cell counts once more for every empty cell right below it
-        well = well >> STRIDE & empty
-        depth_sum += well.bit_count()
+    after, eroded = settled(bits, landing, config.columns)
     return (
-        _ROW_TRANSITIONS * ((bits ^ bits >> 1) & _PAIRS).bit_count()
-        + _COLUMN_TRANSITIONS * ((bits ^ bits >> STRIDE) & _STACKED).bit_count()
-        + _HOLES * (cover & empty).bit_count()
-        + _WELLS * depth_sum
+        DELLACHERIE.landing_height * middle(landing)
+        + DELLACHERIE.eroded_cells * eroded
+        + (LOST if loses(landing, config) else 0.0)
+        + surface(DELLACHERIE, config.columns, config.rows + HEADROOM_ROWS)(after)
     )

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeVar, dataclass_transform
 
 from tetris.pieces import Kind, Piece
+from tetris.rules import check_cap
 from tetris.scoring import Clear
 
 
@@ -17,32 +19,69 @@ class Action(Enum):
     ROTATE_CW = "rotate_cw"
     ROTATE_CCW = "rotate_ccw"
     HOLD = "hold"
+    UNDO = "undo"  # takes a lock back where the rules allow it
     PAUSE = "pause"
     RESTART = "restart"
 
-
-class TopOut(Enum):
-    """How a game ended: docs/tetris.md "top_out"."""
-
-    BLOCK_OUT = "block out"  # a piece entered where blocks are
-    LOCK_OUT = "lock out"  # a piece locked wholly above the visible rows
+    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
 
 
 @dataclass(frozen=True, slots=True)
+class GravityCap:
+    """From now on gravity is not faster than at this level, 1 to 20; points stay as they are."""
+
+    level: int
+
+    def __post_init__(self) -> None:
+        check_cap(self.level)
+
+
+Input = Action | GravityCap
+"""What `Game.update` takes: what the player does, or what the pace of play asks for."""
+
+
+class TopOut(Enum):
+    """How a game was lost: docs/tetris.md "top_out"."""
+
+    BLOCK_OUT = "block out"  # a piece entered where blocks are
+    LOCK_OUT = "lock out"  # a piece locked above the visible rows
+
+
+class Finish(Enum):
+    """How a game came to its end without being lost."""
+
+    GOAL = "goal reached"
+    TIME = "time over"
+
+
+EventT = TypeVar("EventT")
+
+
+@dataclass_transform(frozen_default=True)
+def _event(cls: type[EventT]) -> type[EventT]:
+    """Make a value class whose fields nobody changes, as the type checker sees to.
+
+    A dataclass that enforces it at run time takes four times as long to make, and events
+    are most of what the engine makes.
+    """
+    return dataclass(slots=True, unsafe_hash=True)(cls)
+
+
+@_event
 class Event:
     """Something that happened, at a time of the caller's clock."""
 
     time_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Spawned(Event):
-    """A piece entered."""
+    """A piece entered; it is turned already if the player held a turn down."""
 
     piece: Piece
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Moved(Event):
     """The piece moved by (dx, dy) to its present place; without an action, by gravity."""
 
@@ -52,7 +91,7 @@ class Moved(Event):
     action: Action | None
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Rotated(Event):
     """The piece turned; kick is the test (0..4) that made it fit."""
 
@@ -61,7 +100,7 @@ class Rotated(Event):
     action: Action
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Dropped(Event):
     """A hard drop let the piece fall so many rows to its present place."""
 
@@ -69,21 +108,21 @@ class Dropped(Event):
     rows: int
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Held(Event):
     """The piece in play went into the hold."""
 
     kind: Kind
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Blocked(Event):
-    """An action that could not be carried out: no room, hold spent, or no game running."""
+    """An action that could not be carried out: no room, not allowed, or no game running."""
 
     action: Action
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Locked(Event):
     """The piece became blocks; rows are those it completed, as they were before they fell."""
 
@@ -92,30 +131,42 @@ class Locked(Event):
     clear: Clear
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class LevelUp(Event):
     """A new level began."""
 
     level: int
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class ToppedOut(Event):
-    """The game is over."""
+    """The game is over, and lost."""
 
     reason: TopOut
 
 
-@dataclass(frozen=True, slots=True)
+@_event
+class Finished(Event):
+    """The game is over, and was played to its end."""
+
+    reason: Finish
+
+
+@_event
+class Undone(Event):
+    """The last lock was taken back; its piece enters again."""
+
+
+@_event
 class Paused(Event):
     """Time stopped."""
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Resumed(Event):
     """Time goes on."""
 
 
-@dataclass(frozen=True, slots=True)
+@_event
 class Restarted(Event):
-    """A new game began on an empty board."""
+    """A new game began."""

@@ -4,41 +4,20 @@ Every function takes the board's bits and a piece and returns a new piece. Sourc
 Super Rotation System, docs/tetris.md "srs", and "tspin".
 """
 
+from collections.abc import Mapping
 from enum import Enum
+from functools import cache
 from typing import Final, Literal
 
 from tetris.board import cell_bit
-from tetris.pieces import FLOOR_ROWS, KINDS, MASKS, STRIDE, Cell, Kind, Piece
+from tetris.kicks import KICKS, LAST_KICK, Kicks
+from tetris.pieces import MASKS, STRIDE, Cell, Kind, Piece, piece_at
 
 Direction = Literal[1, -1]
 CW: Final = 1
 CCW: Final = -1
-LAST_KICK: Final = 4  # the fifth test, which moves the centre by one column and two rows
-
-# From one turn to the next, the five shifts (x, y) to try in order: docs/tetris.md "srs".
-_Kicks = dict[tuple[int, int], tuple[Cell, ...]]
-_JLSTZ: Final[_Kicks] = {
-    (0, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
-    (1, 0): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
-    (1, 2): ((0, 0), (1, 0), (1, -1), (0, 2), (1, 2)),
-    (2, 1): ((0, 0), (-1, 0), (-1, 1), (0, -2), (-1, -2)),
-    (2, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
-    (3, 2): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
-    (3, 0): ((0, 0), (-1, 0), (-1, -1), (0, 2), (-1, 2)),
-    (0, 3): ((0, 0), (1, 0), (1, 1), (0, -2), (1, -2)),
-}
-_I: Final[_Kicks] = {
-    (0, 1): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
-    (1, 0): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
-    (1, 2): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
-    (2, 1): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
-    (2, 3): ((0, 0), (2, 0), (-1, 0), (2, 1), (-1, -2)),
-    (3, 2): ((0, 0), (-2, 0), (1, 0), (-2, -1), (1, 2)),
-    (3, 0): ((0, 0), (1, 0), (-2, 0), (1, -2), (-2, 1)),
-    (0, 3): ((0, 0), (-1, 0), (2, 0), (-1, 2), (2, -1)),
-}
-_O: Final[_Kicks] = dict.fromkeys(_JLSTZ, ((0, 0),))  # it never moves
-KICKS: Final[dict[Kind, _Kicks]] = dict.fromkeys(KINDS, _JLSTZ) | {"I": _I, "O": _O}
+TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
+"""Where a kick table's clockwise turns are in `Piece.turned`; the others come next."""
 
 # The corners of T's box, by turn: first the two that its point looks towards.
 _CORNERS: Final[tuple[tuple[Cell, Cell, Cell, Cell], ...]] = (
@@ -56,38 +35,46 @@ class Spin(Enum):
     MINI = "mini"
     FULL = "full"
 
+    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
+
 
 def shifted(bits: int, piece: Piece, dx: int, dy: int = 0) -> Piece | None:
     """Return the piece moved by whole cells, or None where it collides."""
-    moved = Piece(piece.kind, piece.x + dx, piece.y + dy, piece.turn)
+    moved = piece_at(piece.kind, piece.x + dx, piece.y + dy, piece.turn)
     return None if bits & moved.mask else moved
 
 
-def rotated(bits: int, piece: Piece, direction: Direction) -> tuple[Piece, int] | None:
+def rotated(
+    bits: int, piece: Piece, direction: Direction, kicks: Kicks = "srs"
+) -> tuple[Piece, int] | None:
     """Return the piece after a quarter turn, and which kick made it fit (0..4), or None."""
-    kind = piece.kind
-    turn = (piece.turn + direction) & 3
-    mask = MASKS[kind][turn]
-    corner = (piece.y + FLOOR_ROWS) * STRIDE + piece.x + 1
-    for kick, (dx, dy) in enumerate(KICKS[kind][piece.turn, turn]):
-        if not bits & (mask << (corner + dy * STRIDE + dx)):
-            return Piece(kind, piece.x + dx, piece.y + dy, turn), kick
+    kick = 0
+    for turned in piece.turned[TABLES[kicks] + (direction < 0)]:
+        if not bits & turned.mask:
+            return turned, kick
+        kick += 1  # noqa: SIM113 (half as dear as enumerate)
     return None
 
 
 def rows_to_fall(bits: int, piece: Piece) -> int:
     """Return how many rows the piece can fall; 0 on the ground."""
-    mask = piece.mask >> STRIDE
-    rows = 0
-    while not bits & mask:
-        mask >>= STRIDE
-        rows += 1
-    return rows
+    # Where the box's corner cannot be, in the piece's column and below it; the floor is there.
+    blocked = 0
+    for shift in _offsets(piece.kind, piece.turn):
+        blocked |= bits >> shift
+    corner = piece.corner
+    highest = (blocked & _below(corner)).bit_length() - 1
+    return (corner - highest) // STRIDE - 1
+
+
+def lowered(piece: Piece, rows: int) -> Piece:
+    """Return the piece so many rows further down."""
+    return piece_at(piece.kind, piece.x, piece.y - rows, piece.turn)
 
 
 def landed(bits: int, piece: Piece) -> Piece:
     """Return the piece where a hard drop would put it: its ghost."""
-    return Piece(piece.kind, piece.x, piece.y - rows_to_fall(bits, piece), piece.turn)
+    return lowered(piece, rows_to_fall(bits, piece))
 
 
 def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
@@ -104,5 +91,19 @@ def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
     corners = [bool(bits & cell_bit(piece.x + x, piece.y + y)) for x, y in _CORNERS[piece.turn]]
     if sum(corners) < 3:
         return Spin.NONE
-    full = (corners[0] and corners[1]) or kick == LAST_KICK  # "disputes": every fifth kick
+    # Every fifth kick counts as full: "Where sources disagree".
+    full = (corners[0] and corners[1]) or kick == LAST_KICK
     return Spin.FULL if full else Spin.MINI
+
+
+@cache
+def _offsets(kind: Kind, turn: int) -> tuple[int, ...]:
+    """Return how far the shape's cells are from the box's corner, in bits."""
+    mask = MASKS[kind][turn]
+    return tuple(bit for bit in range(mask.bit_length()) if mask >> bit & 1)
+
+
+@cache
+def _below(corner: int) -> int:
+    """Return the bits right below a corner, down to the bottom of the floor."""
+    return sum(1 << bit for bit in range(corner - STRIDE, -1, -STRIDE))

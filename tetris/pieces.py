@@ -5,11 +5,15 @@ shape in a square box; its position is the box's lower left corner, its turn the
 of clockwise quarter turns since it entered.
 
 The board is one Python integer, and so is a piece, which makes a collision one `&`. A
-row takes `STRIDE` bits: a wall, ten columns, and the other wall.
+row takes `STRIDE` bits: a wall, ten columns, and the other wall. Narrower boards have a
+thicker right wall.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final, Literal
+
+from tetris.kicks import KICKS
 
 Kind = Literal["I", "O", "T", "S", "Z", "J", "L"]
 KINDS: Final[tuple[Kind, ...]] = ("I", "O", "T", "S", "Z", "J", "L")
@@ -29,15 +33,6 @@ _PICTURES: Final[dict[Kind, tuple[str, ...]]] = {  # as they enter, flat side do
     "Z": ("##.", ".##", "..."),
     "J": ("#..", "###", "..."),
     "L": ("..#", "###", "..."),
-}
-_ENTRANCES: Final[dict[Kind, Cell]] = {  # the box's corner: docs/tetris.md "spawn", rows 20 and 21
-    "I": (3, 18),
-    "O": (4, 20),
-    "T": (3, 19),
-    "S": (3, 19),
-    "Z": (3, 19),
-    "J": (3, 19),
-    "L": (3, 19),
 }
 
 
@@ -69,10 +64,36 @@ MASKS: Final = {
 _LOWEST: Final = {
     kind: tuple(min(y for _, y in cells) for cells in turns) for kind, turns in SHAPES.items()
 }
+_HIGHEST: Final = {
+    kind: tuple(max(y for _, y in cells) for cells in turns) for kind, turns in SHAPES.items()
+}
+
+
+class _Worked:
+    """What follows from a piece's position; worked out once, when it is first asked for.
+
+    Attributes:
+        mask: The four cells as bits of the board.
+        corner: The bit of the box's lower left corner.
+        lowest_row, highest_row: The rows of its lowest and highest cells.
+        left, right, below: The same piece one cell further.
+        turned: What a quarter turn tries, in order: by `2 * (kick table) + (0 clockwise, 1
+            counterclockwise)`, the tables in the order of `kicks.KICKS`.
+    """
+
+    __slots__ = ("below", "corner", "highest_row", "left", "lowest_row", "mask", "right", "turned")
+    mask: int
+    corner: int
+    lowest_row: int
+    highest_row: int
+    left: "Piece"
+    right: "Piece"
+    below: "Piece"
+    turned: tuple[tuple["Piece", ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(_Worked):
     """One piece at one place: the corner of its box, and its clockwise quarter turns (0..3)."""
 
     kind: Kind
@@ -81,21 +102,61 @@ class Piece:
     turn: int = 0
 
     @classmethod
-    def entering(cls, kind: Kind) -> "Piece":
-        """Return the piece where it enters, in rows 20 and 21."""
-        return cls(kind, *_ENTRANCES[kind])
+    def entering(cls, kind: Kind, columns: int = COLUMNS, rows: int = VISIBLE_ROWS) -> "Piece":
+        """Return the piece where it enters: in the two rows above the visible ones.
+
+        Left of the middle where it cannot be in the middle: docs/tetris.md "spawn".
+        """
+        size = len(_PICTURES[kind])
+        return piece_at(kind, (columns - size) // 2, rows - _LOWEST[kind][0], 0)
 
     @property
     def cells(self) -> tuple[Cell, ...]:
         """The four cells on the board."""
         return tuple((self.x + x, self.y + y) for x, y in SHAPES[self.kind][self.turn])
 
-    @property
-    def mask(self) -> int:
-        """The four cells as bits of the board."""
-        return MASKS[self.kind][self.turn] << ((self.y + FLOOR_ROWS) * STRIDE + self.x + 1)
+    def __getattr__(self, name: str) -> object:
+        """Work out one of `_Worked`; Python asks here only for what has no value yet."""
+        work = _WORK.get(name)
+        if work is None:
+            raise AttributeError(f"a piece has no {name}")
+        value = work(self)
+        object.__setattr__(self, name, value)
+        return value
 
-    @property
-    def lowest_row(self) -> int:
-        """The row of its lowest cell."""
-        return self.y + _LOWEST[self.kind][self.turn]
+
+@cache
+def piece_at(kind: Kind, x: int, y: int, turn: int) -> Piece:
+    """Return the one `Piece` that stands for this place, so that neighbours are found once."""
+    return Piece(kind, x, y, turn)
+
+
+def _corner(piece: Piece) -> int:
+    return (piece.y + FLOOR_ROWS) * STRIDE + piece.x + 1
+
+
+def _moved(piece: Piece, dx: int, dy: int) -> Piece:
+    return piece_at(piece.kind, piece.x + dx, piece.y + dy, piece.turn)
+
+
+def _turned(piece: Piece) -> tuple[tuple[Piece, ...], ...]:
+    return tuple(
+        tuple(
+            piece_at(piece.kind, piece.x + dx, piece.y + dy, turn)
+            for dx, dy in table[piece.kind][piece.turn, turn]
+        )
+        for table in KICKS.values()
+        for turn in ((piece.turn + 1) & 3, (piece.turn - 1) & 3)
+    )
+
+
+_WORK: Final = {
+    "mask": lambda piece: MASKS[piece.kind][piece.turn] << _corner(piece),
+    "corner": _corner,
+    "lowest_row": lambda piece: piece.y + _LOWEST[piece.kind][piece.turn],
+    "highest_row": lambda piece: piece.y + _HIGHEST[piece.kind][piece.turn],
+    "left": lambda piece: _moved(piece, -1, 0),
+    "right": lambda piece: _moved(piece, 1, 0),
+    "below": lambda piece: _moved(piece, 0, -1),
+    "turned": _turned,
+}

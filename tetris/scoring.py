@@ -13,7 +13,7 @@ _LINES_A_LEVEL: Final = 10
 # By lines cleared, 0 to 4; a mini clears at most two.
 _POINTS: Final[dict[Spin, tuple[int, ...]]] = {
     Spin.NONE: (0, 100, 300, 500, 800),
-    Spin.MINI: (100, 200, 400),  # a mini double: 400, "disputes"
+    Spin.MINI: (100, 200, 400),  # a mini double: 400, "Where sources disagree"
     Spin.FULL: (400, 800, 1200, 1600),
 }
 _PERFECT: Final = (0, 800, 1200, 1800, 2000)  # added to the above
@@ -66,6 +66,10 @@ class Streak:
     combo: int = 0
 
 
+_NOTHING: Final = Clear(0, Spin.NONE, False, -1, False, 0)
+_CALM: Final = (Streak(False, 0), Streak(True, 0))
+
+
 def judge(
     lines: int, spin: Spin, *, level: int, streak: Streak, perfect: bool
 ) -> tuple[Clear, Streak]:
@@ -78,6 +82,8 @@ def judge(
         streak: What the locks before left.
         perfect: Whether the board is empty now.
     """
+    if not lines and spin is Spin.NONE:  # by far the most frequent lock
+        return _NOTHING, _CALM[streak.b2b]
     difficult = _difficult(lines, spin)
     b2b = difficult and streak.b2b
     points = _POINTS[spin][lines]

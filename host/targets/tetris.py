@@ -11,18 +11,22 @@ from typing import Final
 import pygame
 
 from controller.protocol import Command, Message, Telemetry
-from host import cards, sprites
 from host.orb_view import LinkState, OrbView
-from host.panel import Panel, Projection
+from host.panel import Projection
+from host.pause_menu import PauseMenu
 from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.scene import Scene
 from host.targets import TargetOptions
 from host.touch import Pad, Touch
 from tetris.engine import Action, Config, Event, Game, Phase
-from tetris.window import theme
+from tetris.events import Paused
+from tetris.folders import config_folder
+from tetris.window import bindings
 from tetris.window.keys import Keys
-from tetris.window.view import GameView
+from tetris.window.look import Look
+from tetris.window.nav import OF_ACTION, OF_CODE, Nav
+from tetris.window.settings import FILE_NAME, Settings, changed, load
 
-DESIGN: Final = (1280, 720)  # the window's first size; any other is filled in proportion
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.
 PACE: Final = Config(gravity_cap=3, lock_delay_s=1.0)
@@ -42,8 +46,6 @@ HINTS: Final = {Phase.PAUSED: "P to go on", Phase.OVER: "pinch, or R, to play ag
 _TWO_FINGERS: Final = pygame.K_2
 _RIGHT_BUTTON: Final = 3
 _BUTTONS: Final = (1, _RIGHT_BUTTON)
-_LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
-_MARGIN, _LEFT, _RIGHT, _GAP, _TOUCHES = 20, 358, 222, 8, 214  # design units
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +72,44 @@ class TetrisTarget:
         reason: Why the link made the game pause; "" when it did not.
     """
 
-    def __init__(self, seed: int, config: Config | None = None) -> None:
-        """Begin a game; its time begins with the first tick."""
+    def __init__(
+        self, seed: int, config: Config | None = None, settings: Settings | None = None
+    ) -> None:
+        """Begin a game; its time begins with the first tick.
+
+        Args:
+            seed: Which game.
+            config: The rules; an orb's pace without them.
+            settings: The player's keys, and what they want to see.
+        """
+        self._settings = settings or Settings()
+        self._look = _look(self._settings)
         self.game = Game(seed, config or PACE)
         self.orb = OrbView()
         self.touch = Touch()
-        self.keys = Keys()
+        self.keys = _hands(self._settings)
         self.reason = ""
         self._now_s = 0.0
         self._running_s = 0.0  # when a game was last running or paused
         self._button = 0
-        self._scene: _Scene | None = None
+        self._scene: Scene | None = None
+        self._asked: list[Action] = []  # by the menu
+        self.menu = PauseMenu(
+            lambda: self._settings,
+            self._change,
+            resume=lambda: self._asked.append(Action.PAUSE),
+            restart=lambda: self._asked.append(Action.RESTART),
+        )
+
+    @property
+    def in_menu(self) -> bool:
+        """Whether the player has stopped the game, and commands move through its menu."""
+        return self.game.phase is Phase.PAUSED and not self.reason
+
+    def _change(self, settings: Settings) -> None:
+        """Take over what the player has chosen to see."""
+        self._settings, self._look = settings, _look(settings)
+        self._scene = None
 
     # -- the core ----------------------------------------------------------------------
 
@@ -101,14 +130,19 @@ class TetrisTarget:
             due = self._take(item, now_s)
             if isinstance(item, Delivered) and isinstance(item.message, Command):
                 action = self._action(item.message.name)
-                if action is not None:
+                if action is not None and self.in_menu:
+                    self._navigate(OF_ACTION.get(action))
+                elif action is not None:
                     acted.append((item.message, action))
                     due = (*due, action)
             events += self.game.update(now_s, due, soft_drop=self.keys.soft_drop)
-        mine = (*self.keys.poll(now_s), *actions)
+        mine = (*self.keys.poll(now_s), *self._asked, *actions)
+        self._asked.clear()
         if Action.PAUSE in mine or Action.RESTART in mine:
             self.reason = ""  # to pause, or to go on without the orb, is now the player's affair
         events += self.game.update(now_s, mine, soft_drop=self.keys.soft_drop)
+        if any(isinstance(event, Paused) for event in events):
+            self.menu.open()
         if self.game.phase is not Phase.OVER:
             self._running_s = now_s
         self.orb.advance(now_s)
@@ -150,6 +184,10 @@ class TetrisTarget:
         ours, self.reason = bool(self.reason), ""
         return (Action.PAUSE,) if ours and self.game.phase is Phase.PAUSED else ()
 
+    def _navigate(self, nav: Nav | None) -> None:
+        if nav:
+            self.menu.nav(nav)
+
     def _action(self, command: str) -> Action | None:
         if self.game.phase is Phase.OVER and command == "drop":
             return Action.RESTART if self._now_s - self._running_s >= AGAIN_S else None
@@ -164,6 +202,8 @@ class TetrisTarget:
                 self.touch.hold_two(True)
             case pygame.KEYUP if event.key == _TWO_FINGERS:
                 self.touch.hold_two(False)
+            case pygame.KEYDOWN if self.in_menu and event.key in OF_CODE:
+                self._navigate(OF_CODE[event.key])
             case pygame.KEYDOWN:
                 self.keys.press(event.key, now_s)
             case pygame.KEYUP:
@@ -187,9 +227,12 @@ class TetrisTarget:
         """Draw game, orb and cards as they were at the last tick."""
         size = surface.get_size()
         if self._scene is None or self._scene.size != size:
-            self._scene = _Scene(size)
+            self._scene = Scene(size, self._look, HINTS)
         self.orb.hint = self._hint()
-        self._scene.draw(surface, self, self._now_s)
+        menu = self.menu if self.in_menu else None
+        self._scene.draw(
+            surface, self.game, self.orb, self.touch.pad, self._now_s, self.reason, menu
+        )
 
     def _hint(self) -> str:
         if not self._touchable:
@@ -207,7 +250,7 @@ class TetrisTarget:
     def _touchable(self) -> bool:
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
-    def _point(self, event: pygame.event.Event, now_s: float, scene: "_Scene") -> None:
+    def _point(self, event: pygame.event.Event, now_s: float, scene: Scene) -> None:
         """Take an event of the mouse or of a touch screen."""
         if not self._touchable or getattr(
             event, "touch", False
@@ -231,44 +274,21 @@ class TetrisTarget:
                 self.touch.finger_up(event.finger_id)
 
 
-class _Scene:
-    """Where everything is in a window of one size."""
+def _look(settings: Settings) -> Look:
+    """Return the look that the player wants, in the colours and the language of the panel."""
+    return Look.chosen(changed(settings, theme="dark", language="en"))
 
-    def __init__(self, size: tuple[int, int]) -> None:
-        self.size = size
-        factor = max(_LEAST, min(size[0] / DESIGN[0], size[1] / DESIGN[1]))
-        self.unit = unit = sprites.Scale(factor)
-        page = pygame.Rect(0, 0, round(DESIGN[0] * factor), round(DESIGN[1] * factor))
-        page.center = size[0] // 2, size[1] // 2
-        inner = page.inflate(-2 * unit.px(_MARGIN), 0)
-        left, right = unit.px(_LEFT), unit.px(_RIGHT)
-        area = pygame.Rect(inner.left + left, page.top + unit.px(6), 0, page.height - unit.px(42))
-        area.width = inner.width - left - right
-        self.game = GameView(area, hints=HINTS)
-        # Everything stands on the board's lower edge and hangs from its upper one.
-        top, bottom = self.game.layout.board.top, self.game.layout.board.bottom
-        self.panel = Panel()
-        self.orb = pygame.Rect(inner.left, top, left - unit.px(_GAP), bottom - top)
-        column = pygame.Rect(0, top, right - unit.px(_GAP), bottom - top)
-        column.right = inner.right
-        self.touches = column.copy()
-        self.touches.height = unit.px(_TOUCHES)
-        self.touches.bottom = bottom
-        self.history = column
-        self.history.height = self.touches.top - unit.px(2 * _GAP) - top
-        self.keys = pygame.Rect(page.left, bottom, page.width, page.bottom - bottom)
 
-    def draw(self, surface: pygame.Surface, target: TetrisTarget, now_s: float) -> None:
-        """Draw the whole window."""
-        surface.fill(theme.BACKGROUND)
-        self.game.draw(surface, target.game, now_s, reason=target.reason)
-        self.panel.place(self.orb, target.touch.pad)
-        self.panel.draw(surface, target.orb, now_s)
-        cards.draw_history(surface, self.history, self.unit, target.orb, now_s)
-        cards.draw_touches(surface, self.touches, self.unit, target.orb)
-        cards.draw_keys(surface, self.keys, self.unit)
+def _hands(settings: Settings) -> Keys:
+    return Keys(
+        bindings.table(settings.keys),
+        das_s=settings.das_ms / 1000,
+        arr_s=settings.arr_ms / 1000,
+        drop_guard=settings.drop_guard,
+    )
 
 
 def create(options: TargetOptions) -> TetrisTarget:
-    """Make the game for one seed."""
-    return TetrisTarget(options.seed)
+    """Make the game for one seed, for the hands that the player has set up in `tetris`."""
+    settings, _ = load(config_folder() / FILE_NAME)
+    return TetrisTarget(options.seed, settings=settings)

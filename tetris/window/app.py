@@ -1,98 +1,164 @@
 """Tetris in a window of its own: the loop that owns the clock."""
 
 import time
+from pathlib import Path
 from typing import Final
 
 import pygame
 
-from tetris import bot
-from tetris.engine import Config, Game, Phase
-from tetris.events import Action, Event, Spawned, ToppedOut
-from tetris.pieces import Piece
-from tetris.window import theme
-from tetris.window.display import open_window
-from tetris.window.keys import Keys
-from tetris.window.view import GameView
+from tetris.engine import Action, Game
+from tetris.folders import config_folder, data_folder
+from tetris.window import settings as settings_file
+from tetris.window.bot_player import BotPlayer
+from tetris.window.display import open_window, set_fullscreen
+from tetris.window.flow import Flow, Start
+from tetris.window.settings import Settings, stepped
+from tetris.window.shelf import Shelf
+from tetris.window.stage import Stage
 
-_SIZE: Final = (760, 720)  # pixels; fits a small laptop's screen
+__all__ = ["App", "BotPlayer", "Start", "play"]
+
+_SIZE: Final = (1120, 720)  # pixels; fits a small laptop's screen
 _FRAMES_HZ: Final = 60
-_BOT_REST_S: Final = 4.0  # how long its lost game stays on the screen
+_SETTLE_S: Final = 0.5  # some systems take the focus for a moment from a window that changes
+_MOUSE: Final = (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
-def play(seed: int, config: Config, *, bot_action_s: float | None = None) -> Game:
-    """Play until the window is closed, and return the game.
-
-    Args:
-        seed: Which game.
-        config: The rules.
-        bot_action_s: Seconds between two actions of the bot; None leaves the game to the
-            keyboard alone.
+def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
+    """Play until the window is closed, and return the game played last, if there was one.
 
     Raises:
         DisplayError: There is no display.
     """
     surface = open_window(_SIZE, "Tetris")
+    app = App(surface, start, config=config_folder(), data=data_folder())
     try:
-        return _loop(surface, Game(seed, config), bot_action_s)
+        clock = pygame.time.Clock()
+        began_s = time.monotonic()
+        while app.step(time.monotonic() - began_s, pygame.event.get()):
+            pygame.display.flip()
+            clock.tick(_FRAMES_HZ)
     finally:
+        app.close()
         pygame.quit()
+    return app.game
 
 
-def _loop(surface: pygame.Surface, game: Game, bot_action_s: float | None) -> Game:
-    keys, view, clock = Keys(), GameView(surface.get_rect()), pygame.time.Clock()
-    player = None if bot_action_s is None else BotPlayer(bot_action_s)
-    start_s = time.monotonic()
-    while True:
-        now_s = time.monotonic() - start_s
-        for event in pygame.event.get():
+class App:
+    """The whole window, without a clock: it is told the time with every frame.
+
+    Attributes:
+        stage: What is seen.
+    """
+
+    def __init__(
+        self,
+        surface: pygame.Surface,
+        start: Start = Start(),  # noqa: B008 (frozen)
+        *,
+        config: Path | None = None,
+        data: Path | None = None,
+        sound: bool = True,
+    ) -> None:
+        """Set up the first screen.
+
+        Args:
+            surface: The window's.
+            start: What to begin with.
+            config: The folder of settings; None keeps none.
+            data: The folder of best lists and replays; None keeps none.
+            sound: Whether the audio device is opened.
+        """
+        settings, notice = Settings(), ""
+        if config is not None:
+            settings, notice = settings_file.load(config / settings_file.FILE_NAME)
+        self._surface = surface
+        self._size = surface.get_size()
+        self.stage = Stage(settings, config, surface.get_rect())
+        self.stage.notice = notice
+        self._flow = Flow(self.stage, Shelf(data))
+        self._fullscreen = False
+        self._settled_s = 0.0  # when the window has come to rest after filling the screen
+        self.stage.pads.start()
+        if sound:
+            self.stage.sounds.start()
+        self._flow.begin(start)
+        self._obey_fullscreen()
+
+    @property
+    def game(self) -> Game | None:
+        """The game played last; None before the first."""
+        return self._flow.game
+
+    def step(self, time_s: float, events: list[pygame.event.Event]) -> bool:
+        """Take events, let time pass, draw; return whether the window stays open.
+
+        Args:
+            time_s: The present time, never earlier than before.
+            events: What pygame's queue gave.
+        """
+        stage = self.stage
+        stage.time_s = time_s
+        for event in events:
             if event.type == pygame.QUIT:
-                return game
-            if event.type == pygame.KEYDOWN:
-                keys.press(event.key, now_s)
-            elif event.type == pygame.KEYUP:
-                keys.release(event.key, now_s)
-            elif event.type == pygame.WINDOWFOCUSLOST:
-                keys.release_all()
-            elif event.type == pygame.VIDEORESIZE:
-                surface = pygame.display.get_surface() or surface
-                view.resize(surface.get_rect())
-                surface.fill(theme.BACKGROUND)
-        actions = keys.poll(now_s)
-        if player:
-            actions += player.actions(game, now_s)
-        events = game.update(now_s, actions, soft_drop=keys.soft_drop)
-        if player:
-            player.watch(events)
-        view.show(events)
-        view.draw(surface, game, now_s)
-        pygame.display.flip()
-        clock.tick(_FRAMES_HZ)
+                stage.quit()
+            if stage.screen is None:
+                return False
+            self._take(event, time_s)
+        if stage.screen is not None:
+            stage.screen.tick(time_s)
+        self._obey_fullscreen()
+        if stage.screen is None:
+            return False
+        if stage.screen.pointer is not pygame.mouse.get_visible():
+            pygame.mouse.set_visible(stage.screen.pointer)
+        stage.screen.draw(self._surface, time_s)
+        return True
 
+    def act(self, action: Action) -> None:
+        """Take a command of a controller that gives actions, such as the orb."""
+        if self.stage.screen is not None:
+            self.stage.screen.act(action, self.stage.time_s)
 
-class BotPlayer:
-    """Plays a game one action at a time, looking at the board before each."""
+    def _take(self, event: pygame.event.Event, time_s: float) -> None:
+        stage, screen = self.stage, self.stage.screen
+        assert screen
+        pads = stage.pads.count
+        for name, down in stage.pads.take(event):
+            if not stage.screen:
+                return
+            (stage.screen.press if down else stage.screen.release)(name, time_s)
+        if stage.pads.count < pads and stage.screen:
+            stage.screen.release_all("pause.pad")
+        match event.type:
+            case pygame.KEYDOWN if event.key == pygame.K_F11:
+                stage.change(stepped(stage.settings, "fullscreen", 1))
+            case pygame.KEYDOWN:
+                screen.press(event.key, time_s)
+            case pygame.KEYUP:
+                screen.release(event.key, time_s)
+            case pygame.WINDOWFOCUSLOST if time_s >= self._settled_s:
+                stage.pads.release_all()
+                screen.release_all("pause.focus")
+            case pygame.VIDEORESIZE | pygame.WINDOWSIZECHANGED:
+                self._resize()
+            case kind if kind in _MOUSE:
+                screen.mouse(event, time_s)
 
-    def __init__(self, action_s: float) -> None:
-        """Act every `action_s` seconds."""
-        self._action_s = action_s
-        self._next_s = 0.0
-        self._target: Piece | None = None
+    def _resize(self) -> None:
+        self._surface = pygame.display.get_surface() or self._surface
+        if self._surface.get_size() != self._size:
+            self._size = self._surface.get_size()
+            self.stage.resize(self._surface.get_rect())
 
-    def actions(self, game: Game, time_s: float) -> list[Action]:
-        """Return what to do now: one action or none."""
-        if time_s < self._next_s or game.phase is Phase.PAUSED:
-            return []
-        if game.phase is Phase.OVER:
-            self._next_s = time_s + self._action_s
-            return [Action.RESTART]
-        plan = bot.plan(game, target=self._target)
-        self._target = plan.landing
-        self._next_s = time_s + self._action_s
-        return [plan.actions[0]]
+    def _obey_fullscreen(self) -> None:
+        wanted = self.stage.settings.fullscreen
+        if wanted is not self._fullscreen and pygame.display.get_surface() is self._surface:
+            self._fullscreen = wanted
+            self._surface = set_fullscreen(wanted, _SIZE)
+            self._resize()
+            self._settled_s = self.stage.time_s + _SETTLE_S
 
-    def watch(self, events: list[Event]) -> None:
-        """Forget the target when a new piece has come."""
-        if any(isinstance(event, Spawned) for event in events):
-            self._target = None
-        if any(isinstance(event, ToppedOut) for event in events):
-            self._next_s += _BOT_REST_S
+    def close(self) -> None:
+        """Let go of the devices."""
+        self.stage.sounds.stop()

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+import warnings
 
 import pygame
 
@@ -26,7 +27,7 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
         driver = pygame.display.get_driver()
         if driver in _UNSEEN and not any(os.environ.get(name) for name in _CHOICES):
             raise DisplayError("no display was found")
-        surface = pygame.display.set_mode(size, pygame.RESIZABLE)
+        surface = set_size(size)
     except (pygame.error, DisplayError) as error:
         pygame.display.quit()
         if isinstance(error, DisplayError):
@@ -35,6 +36,20 @@ def open_window(size: tuple[int, int], caption: str) -> pygame.Surface:
     pygame.font.init()
     pygame.display.set_caption(caption)
     return surface
+
+
+def set_fullscreen(full: bool, size: tuple[int, int]) -> pygame.Surface:
+    """Fill the screen, or go back to a window; pygame's own toggle does nothing on Wayland."""
+    if full:
+        return pygame.display.set_mode((0, 0), pygame.FULLSCREEN)
+    return set_size(size)
+
+
+def set_size(size: tuple[int, int]) -> pygame.Surface:
+    """Ask for a window of another size; the system may give one of its own choice."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # which is what pygame says of that
+        return pygame.display.set_mode(size, pygame.RESIZABLE)
 
 
 def _init() -> None:

@@ -1,49 +1,63 @@
-"""What flashes and fades after an event: locks, clears, drops, and words of praise."""
+"""What flashes and fades on the board after an event: locks, clears, drops, new levels."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import pygame
 
 from tetris import events as happened
 from tetris.events import Event
-from tetris.pieces import COLUMNS
 from tetris.window import theme
 from tetris.window.layout import Layout
+from tetris.window.look import Look
+from tetris.window.sparks import Sparks
 from tetris.window.theme import Colour
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
-_CLEAR_S: Final = 0.40
-_WORDS_S: Final = 1.4
+_CLEAR_S: Final = 0.36
+_SPARKS_S: Final = 0.55
+_GLOW_S: Final = 0.8
+_THUMP_S: Final = 0.11
+_THUMP_ROWS: Final = 3  # a drop from lower gives no thump
 _MOST: Final = 24  # effects alive at once; a fast player would pile them up
-
-_Line = tuple[str, Colour]
 
 
 class Effects:
     """The effects alive at present; each is begun by an event and dies of age."""
 
-    def __init__(self) -> None:
-        self._alive: list[_Effect] = []
-        self._words: _Words | None = None
+    def __init__(self, look: Look) -> None:
+        self._look = look
+        self._alive: list[Effect] = []
+        self._thump_s: float | None = None
 
-    def show(self, events: Iterable[Event], cell: int) -> None:
-        """Begin what the events call for, for blocks of `cell` pixels."""
+    def show(self, events: Iterable[Event], layout: Layout, rows: Sequence[str]) -> None:
+        """Begin what the events call for.
+
+        Args:
+            events: What happened.
+            layout: Where the board is.
+            rows: The board as it was last drawn, for the colours of rows that were cleared.
+        """
+        palette, cell = self._look.palette, layout.cell
         for event in events:
             match event:
-                case happened.Dropped(rows=rows) if rows:
-                    self._alive.append(_Trail(event, cell))
-                case happened.Locked(rows=rows) if rows:
-                    self._alive.append(_Rows(event))
-                    self._say(event.time_s, praise(event), cell)
+                case happened.Dropped(rows=fallen) if fallen and self._look.motion:
+                    self._alive.append(_Trail(event, cell, self._look))
+                    if fallen >= _THUMP_ROWS:
+                        self._thump_s = event.time_s
+                case happened.Locked(rows=cleared) if cleared:
+                    grand = event.clear.difficult or event.clear.perfect
+                    self._alive.append(_Rows(event, self._look))
+                    if self._look.motion:
+                        self._alive.append(_Burst(event, layout, rows, self._look))
+                    if grand:
+                        self._alive.append(_Glow(event.time_s, palette.accent))
                 case happened.Locked():
-                    self._alive.append(_Flash(event, cell))
-                    self._say(event.time_s, praise(event), cell)
-                case happened.LevelUp(level=level):
-                    earlier = self._words.lines if self._words else []
-                    self._say(event.time_s, [*earlier, (f"LEVEL {level}", theme.GOOD)], cell)
+                    self._alive.append(_Flash(event, cell, palette.flash))
+                case happened.LevelUp():
+                    self._alive.append(_Glow(event.time_s, palette.good))
                 case happened.Restarted():
                     self.clear()
         del self._alive[:-_MOST]
@@ -51,42 +65,28 @@ class Effects:
     def clear(self) -> None:
         """Forget all."""
         self._alive.clear()
-        self._words = None
+        self._thump_s = None
 
     def draw(self, surface: pygame.Surface, layout: Layout, time_s: float) -> None:
         """Draw what is alive, and forget what is over."""
         self._alive = [effect for effect in self._alive if effect.age(time_s) < 1]
         for effect in self._alive:
             effect.draw(surface, layout, effect.age(time_s))
-        if self._words and self._words.age(time_s) < 1:
-            self._words.draw(surface, layout, self._words.age(time_s))
-        else:
-            self._words = None
 
-    def _say(self, time_s: float, lines: list[_Line], cell: int) -> None:
-        if lines:
-            self._words = _Words(time_s, lines, cell)
-
-
-def praise(event: happened.Locked) -> list[_Line]:
-    """Return the lines to say about a lock, the greatest first, each with its colour."""
-    clear = event.clear
-    lines: list[_Line] = []
-    if clear.perfect:
-        lines.append(("PERFECT CLEAR", theme.GOOD))
-    if clear.name:
-        grand = clear.difficult or clear.name.endswith("t-spin")
-        lines.append((clear.name.upper(), theme.ACCENT if grand else theme.TEXT))
-    if clear.b2b:
-        lines.append(("BACK-TO-BACK", theme.WARN))
-    if clear.combo > 0:
-        lines.append((f"COMBO ×{clear.combo}", theme.ACCENT_COOL))
-    if clear.points:
-        lines.append((f"+{clear.points:,}", theme.TEXT))
-    return lines
+    def thump(self, time_s: float, cell: int) -> int:
+        """Return by how many pixels a hard drop pushes the board down now."""
+        if self._thump_s is None:
+            return 0
+        age = max(0.0, time_s - self._thump_s) / _THUMP_S
+        if age >= 1:
+            self._thump_s = None
+            return 0
+        return round(cell * 0.14 * (1 - age))
 
 
-class _Effect(ABC):
+class Effect(ABC):
+    """Something that is seen for a while."""
+
     def __init__(self, start_s: float, lasts_s: float) -> None:
         self._start_s, self._lasts_s = start_s, lasts_s
 
@@ -99,33 +99,31 @@ class _Effect(ABC):
         """Draw it at its age."""
 
 
-class _Flash(_Effect):
-    """The locked piece, white for a moment."""
+class _Flash(Effect):
+    """The locked piece, lit for a moment."""
 
-    def __init__(self, event: happened.Locked, cell: int) -> None:
+    def __init__(self, event: happened.Locked, cell: int, colour: Colour) -> None:
         super().__init__(event.time_s, _LOCK_S)
         self._cells = event.piece.cells
         self._picture = pygame.Surface((cell, cell), pygame.SRCALPHA)
-        pygame.draw.rect(
-            self._picture, theme.WHITE, (1, 1, cell - 2, cell - 2), border_radius=cell // 7
-        )
+        inner = (1, 1, cell - 2, cell - 2)
+        pygame.draw.rect(self._picture, colour, inner, border_radius=cell // 7)
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
         self._picture.set_alpha(round(140 * (1 - age)))
-        surface.blits([(self._picture, layout.at(x, y)) for x, y in self._cells])
+        surface.fblits([(self._picture, layout.at(x, y)) for x, y in self._cells])
 
 
-class _Trail(_Effect):
+class _Trail(Effect):
     """Light above a piece that was dropped, brightest where it came to rest."""
 
-    def __init__(self, event: happened.Dropped, cell: int) -> None:
+    def __init__(self, event: happened.Dropped, cell: int, look: Look) -> None:
         super().__init__(event.time_s, _TRAIL_S)
-        colour = theme.mix(theme.PIECES[event.piece.kind], theme.WHITE, 0.35)
+        colour = theme.mix(look.tiles.colour(event.piece.kind), look.palette.flash, 0.35)
         height = event.rows * cell
         strip = pygame.Surface((max(1, cell - 2), height), pygame.SRCALPHA)
         for row in range(height):
-            alpha = round(110 * (row / height) ** 2)
-            strip.fill((*colour, alpha), (0, row, strip.get_width(), 1))
+            strip.fill((*colour, round(110 * (row / height) ** 2)), (0, row, cell, 1))
         self._strip = strip
         tops = dict(sorted(event.piece.cells))  # the highest cell of each column
         self._tops = [(x, y + event.rows) for x, y in tops.items()]
@@ -137,67 +135,56 @@ class _Trail(_Effect):
             surface.blit(self._strip, (left + 1, top))
 
 
-class _Rows(_Effect):
+class _Rows(Effect):
     """A band of light where rows were cleared, closing like an eye."""
 
-    def __init__(self, event: happened.Locked) -> None:
+    def __init__(self, event: happened.Locked, look: Look) -> None:
         super().__init__(event.time_s, _CLEAR_S)
         self._rows = event.rows
-        self._colour = theme.ACCENT if event.clear.difficult else theme.WHITE
+        self._flash, self._moves = look.palette.flash, look.motion
+        self._colour = look.palette.accent if event.clear.difficult else look.palette.flash
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
         left = 1 - age
-        width, height = COLUMNS * layout.cell, layout.cell
-        band = pygame.Surface((width, max(1, round(height * left))))
-        band.fill(theme.mix(theme.WHITE, self._colour, min(1, 2 * age)))
-        band.set_alpha(round(230 * left))
+        width, height = layout.board.width, layout.cell
+        band = pygame.Surface((width, max(1, round(height * left)) if self._moves else height))
+        band.fill(theme.mix(self._flash, self._colour, min(1, 2 * age)))
+        band.set_alpha(round(230 * left**1.5))
         for y in self._rows:
             x_px, y_px = layout.at(0, y)
             surface.blit(band, (x_px, y_px + (height - band.get_height()) // 2))
 
 
-class _Words(_Effect):
-    """Words over the board that rise and fade."""
+class _Burst(Effect):
+    """Sparks in the colours of the rows that were cleared."""
 
-    def __init__(self, time_s: float, lines: list[_Line], cell: int) -> None:
-        super().__init__(time_s, _WORDS_S)
-        self.lines = lines
-        pictures = [
-            _shadowed(words, round(cell * _size(row, colour)), colour, 9 * cell)
-            for row, (words, colour) in enumerate(lines)
+    def __init__(
+        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look
+    ) -> None:
+        super().__init__(event.time_s, _SPARKS_S)
+        placed = dict.fromkeys(event.piece.cells, event.piece.kind)
+        cells = [
+            (x, y, look.tiles.colour(mark))
+            for y in event.rows
+            for x in range(layout.columns)
+            if (mark := placed.get((x, y)) or (rows[y][x] if y < len(rows) else ""))
         ]
-        width = max(picture.get_width() for picture in pictures)
-        height = sum(picture.get_height() for picture in pictures)
-        self._picture = pygame.Surface((width, height), pygame.SRCALPHA)
-        top = 0
-        for picture in pictures:
-            self._picture.blit(picture, ((width - picture.get_width()) // 2, top))
-            top += picture.get_height()
+        self._sparks = Sparks(cells, layout.cell)
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        self._picture.set_alpha(round(255 * min(1.0, (1 - age) * 2.2)))
-        centre = layout.board.centerx, layout.board.top + round((6.5 - 2 * age) * layout.cell)
-        surface.blit(self._picture, self._picture.get_rect(center=centre))
+        self._sparks.draw(surface, layout, age)
 
 
-def _size(row: int, colour: Colour) -> float:
-    """Return the height of a line in cells: large for a grand first one."""
-    if row:
-        return 0.85
-    return 1.05 if colour == theme.TEXT else 1.35
+class _Glow(Effect):
+    """The well's frame, lit."""
 
+    def __init__(self, time_s: float, colour: Colour) -> None:
+        super().__init__(time_s, _GLOW_S)
+        self._colour = colour
 
-def _shadowed(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface:
-    """Return words with a soft dark edge, so that they read on any blocks."""
-    width = theme.text(words, size, colour).get_width()
-    size = min(size, int(size * widest / width))
-    front, back = theme.text(words, size, colour), theme.text(words, size, theme.BACKGROUND)
-    edge = max(1, size // 14)
-    picture = pygame.Surface(
-        (front.get_width() + 2 * edge, front.get_height() + 2 * edge), pygame.SRCALPHA
-    )
-    for dx in (0, edge, 2 * edge):
-        for dy in (0, edge, 2 * edge):
-            picture.blit(back, (dx, dy))
-    picture.blit(front, (edge, edge))
-    return picture
+    def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
+        wide = max(2, layout.cell // 7)
+        frame = layout.board.inflate(2 * wide, 2 * wide)
+        before = surface.get_at((max(0, frame.left), min(frame.centery, surface.get_height() - 1)))
+        colour = theme.mix(self._colour, (before.r, before.g, before.b), age**2)
+        pygame.draw.rect(surface, colour, frame, wide, border_radius=layout.cell // 5)

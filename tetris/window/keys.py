@@ -1,21 +1,23 @@
-"""The keyboard as a player's hand: keys and time in, actions out.
+"""The player's hands: keys or buttons and time in, actions out.
 
-A held shift key repeats: once on the press, again after the delayed auto shift (DAS),
-then at the auto repeat rate (ARR). Of two held directions the later one rules. Held soft
-drop is a state, because only the engine knows how fast it falls.
+A held shift repeats: once on the press, again after the delayed auto shift (DAS), then at the
+auto repeat rate (ARR). Of two held directions the later one rules. Held soft drop is a state,
+because only the engine knows how fast it falls.
 """
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 import pygame
 
 from tetris.events import Action
 
+Code = int | str  # a pygame key, or the name of a pad's button
+
 DAS_S: Final = 0.167  # docs/tetris.md "auto_repeat", "modern_default"
 ARR_S: Final = 0.033
 
-BINDINGS: Final[Mapping[int, Action]] = {
+BINDINGS: Final[Mapping[Code, Action]] = {
     pygame.K_LEFT: Action.LEFT,
     pygame.K_RIGHT: Action.RIGHT,
     pygame.K_DOWN: Action.DOWN,
@@ -31,25 +33,45 @@ BINDINGS: Final[Mapping[int, Action]] = {
     pygame.K_r: Action.RESTART,
 }
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
+_AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
+
+
+class Due(NamedTuple):
+    """An action, and the moment at which it was due; repeated ones are no commands."""
+
+    time_s: float
+    action: Action
+    repeated: bool = False
 
 
 class Keys:
-    """Turns key events into actions. Feed it `press` and `release`, ask `poll` every frame."""
+    """Turns presses into actions. Feed it `press` and `release`, ask `poll` every frame."""
 
     def __init__(
         self,
-        bindings: Mapping[int, Action] = BINDINGS,
+        bindings: Mapping[Code, Action] = BINDINGS,
         *,
         das_s: float = DAS_S,
         arr_s: float = ARR_S,
+        drop_guard: bool = False,
     ) -> None:
-        """Use a table from pygame key codes to actions, and two times above 0 s."""
-        if das_s <= 0 or arr_s <= 0:
-            raise ValueError(f"DAS {das_s} s and ARR {arr_s} s must be above 0")
+        """Use a table of bindings and a way to repeat.
+
+        Args:
+            bindings: What each key or button does.
+            das_s: From a press to the first repeat, 0 or more.
+            arr_s: Between two repeats, 0 or more; 0 goes to the wall at once.
+            drop_guard: Whether a hard drop is ignored while a direction is held.
+
+        Raises:
+            ValueError: A time is below 0.
+        """
+        if das_s < 0 or arr_s < 0:
+            raise ValueError(f"DAS {das_s} s and ARR {arr_s} s must be 0 or above")
         self._bindings = bindings
-        self._das_s, self._arr_s = das_s, arr_s
-        self._actions: list[Action] = []
-        self._held: dict[int, Action] = {}  # by key, the latest press last
+        self._das_s, self._arr_s, self._drop_guard = das_s, arr_s, drop_guard
+        self._due: list[Due] = []
+        self._held: dict[Code, Action] = {}  # the latest press last
         self._repeat_at_s = 0.0
 
     @property
@@ -57,18 +79,24 @@ class Keys:
         """Whether a key for down is held."""
         return Action.DOWN in self._held.values()
 
-    def press(self, key: int, time_s: float) -> None:
+    def holds(self, action: Action) -> bool:
+        """Return whether a key for an action is held."""
+        return action in self._held.values()
+
+    def press(self, key: Code, time_s: float) -> None:
         """Take note of a key that went down; unknown ones are ignored."""
         action = self._bindings.get(key)
         if action is None or key in self._held:
             return
         self._repeat(time_s)
+        guarded = self._drop_guard and action is Action.HARD_DROP and self._ruling() is not None
         self._held[key] = action
-        self._actions.append(action)
+        if not guarded:
+            self._due.append(Due(time_s, action))
         if action in _SHIFTS:
             self._repeat_at_s = time_s + self._das_s
 
-    def release(self, key: int, time_s: float) -> None:
+    def release(self, key: Code, time_s: float) -> None:
         """Take note of a key that came up."""
         self._repeat(time_s)
         ruling = self._ruling()
@@ -79,19 +107,28 @@ class Keys:
     def release_all(self) -> None:
         """Let go of everything, as when the window loses the focus."""
         self._held.clear()
-        self._actions.clear()
+        self._due.clear()
 
     def poll(self, time_s: float) -> list[Action]:
         """Return the actions since the last call, repeats included, oldest first."""
+        return [due.action for due in self.due(time_s)]
+
+    def due(self, time_s: float) -> list[Due]:
+        """Return the same, each with the moment at which it was due."""
         self._repeat(time_s)
-        actions, self._actions = self._actions, []
-        return actions
+        due, self._due = self._due, []
+        return due
 
     def _ruling(self) -> Action | None:
         return next((held for held in reversed(self._held.values()) if held in _SHIFTS), None)
 
     def _repeat(self, time_s: float) -> None:
         ruling = self._ruling()
-        while ruling and self._repeat_at_s <= time_s:
-            self._actions.append(ruling)
+        if ruling is None or self._repeat_at_s > time_s:
+            return
+        if self._arr_s == 0:
+            self._due += [Due(time_s, ruling, True)] * _AT_ONCE
+            return
+        while self._repeat_at_s <= time_s:
+            self._due.append(Due(self._repeat_at_s, ruling, True))
             self._repeat_at_s += self._arr_s

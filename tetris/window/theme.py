@@ -1,6 +1,8 @@
 """Colours, fonts and measures that every part of the window shares."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib.resources import files
+from io import BytesIO
 from typing import Final
 
 import pygame
@@ -33,16 +35,24 @@ PIECES: Final[dict[str, Colour]] = {
 }
 
 
-@lru_cache(maxsize=64)
+_EM: Final = 0.7  # of a size: what its letters measure, from ascender to descender
+
+
+@lru_cache(maxsize=32)
 def font(size: int) -> pygame.font.Font:
-    """Return the interface font; pygame's own, so nothing is to be installed."""
+    """Return the interface font; it comes with the program, so nothing is to be installed."""
     if not pygame.font.get_init():
         pygame.font.init()
     pygame.register_quit(font.cache_clear)  # pygame.quit() leaves fonts that no longer work
-    return pygame.font.Font(None, size)
+    return pygame.font.Font(BytesIO(_font_file()), max(1, round(size * _EM)))
 
 
-@lru_cache(maxsize=512)
+@cache
+def _font_file() -> bytes:
+    return (files("assets") / "tetris" / "fonts" / "Inter-SemiBold.otf").read_bytes()
+
+
+@lru_cache(maxsize=256)
 def text(words: str, size: int, colour: Colour = TEXT) -> pygame.Surface:
     """Return words as a picture; the same picture for the same words, so do not change it."""
     return font(size).render(words, True, colour)
@@ -52,3 +62,17 @@ def mix(first: Colour, second: Colour, share: float) -> Colour:
     """Return a colour between two; share 0 is the first, 1 the second."""
     red, green, blue = (round(a + (b - a) * share) for a, b in zip(first, second, strict=True))
     return red, green, blue
+
+
+def shade(colour: Colour, share: float) -> Colour:
+    """Return a colour lightened (share above 0, up to 1) or darkened (below 0, down to -1)."""
+    return mix(colour, WHITE if share > 0 else BLACK, abs(share))
+
+
+def fitted(words: str, size: int, colour: Colour, widest: int) -> pygame.Surface:
+    """Return words as a picture, smaller where they would be too wide."""
+    picture = text(words, size, colour)
+    while picture.get_width() > widest and size > 1:
+        size = min(size - 1, int(size * widest / picture.get_width()))
+        picture = text(words, max(1, size), colour)
+    return picture

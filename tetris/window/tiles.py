@@ -1,78 +1,133 @@
 """Minos and ghosts as small pictures, drawn once for each size."""
 
-from functools import lru_cache
+from collections.abc import Callable
 from typing import Final
 
 import pygame
 
-from tetris.pieces import SHAPES, Kind
+from tetris.pieces import SHAPES
 from tetris.window import theme
+from tetris.window.palettes import DEBRIS, Palette
+from tetris.window.patterns import draw_pattern
 from tetris.window.theme import Colour
 
 _FINE: Final = 4  # drawn so much larger, then scaled down, for soft edges
-_GHOST_FILL_ALPHA: Final = 34
-_GHOST_EDGE_ALPHA: Final = 170
+_GHOST_FILL: Final = 0.2  # of the outline's opacity
+_DIM_ALPHA: Final = 80
+_LEAST: Final = 5  # pixels; a smaller block is plain
+_MOST: Final = 256  # pictures kept; a window that is dragged larger passes through many sizes
 
 
-@lru_cache(maxsize=64)
-def mino(kind: Kind, size: int) -> pygame.Surface:
-    """Return one bevelled block of size x size pixels, its corners transparent."""
-    fine = size * _FINE
-    colour = theme.PIECES[kind]
-    gap = _FINE // 2  # blocks never quite touch
-    outer = pygame.Rect(gap, gap, fine - 2 * gap, fine - 2 * gap)
-    rim = max(_FINE, fine // 11)
-    radius = fine // 7
-    picture = pygame.Surface((fine, fine), pygame.SRCALPHA)
-    pygame.draw.rect(picture, theme.mix(colour, theme.BLACK, 0.42), outer, border_radius=radius)
-    lit = pygame.Rect(outer.x, outer.y, outer.width, outer.height - rim)
-    pygame.draw.rect(picture, theme.mix(colour, theme.WHITE, 0.42), lit, border_radius=radius)
-    face = pygame.Rect(outer.x, outer.y + rim, outer.width, outer.height - 2 * rim)
-    _gradient(
-        picture,
-        face,
-        theme.mix(colour, theme.WHITE, 0.10),
-        theme.mix(colour, theme.BLACK, 0.16),
-        radius,
-    )
-    inset = face.inflate(-fine // 3, -fine // 3)
-    _gradient(
-        picture,
-        inset,
-        theme.mix(colour, theme.BLACK, 0.06),
-        theme.mix(colour, theme.WHITE, 0.07),
-        radius // 2,
-    )
-    return pygame.transform.smoothscale(picture, (size, size))
+class Tiles:
+    """The blocks of one theme."""
 
+    def __init__(self, palette: Palette, *, patterns: bool = False) -> None:
+        """Use a theme's colours; patterns tell the pieces apart without them."""
+        self._palette, self._patterns = palette, patterns
+        self._kept: dict[tuple[str, str, int], pygame.Surface] = {}
 
-@lru_cache(maxsize=64)
-def ghost(kind: Kind, size: int) -> pygame.Surface:
-    """Return one block of the ghost: an outline with a breath of colour inside."""
-    fine = size * _FINE
-    colour = theme.PIECES[kind]
-    gap = _FINE
-    outer = pygame.Rect(gap, gap, fine - 2 * gap, fine - 2 * gap)
-    picture = pygame.Surface((fine, fine), pygame.SRCALPHA)
-    radius = fine // 7
-    pygame.draw.rect(picture, (*colour, _GHOST_FILL_ALPHA), outer, border_radius=radius)
-    edge = max(_FINE, fine // 16)
-    pygame.draw.rect(picture, (*colour, _GHOST_EDGE_ALPHA), outer, edge, border_radius=radius)
-    return pygame.transform.smoothscale(picture, (size, size))
+    def mino(self, mark: str, size: int) -> pygame.Surface:
+        """Return one block of size x size pixels, its corners transparent.
 
+        Args:
+            mark: The piece that left it, as on the board; any other mark is debris.
+            size: Its side in pixels.
+        """
+        return self._keep("mino", mark, size, self._draw_mino)
 
-@lru_cache(maxsize=64)
-def preview(kind: Kind, size: int, dim: bool = False) -> pygame.Surface:
-    """Return a whole piece as it enters, of blocks of that size, cut to its outline."""
-    cells = SHAPES[kind][0]
-    left, bottom = min(x for x, _ in cells), min(y for _, y in cells)
-    columns, rows = max(x for x, _ in cells) - left + 1, max(y for _, y in cells) - bottom + 1
-    picture = pygame.Surface((columns * size, rows * size), pygame.SRCALPHA)
-    for x, y in cells:
-        picture.blit(mino(kind, size), ((x - left) * size, (rows - 1 - y + bottom) * size))
-    if dim:
-        picture.set_alpha(80)
-    return picture
+    def ghost(self, mark: str, size: int) -> pygame.Surface:
+        """Return one block of the ghost: an outline with a breath of colour inside."""
+        return self._keep("ghost", mark, size, self._draw_ghost)
+
+    def preview(self, mark: str, size: int, *, dim: bool = False) -> pygame.Surface:
+        """Return a whole piece as it enters, of blocks of that size, cut to its outline."""
+        return self._keep(
+            "dim" if dim else "whole", mark, size, self._draw_dim if dim else self._draw_whole
+        )
+
+    def hint(self, size: int) -> pygame.Surface:
+        """Return one block of a hint: a dot."""
+        return self._keep("hint", DEBRIS, size, self._draw_hint)
+
+    def colour(self, mark: str) -> Colour:
+        """Return the colour of a mark of the board."""
+        return self._palette.pieces.get(mark) or self._palette.pieces[DEBRIS]
+
+    def _keep(
+        self, what: str, mark: str, size: int, draw: Callable[[str, int], pygame.Surface]
+    ) -> pygame.Surface:
+        picture = self._kept.get((what, mark, size))
+        if picture is None:
+            if len(self._kept) >= _MOST:
+                self._kept.clear()
+            picture = self._kept[what, mark, size] = draw(mark, size)
+        return picture
+
+    def _draw_mino(self, mark: str, size: int) -> pygame.Surface:
+        if size < _LEAST:
+            picture = pygame.Surface((size, size))
+            picture.fill(self.colour(mark))
+            return picture
+        fine = size * _FINE
+        colour, bevel, edge = self.colour(mark), self._palette.bevel, self._palette.edge
+        gap = _FINE // 2  # blocks never quite touch
+        outer = pygame.Rect(gap, gap, fine - 2 * gap, fine - 2 * gap)
+        radius = fine // 7
+        picture = pygame.Surface((fine, fine), pygame.SRCALPHA)
+        if edge:
+            pygame.draw.rect(picture, edge, outer, border_radius=radius)
+            rim = max(_FINE, fine // 14)
+            face = outer.inflate(-2 * rim, -2 * rim)
+            pygame.draw.rect(picture, colour, face, border_radius=radius)
+        else:
+            rim = max(_FINE, fine // 11)
+            dark, lit = theme.shade(colour, -0.42 * bevel), theme.shade(colour, 0.42 * bevel)
+            pygame.draw.rect(picture, dark, outer, border_radius=radius)
+            upper = pygame.Rect(outer.x, outer.y, outer.width, outer.height - rim)
+            pygame.draw.rect(picture, lit, upper, border_radius=radius)
+            face = pygame.Rect(outer.x, outer.y + rim, outer.width, outer.height - 2 * rim)
+            top, bottom = theme.shade(colour, 0.10 * bevel), theme.shade(colour, -0.16 * bevel)
+            _gradient(picture, face, top, bottom, radius)
+            inset = face.inflate(-fine // 3, -fine // 3)
+            top, bottom = theme.shade(colour, -0.06 * bevel), theme.shade(colour, 0.07 * bevel)
+            _gradient(picture, inset, top, bottom, radius // 2)
+        if self._patterns:
+            draw_pattern(picture, face, mark, theme.shade(colour, -0.62))
+        return pygame.transform.smoothscale(picture, (size, size))
+
+    def _draw_ghost(self, mark: str, size: int) -> pygame.Surface:
+        fine = size * _FINE
+        colour, alpha = self.colour(mark), self._palette.ghost_alpha
+        outer = pygame.Rect(_FINE, _FINE, fine - 2 * _FINE, fine - 2 * _FINE)
+        picture = pygame.Surface((fine, fine), pygame.SRCALPHA)
+        radius = fine // 7
+        fill = (*colour, round(alpha * _GHOST_FILL))
+        pygame.draw.rect(picture, fill, outer, border_radius=radius)
+        edge = max(_FINE, fine // (10 if self._palette.edge else 16))
+        pygame.draw.rect(picture, (*colour, alpha), outer, edge, border_radius=radius)
+        return pygame.transform.smoothscale(picture, (size, size))
+
+    def _draw_hint(self, mark: str, size: int) -> pygame.Surface:
+        picture = pygame.Surface((size, size), pygame.SRCALPHA)
+        radius = max(1, round(size * 0.16))
+        centre = size // 2, size // 2
+        pygame.draw.circle(picture, (*self._palette.text, 230), centre, radius)
+        return picture
+
+    def _draw_whole(self, mark: str, size: int) -> pygame.Surface:
+        cells = SHAPES[mark][0]  # type: ignore[index]
+        left, bottom = min(x for x, _ in cells), min(y for _, y in cells)
+        columns, rows = max(x for x, _ in cells) - left + 1, max(y for _, y in cells) - bottom + 1
+        picture = pygame.Surface((columns * size, rows * size), pygame.SRCALPHA)
+        for x, y in cells:
+            place = (x - left) * size, (rows - 1 - y + bottom) * size
+            picture.blit(self.mino(mark, size), place)
+        return picture
+
+    def _draw_dim(self, mark: str, size: int) -> pygame.Surface:
+        picture = self._draw_whole(mark, size)
+        picture.set_alpha(_DIM_ALPHA)
+        return picture
 
 
 def _gradient(

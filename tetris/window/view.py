@@ -1,57 +1,92 @@
 """A game drawn into a rectangle of a surface."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import pygame
 
 from tetris.board import EMPTY
-from tetris.engine import Game, Phase
+from tetris.engine import Finish, Game, Phase, TopOut
 from tetris.events import Event
-from tetris.pieces import COLUMNS, VISIBLE_ROWS, Kind
-from tetris.scoring import goal_of
-from tetris.window import theme, tiles
+from tetris.pieces import Piece
+from tetris.window import theme
+from tetris.window.callouts import Callouts
 from tetris.window.effects import Effects
+from tetris.window.figures import Figure, figures_of
 from tetris.window.layout import Layout
+from tetris.window.look import Look
+from tetris.window.scenery import draw_scenery, slot
 
 KEYBOARD_HINTS: Final[Mapping[Phase, str]] = {
     Phase.PAUSED: "P to go on",
     Phase.OVER: "R to play again",
 }
-_TITLES: Final[Mapping[Phase, str]] = {Phase.PAUSED: "PAUSED", Phase.OVER: "GAME OVER"}
-_WELL: Final = (16, 20, 30)
-_GRID: Final = (30, 37, 53)
+_TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
+    None: "view.paused",
+    Finish.GOAL: "over.won",
+    Finish.TIME: "over.time",
+}
 _VEIL_ALPHA: Final = 205  # over the board when time does not pass
 _HEADROOM_ROWS: Final = 1  # drawn above the board, for a piece that is just entering
+_DANGER_ROWS: Final = 4  # a stack so near to the top lights the well's frame
+_FIRST_BASE: Final = 2.75  # the lower edge of each number in its card, in cells
+_NEXT_BASE: Final = 2.7
+_PREVIEWS: Final = 5  # how many fit on their card
 
 
 class GameView:
-    """Draws a game: the board, what is held and what comes, the score, and what happened.
+    """Draws a game: the board, what is held and what comes, the figures, and what happened.
 
     Attributes:
         layout: Where everything is, in pixels of the surface.
     """
 
-    def __init__(self, area: pygame.Rect, *, hints: Mapping[Phase, str] = KEYBOARD_HINTS) -> None:
+    def __init__(
+        self,
+        area: pygame.Rect,
+        *,
+        hints: Mapping[Phase, str] = KEYBOARD_HINTS,
+        look: Look | None = None,
+    ) -> None:
         """Draw into an area; hints say what to do when the game pauses or is over."""
         self._hints = hints
-        self._effects = Effects()
+        self._look = look or Look()
+        self._effects = Effects(self._look)
+        self._callouts = Callouts(self._look)
+        self._rows: Sequence[str] = ()  # the board as it was drawn last
         self.resize(area)
 
     def resize(self, area: pygame.Rect) -> None:
         """Draw into another area from now on."""
-        self.layout = Layout.inside(area)
+        self._lay_out(Layout.inside(area))
+
+    def _lay_out(self, layout: Layout) -> None:
+        self.layout = layout
         self._effects.clear()  # their pictures have the old size
-        self._scenery = self._draw_scenery()
-        self._veil = pygame.Surface(self.layout.board.size)
-        self._veil.fill(theme.BACKGROUND)
+        self._callouts.clear()
+        self._scenery = draw_scenery(layout, self._look)
+        self._veil = pygame.Surface(layout.board.size)
+        self._veil.fill(self._look.palette.background)
         self._veil.set_alpha(_VEIL_ALPHA)
 
     def show(self, events: Iterable[Event]) -> None:
         """Let what happened be seen in the next frames."""
-        self._effects.show(events, self.layout.cell)
+        events = list(events)
+        self._effects.show(events, self.layout, self._rows)
+        self._callouts.show(events)
 
-    def draw(self, surface: pygame.Surface, game: Game, time_s: float, *, reason: str = "") -> None:
+    def draw(
+        self,
+        surface: pygame.Surface,
+        game: Game,
+        time_s: float,
+        *,
+        reason: str = "",
+        figures: Sequence[Figure] | None = None,
+        hint: Piece | None = None,
+        words: bool = True,
+        veiled: bool = True,
+    ) -> None:
         """Draw everything.
 
         Args:
@@ -59,54 +94,89 @@ class GameView:
             game: The game as it is now; it is not changed.
             time_s: The time of the game's last update, by the same clock.
             reason: Why the game pauses, such as "orb lost, reconnecting".
+            figures: The numbers beside the board; None takes those that suit the game.
+            hint: Where a piece would lie well, if the player asked.
+            words: Whether words on the board say that it pauses or is over.
+            veiled: Whether the board is covered while it pauses or is over.
         """
+        columns, rows = game.config.columns, game.config.rows
+        if (columns, rows) != (self.layout.columns, self.layout.rows):
+            self._lay_out(Layout.inside(self.layout.area, columns, rows))
         surface.blit(self._scenery, self.layout.area)
-        self._draw_blocks(surface, game)
+        self._draw_danger(surface, game)
+        self._draw_blocks(surface, game, hint)
         self._effects.draw(surface, self.layout, time_s)
-        if game.phase is not Phase.RUNNING:
-            self._draw_veil(surface, game, reason)
+        self._draw_thump(surface, time_s)
+        if veiled and game.phase is not Phase.RUNNING:
+            surface.blit(self._veil, self.layout.board)
+            if words:
+                self._draw_words(surface, game, reason)
         self._draw_hold(surface, game)
         self._draw_next(surface, game)
-        self._draw_stats(surface, game)
+        self._draw_figures(surface, figures_of(game) if figures is None else figures)
+        self._draw_chips(surface, game)
+        self._callouts.draw(surface, self.layout, time_s)
+        self._rows = list(game.board.rows)
 
     # -- the board ---------------------------------------------------------------------
 
-    def _draw_blocks(self, surface: pygame.Surface, game: Game) -> None:
-        cell, at = self.layout.cell, self.layout.at
-        top = VISIBLE_ROWS + (_HEADROOM_ROWS if game.phase is Phase.RUNNING else 0)
+    def _draw_blocks(self, surface: pygame.Surface, game: Game, hint: Piece | None) -> None:
+        cell, at, tiles = self.layout.cell, self.layout.at, self._look.tiles
+        rows = self.layout.rows
+        top = rows + (_HEADROOM_ROWS if game.phase is Phase.RUNNING else 0)
         blits = [
-            (tiles.mino(_kind(mark), cell), at(x, y))
+            (tiles.mino(mark, cell), at(x, y))
             for y, row in enumerate(game.board.rows[:top])
             for x, mark in enumerate(row)
             if mark != EMPTY
         ]
         piece = game.piece
-        if game.phase is not Phase.OVER:
-            fall = piece.y - game.ghost_y
+        if game.in_play or game.phase is Phase.OVER:
+            fall = piece.y - game.ghost_y if game.in_play and self._look.ghost else 0
             shade = tiles.ghost(piece.kind, cell)
             blits += [(shade, at(x, y - fall)) for x, y in piece.cells if fall and y - fall < top]
-        body = tiles.mino(piece.kind, cell)
-        blits += [(body, at(x, y)) for x, y in piece.cells if y < top]
+            if hint and game.in_play:
+                blits += [(tiles.hint(cell), at(x, y)) for x, y in hint.cells if y < top]
+            if game.in_play or piece.mask & ~game.board.bits:  # it is not among the blocks yet
+                body = tiles.mino(piece.kind, cell)
+                blits += [(body, at(x, y)) for x, y in piece.cells if y < top]
         surface.fblits(blits)
 
-    def _draw_veil(self, surface: pygame.Surface, game: Game, reason: str) -> None:
-        board, cell = self.layout.board, self.layout.cell
-        surface.blit(self._veil, board)
-        lines = [(_TITLES[game.phase], cell * 1.5, theme.TEXT)]
+    def _draw_danger(self, surface: pygame.Surface, game: Game) -> None:
+        """Light the frame while the stack is near the top."""
+        if game.board.height > self.layout.rows - _DANGER_ROWS and game.phase is Phase.RUNNING:
+            wide = max(2, self.layout.cell // 12)
+            frame = self.layout.board.inflate(2 * wide, 2 * wide)
+            radius = self.layout.cell // 5
+            pygame.draw.rect(surface, self._look.palette.bad, frame, wide, border_radius=radius)
+
+    def _draw_thump(self, surface: pygame.Surface, time_s: float) -> None:
+        """Push the board down a little, right after a hard drop."""
+        pixels = self._effects.thump(time_s, self.layout.cell)
+        seen = self.layout.board.inflate(self.layout.cell // 4, 0).clip(surface.get_rect())
+        if pixels and seen.height > pixels:
+            picture = surface.subsurface(seen).copy()
+            surface.blit(picture, (seen.left, seen.top + pixels), (0, 0, seen.width, seen.height))
+
+    def _draw_words(self, surface: pygame.Surface, game: Game, reason: str) -> None:
+        board, cell, palette = self.layout.board, self.layout.cell, self._look.palette
+        title = self._look.words(_TITLES.get(game.result, "view.over"))
+        lines = [(title, cell * 1.5, palette.text)]
         if reason:
-            lines.append((reason, cell * 0.72, theme.WARN))
+            lines.append((reason, cell * 0.72, palette.warn))
         elif game.phase is Phase.OVER:
-            lines.append((f"{game.score:,} points", cell * 0.85, theme.ACCENT))
+            points = self._look.words("view.points", points=f"{game.score:,}")
+            lines.append((points, cell * 0.85, palette.accent))
         if hint := self._hints.get(game.phase):
-            lines.append((hint, cell * 0.68, theme.TEXT_DIM))
-        middle = board.top + round(8.6 * cell)
+            lines.append((hint, cell * 0.68, palette.dim))
+        middle = board.top + round(0.43 * board.height)
         band = pygame.Rect(0, 0, board.width, round((len(lines) * 1.35 + 0.9) * cell))
         band.midtop = board.centerx, middle - round(1.2 * cell)
-        surface.fill(theme.BACKGROUND, band)
-        surface.fill(theme.LINE, (band.left, band.top, band.width, 1))
-        surface.fill(theme.LINE, (band.left, band.bottom - 1, band.width, 1))
+        surface.fill(palette.background, band)
+        surface.fill(palette.line, (band.left, band.top, band.width, 1))
+        surface.fill(palette.line, (band.left, band.bottom - 1, band.width, 1))
         for words, size, colour in lines:
-            picture = _fitted(words, round(size), colour, board.width - cell)
+            picture = theme.fitted(words, round(size), colour, board.width - cell)
             surface.blit(picture, picture.get_rect(center=(board.centerx, middle)))
             middle += round(1.35 * cell)
 
@@ -115,134 +185,53 @@ class GameView:
     def _draw_hold(self, surface: pygame.Surface, game: Game) -> None:
         if game.hold:
             card = self.layout.hold
-            picture = tiles.preview(game.hold, self._small, dim=not game.can_hold)
+            picture = self._look.tiles.preview(game.hold, self._small, dim=not game.can_hold)
             centre = (card.centerx, card.top + round(2.65 * self.layout.cell))
             surface.blit(picture, picture.get_rect(center=centre))
 
     def _draw_next(self, surface: pygame.Surface, game: Game) -> None:
         card = self.layout.next
-        for place, kind in enumerate(game.next[:5]):
-            picture = tiles.preview(kind, self._small)
-            centre = card.centerx, self._slot(place)
+        for place, kind in enumerate(game.next[:_PREVIEWS]):
+            picture = self._look.tiles.preview(kind, self._small)
+            centre = card.centerx, slot(self.layout, place)
             surface.blit(picture, picture.get_rect(center=centre))
-
-    def _slot(self, place: int) -> int:
-        """The y of the middle of a next piece."""
-        return self.layout.next.top + round((2.65 + 2.75 * place) * self.layout.cell)
 
     @property
     def _small(self) -> int:
         """The side of a block beside the board."""
         return max(4, round(self.layout.cell * 0.82))
 
-    def _draw_stats(self, surface: pygame.Surface, game: Game) -> None:
-        card, cell = self.layout.stats, self.layout.cell
-        left = card.left + round(0.6 * cell)
-        widest = card.width - round(1.2 * cell)
-        numbers = (game.score, game.level, game.lines, game.pieces_placed)
-        for row, number in enumerate(numbers):
+    def _draw_figures(self, surface: pygame.Surface, figures: Sequence[Figure]) -> None:
+        card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
+        left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
+        for row, figure in enumerate(figures):
+            bottom = card.top + round((_FIRST_BASE + row * _NEXT_BASE) * cell)
             size = round(cell * (1.25 if row == 0 else 1.05))
-            picture = _fitted(f"{number:,}", size, theme.TEXT, widest)
-            bottom = card.top + round(_STAT_BASE[row] * cell)
-            surface.blit(picture, picture.get_rect(bottomleft=(left, bottom)))
-        self._draw_progress(surface, game)
+            number = theme.fitted(figure.value, size, palette.text, widest)
+            surface.blit(number, number.get_rect(bottomleft=(left, bottom)))
+            words = self._look.words(figure.key)
+            label = theme.fitted(words, round(cell * 0.6), palette.dim, widest)
+            above = bottom - round(1.25 * cell)
+            surface.blit(label, label.get_rect(bottomleft=(left, above)))
+            if figure.share is not None:
+                high = max(2, round(0.14 * cell))
+                bar = pygame.Rect(left, bottom + round(0.06 * cell), widest, high)
+                pygame.draw.rect(surface, palette.track, bar, border_radius=high // 2)
+                if figure.share > 0:
+                    bar.width = max(high, round(widest * min(1.0, figure.share)))
+                    pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)
+
+    def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
+        """Say at the foot of the figures which chains are alive."""
+        card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
+        left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
         chips = []
         if game.streak.b2b:
-            chips.append(("BACK-TO-BACK", theme.WARN))
+            chips.append((self._look.words("callout.b2b"), palette.warn))
         if game.streak.combo > 1:
-            chips.append((f"COMBO ×{game.streak.combo - 1}", theme.ACCENT_COOL))
+            count = game.streak.combo - 1
+            chips.append((self._look.words("callout.combo", count=count), palette.cool))
         for row, (words, colour) in enumerate(chips):
-            picture = _fitted(words, round(cell * 0.56), colour, widest)
-            bottom = card.bottom - round((0.5 + 0.85 * row) * cell)
+            picture = theme.fitted(words, round(cell * 0.56), colour, widest)
+            bottom = card.bottom - round((0.4 + 0.8 * row) * cell)
             surface.blit(picture, picture.get_rect(bottomleft=(left, bottom)))
-
-    def _draw_progress(self, surface: pygame.Surface, game: Game) -> None:
-        """Draw how far the next level is."""
-        first, goal = goal_of(game.level, game.config.start_level)
-        share = (game.lines - first) / (goal - first)
-        bar = self._progress
-        if share > 0:
-            filled = pygame.Rect(
-                bar.left, bar.top, max(bar.height, round(bar.width * share)), bar.height
-            )
-            pygame.draw.rect(surface, theme.ACCENT, filled, border_radius=bar.height // 2)
-
-    @property
-    def _progress(self) -> pygame.Rect:
-        card, cell = self.layout.stats, self.layout.cell
-        inset = round(0.6 * cell)
-        top = card.top + round((_STAT_BASE[1] + 0.12) * cell)
-        return pygame.Rect(
-            card.left + inset, top, card.width - 2 * inset, max(2, round(0.14 * cell))
-        )
-
-    # -- what never changes ------------------------------------------------------------
-
-    def _draw_scenery(self) -> pygame.Surface:
-        """Return the background: cards, headings, the empty well with its grid."""
-        area, cell, board = self.layout.area, self.layout.cell, self.layout.board
-        scenery = pygame.Surface(area.size)
-        scenery.fill(theme.BACKGROUND)
-        here = -area.left, -area.top
-        self._draw_well(scenery, board.move(here))
-        for card, heading in ((self.layout.hold, "HOLD"), (self.layout.next, "NEXT")):
-            place = card.move(here)
-            _draw_card(scenery, place, cell)
-            words = theme.text(heading, round(cell * 0.6), theme.TEXT_DIM)
-            scenery.blit(words, (place.left + round(0.6 * cell), place.top + round(0.5 * cell)))
-        nearest = self.layout.next.inflate(-round(0.7 * cell), 0)
-        nearest.height = round(2.5 * cell)
-        nearest.center = self.layout.next.centerx - area.left, self._slot(0) - area.top
-        pygame.draw.rect(scenery, theme.SURFACE_RAISED, nearest, border_radius=cell // 3)
-        stats = self.layout.stats.move(here)
-        _draw_card(scenery, stats, cell)
-        for row, label in enumerate(("SCORE", "LEVEL", "LINES", "PIECES")):
-            words = theme.text(label, round(cell * 0.6), theme.TEXT_DIM)
-            bottom = stats.top + round((_STAT_BASE[row] - 1.25) * cell)
-            scenery.blit(words, words.get_rect(bottomleft=(stats.left + round(0.6 * cell), bottom)))
-        bar = self._progress.move(here)
-        pygame.draw.rect(scenery, theme.LINE, bar, border_radius=bar.height // 2)
-        return scenery
-
-    def _draw_well(self, scenery: pygame.Surface, well: pygame.Rect) -> None:
-        cell = self.layout.cell
-        frame = max(2, cell // 12)
-        pygame.draw.rect(
-            scenery, theme.LINE, well.inflate(2 * frame, 2 * frame), border_radius=cell // 5
-        )
-        scenery.fill(_WELL, well)
-        for x in range(1, COLUMNS):
-            pygame.draw.line(
-                scenery,
-                _GRID,
-                (well.left + x * cell, well.top),
-                (well.left + x * cell, well.bottom - 1),
-            )
-        for y in range(1, VISIBLE_ROWS):
-            pygame.draw.line(
-                scenery,
-                _GRID,
-                (well.left, well.top + y * cell),
-                (well.right - 1, well.top + y * cell),
-            )
-
-
-_STAT_BASE: Final = (2.75, 5.35, 8.3, 10.9)  # the lower edge of each number in its card, in cells
-
-
-def _kind(mark: str) -> Kind:
-    """Read a mark of the board, which is a kind wherever it is not empty."""
-    return mark  # type: ignore[return-value]
-
-
-def _draw_card(scenery: pygame.Surface, card: pygame.Rect, cell: int) -> None:
-    pygame.draw.rect(scenery, theme.SURFACE, card, border_radius=cell // 3)
-    pygame.draw.rect(scenery, theme.LINE, card, 1, border_radius=cell // 3)
-
-
-def _fitted(words: str, size: int, colour: theme.Colour, widest: int) -> pygame.Surface:
-    """Return words as a picture, smaller where they would be too wide."""
-    picture = theme.text(words, size, colour)
-    if picture.get_width() > widest:
-        picture = theme.text(words, int(size * widest / picture.get_width()), colour)
-    return picture

@@ -1,0 +1,1 @@
+"""Measurements that somebody can repeat; each runs by itself, with `python -m`."""

@@ -1,0 +1,164 @@
+"""How well the bots play: Dellacherie on a small board, and the look-ahead against it.
+
+    python -m tests.benchmarks.bots [--games N] [--pairs N] [--out FILE] [--json]
+
+Two experiments, each with fixed seeds; games that are in FILE already are not played again.
+
+1. `dellacherie`: 10x10, uniform pieces, hard drops only, no hold; a placement is legal when all
+   four cells lie below row 10, and the game is over when none is. Features as Thiery and Scherrer
+   define them, counted on the ten rows; how high a piece lands is the row of its highest cell, and
+   equals are settled by Dellacherie's own priority: far from the entrance first, then to the left.
+   A bare loop, without the engine. docs/tetris-modes.md, "bots", has what other readings of these
+   words give. About a minute.
+2. `pairs`: both bots, as they ship, on the same seeds through the engine's inputs: ten columns and
+   eight rows, on which the weaker one seldom reaches the cap; uniform pieces, five previews, hold;
+   a piece that locks with a cell above the eight rows ends the game; 5,000 pieces at most. About
+   ten minutes.
+"""
+
+import argparse
+import json
+import math
+import statistics
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any, Final
+
+from tetris import bots
+from tetris.board import empty_bits
+from tetris.engine import Config
+from tetris.features import DELLACHERIE, settled, surface
+from tetris.moves import landed
+from tetris.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
+from tetris.replay import Recorder
+
+ROWS: Final = 10  # of the first experiment
+PAIRED_ROWS: Final = 8
+GAMES: Final = 200
+PAIRS: Final = 20
+CAP: Final = 5_000  # pieces
+EXPECTED: Final = 1_394  # lines, the figure to be found again
+FIRST_SEED: Final = 1
+PAIRED: Final = Config(rows=PAIRED_ROWS, randomiser="uniform", partial_lock_out=True, gravity=False)
+_PRIORITY: Final = 1e-6  # less than any difference between two values
+
+
+@cache
+def _entrances(kind: Kind) -> tuple[tuple[Piece, float], ...]:
+    """Return a piece above each column and in each turn, with Dellacherie's priority."""
+    found: dict[tuple[int, ...], tuple[Piece, float]] = {}
+    for turn in range(4):
+        xs = [x for x, _ in SHAPES[kind][turn]]
+        width = max(xs) - min(xs) + 1
+        middle_x = (COLUMNS - width) // 2
+        for left in range(COLUMNS - width + 1):
+            piece = piece_at(kind, left - min(xs), ROWS + 2, turn)
+            priority = 100 * abs(left - middle_x) + 10 * (left < middle_x) - turn
+            lowest = piece.lowest_row
+            shape = tuple(sorted((y - lowest) * COLUMNS + x for x, y in piece.cells))
+            found.setdefault(shape, (piece, priority * _PRIORITY))
+    return tuple(found.values())
+
+
+def small_game(seed: int) -> int:
+    """Return the lines that Dellacherie's player clears in one game of the first experiment."""
+    number = Random(seed).random
+    worth = surface(DELLACHERIE, COLUMNS, ROWS)
+    bits, lines = empty_bits(), 0
+    while True:
+        best, after, cleared = -math.inf, 0, 0
+        for piece, priority in _entrances(KINDS[int(number() * len(KINDS))]):
+            landing = landed(bits, piece)
+            if landing.highest_row >= ROWS:
+                continue
+            board, eroded = settled(bits, landing)
+            value = eroded - landing.highest_row + worth(board) + priority
+            if value > best:
+                best, after = value, board
+                cleared = (bits.bit_count() + 4 - board.bit_count()) // COLUMNS
+        if best == -math.inf:
+            return lines
+        bits, lines = after, lines + cleared
+
+
+def paired_game(name: str, seed: int) -> int:
+    """Return the lines that a bot clears in one game of the second experiment."""
+    recorder = Recorder(seed, PAIRED)
+    bots.play(recorder, bots.BOTS[name], pieces=CAP)
+    return recorder.game.lines
+
+
+class Kept:
+    """Results by name, kept in a file after every game."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self.lines: dict[str, int] = {}
+        if path and path.exists():
+            self.lines = json.loads(path.read_text(encoding="utf-8"))
+
+    def play(self, names: list[str]) -> Iterator[int]:
+        """Return the lines of each game, in order; play those that are missing."""
+        for name in names:
+            if name not in self.lines:
+                experiment, seed = name.rsplit(" ", 1)
+                playing = small_game(int(seed)) if experiment == "small" else None
+                self.lines[name] = (
+                    paired_game(experiment, int(seed)) if playing is None else playing
+                )
+                if self._path:
+                    self._path.write_text(json.dumps(self.lines, indent=0), encoding="utf-8")
+            yield self.lines[name]
+
+
+def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
+    """Play both experiments."""
+    result: dict[str, Any] = {}
+    if games > 1:
+        lines = list(kept.play([f"small {FIRST_SEED + game}" for game in range(games)]))
+        mean = statistics.mean(lines)
+        half = 1.96 * statistics.stdev(lines) / math.sqrt(games)
+        result["dellacherie"] = {
+            "games": games,
+            "lines_mean": round(mean, 1),
+            "interval_95": [round(mean - half, 1), round(mean + half, 1)],
+            "expected": EXPECTED,
+            "contained": abs(mean - EXPECTED) <= half,
+        }
+    if pairs:
+        seeds = range(FIRST_SEED, FIRST_SEED + pairs)
+        plain = list(kept.play([f"dellacherie {seed}" for seed in seeds]))
+        strong = list(kept.play([f"{bots.STRONGEST} {seed}" for seed in seeds]))
+        won = sum(more > less for more, less in zip(strong, plain, strict=True))
+        result["pairs"] = {
+            "pairs": pairs,
+            "pieces_at_most": CAP,
+            "dellacherie": plain,
+            bots.STRONGEST: strong,
+            "stronger_clears_more": won,
+        }
+    return result
+
+
+def main() -> None:
+    """Play, and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--games", type=int, default=GAMES, help="of the first experiment")
+    parser.add_argument("--pairs", type=int, default=PAIRS, help="seeds of the second one")
+    parser.add_argument("--out", type=Path, help="a file that keeps the games, to go on later")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    result = measure(options.games, options.pairs, Kept(options.out))
+    if options.json:
+        print(json.dumps(result))
+        return
+    for name, figures in result.items():
+        print(name)
+        for key, value in figures.items():
+            print(f"  {key:22} {value}")
+
+
+if __name__ == "__main__":
+    main()

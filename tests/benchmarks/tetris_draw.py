@@ -1,0 +1,107 @@
+"""How long a picture of the game takes, and how soon the first one is there.
+
+    python -m tests.benchmarks.tetris_draw [--json]
+
+A bot plays at twelve actions a second, so that trails, flashes, sparks and words are alive in
+most frames; every frame at 1280 × 720 is timed by itself, for each theme. `draw_p99_ms` is the
+slowest theme's 99th percentile, of CPU time, because a shared machine's clock also counts the
+work of others. `first_frame_s` is from an interpreter's start to the window's first picture,
+menu and bot's game included.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+import numpy as np
+import pygame
+
+from tetris import bot
+from tetris.engine import Config, Game, Phase
+from tetris.events import Action
+from tetris.window.look import Look
+from tetris.window.palettes import PALETTES
+from tetris.window.settings import Settings
+from tetris.window.view import GameView
+
+SIZE = (1280, 720)
+SECONDS = 40
+FRAMES_HZ = 60
+ACTION_S = 1 / 12
+
+_FIRST = """
+import os, tempfile
+os.environ["SDL_AUDIODRIVER"] = "none"
+from pathlib import Path
+import pygame
+from tetris.window.app import App, Start
+from tetris.window.display import open_window
+surface = open_window((1280, 720), "first frame")
+folder = Path(tempfile.mkdtemp())
+App(surface, Start(), config=folder, data=folder).step(0.0, pygame.event.get())
+pygame.display.flip()
+os._exit(0)
+"""
+
+
+def frames_ms(theme: str) -> list[float]:
+    """Return the time of each frame of one game, milliseconds."""
+    surface = pygame.display.set_mode(SIZE)
+    look = Look.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
+    view, game = GameView(surface.get_rect(), look=look), Game(5, Config(start_level=5))
+    took_ms: list[float] = []
+    next_s = 0.0
+    for frame in range(SECONDS * FRAMES_HZ):
+        now_s = frame / FRAMES_HZ
+        actions: list[Action] = []
+        if game.phase is Phase.OVER:
+            actions = [Action.RESTART]
+        elif now_s >= next_s:
+            actions, next_s = [bot.plan(game).actions[0]], now_s + ACTION_S
+        events = game.update(now_s, actions)
+        began_s = time.process_time()
+        view.show(events)
+        view.draw(surface, game, now_s)
+        took_ms.append(1000 * (time.process_time() - began_s))
+    return took_ms
+
+
+def first_frame_s() -> float:
+    """Return how long a fresh interpreter takes to show the menu, the best of three."""
+    times = []
+    for _ in range(3):
+        began_s = time.perf_counter()
+        subprocess.run([sys.executable, "-c", _FIRST], check=True, stdout=subprocess.DEVNULL)
+        times.append(time.perf_counter() - began_s)
+    return min(times)
+
+
+def main() -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    options = parser.parse_args()
+    pygame.display.init()
+    figures: dict[str, float] = {}
+    for theme in PALETTES:
+        took_ms = frames_ms(theme)
+        figures[f"draw_p50_ms_{theme}"] = round(float(np.percentile(took_ms, 50)), 3)
+        figures[f"draw_p99_ms_{theme}"] = round(float(np.percentile(took_ms, 99)), 3)
+    figures["draw_p99_ms"] = max(figures[f"draw_p99_ms_{theme}"] for theme in PALETTES)
+    figures["first_frame_s"] = round(first_frame_s(), 3)
+    if options.json:
+        print(json.dumps(figures))
+    else:
+        for name, value in figures.items():
+            print(f"{name:24} {value:8.3f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""The stronger bot: it sees what comes, holds, tucks and spins, and outlives the other one."""
+
+import pytest
+
+from tetris import beam, bot
+from tetris.board import Board
+from tetris.bots import BOTS, STRONGEST, hint, play
+from tetris.engine import Action, Config, Game, Phase
+from tetris.modes import MODES
+from tetris.pieces import Piece
+from tetris.replay import Player, Recorder
+
+
+def test_it_tucks_a_piece_under_an_overhang() -> None:
+    board = Board.parse("""
+        ..........
+        ZZZZZZZZ..
+        ZZZZZZZZ..
+        ZZZZZ.....
+        ZZZZZZZZZ.
+    """)
+    game = Game(seed=1)
+    game.set_up(board, Piece("J", 7, 10))
+    plan = beam.plan(game, depth=1, width=50)
+    game.update(0.0, plan.actions)
+    assert set(plan.landing.cells) <= {
+        (5, 1),
+        (6, 1),
+        (7, 1),
+        (8, 1),
+        (9, 1),
+        (9, 0),
+        (8, 2),
+        (9, 2),
+    }
+
+
+def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
+    held = 0
+    game = Game(seed=4)
+    while game.pieces_placed < 60:
+        plan = beam.plan(game, width=4, depth=3)
+        held += plan.actions[0] is Action.HOLD
+        before = game.pieces_placed
+        game.update(0.0, plan.actions)
+        assert game.pieces_placed == before + 1
+    assert held > 5
+
+
+def test_where_hold_is_not_allowed_it_does_without() -> None:
+    game = Game(seed=4, config=Config(hold=False))
+    for _ in range(20):
+        plan = beam.plan(game, width=3, depth=3)
+        assert Action.HOLD not in plan.actions
+        game.update(0.0, plan.actions)
+    assert game.pieces_placed == 20
+
+
+def test_asked_again_after_every_action_it_keeps_its_mind() -> None:
+    game = Game(seed=11)
+    game.update(0.0)
+    now_s, target, landings = 0.0, None, set()
+    while game.pieces_placed == 0:
+        piece = game.piece
+        plan = beam.plan(game, target=target, width=4, depth=2)
+        now_s += 0.1
+        game.update(now_s, plan.actions[:1])
+        held = plan.actions[0] is Action.HOLD
+        target = None if held else plan.landing
+        landings |= set() if held or game.piece.kind != piece.kind else {plan.landing.mask}
+    assert len(landings) <= 1
+
+
+def test_a_dear_action_makes_a_near_landing_win() -> None:
+    game = Game(seed=1)
+    game.set_up(Board(), Piece("O", 4, 18))
+    assert beam.plan(game, command_cost=50.0, depth=1).actions == (Action.HARD_DROP,)
+
+
+def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
+    config = Config(columns=6, rows=9, kicks="srs+", randomiser="uniform", start_level=5)
+    recorder = Recorder(3, config)
+    play(recorder, beam.plan, pieces=60)
+    assert recorder.game.pieces_placed == 60
+
+
+def test_when_nothing_can_be_saved_it_still_answers() -> None:
+    wall = ".OOOOOOOOO\n" * 20
+    game = Game(seed=1)
+    game.set_up(Board.parse(wall), Piece("T", 3, 20))
+    plan = beam.plan(game)
+    assert plan.actions[-1] is Action.HARD_DROP
+
+
+def test_no_piece_in_play_cannot_be_planned() -> None:
+    game = Game(seed=1)
+    while game.phase is Phase.RUNNING:
+        game.update(0.0, [Action.HARD_DROP])
+    with pytest.raises(ValueError, match="no piece is in play"):
+        beam.plan(game)
+
+
+def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
+    config = Config(rows=5, randomiser="uniform", partial_lock_out=True, gravity=False)
+
+    def lines(planner: object, seed: int) -> int:
+        recorder = Recorder(seed, config)
+        play(recorder, planner, pieces=120)  # type: ignore[arg-type]
+        return recorder.game.lines
+
+    for seed in range(3):
+        assert lines(beam.plan, seed) > 1.5 * lines(bot.plan, seed)
+
+
+def test_a_hint_is_the_strongest_bots_plan() -> None:
+    game = Game(seed=2)
+    assert BOTS[STRONGEST] is beam.plan
+    assert hint(game) == beam.plan(game)
+
+
+@pytest.mark.parametrize("name", ["dig", "orb", "sprint"])
+def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
+    recorder = Recorder(9, MODES[name].config(seed=9), name)
+    events = play(recorder, bot.plan, pieces=30, action_s=0.05)
+    assert recorder.game.pieces_placed == 30
+    player = Player(recorder.replay())
+    assert player.first_events + player.advance(1e9) == events
+
+
+def test_a_generation_delay_is_waited_for() -> None:
+    recorder = Recorder(9, Config(generation_delay_s=0.2))
+    play(recorder, bot.plan, pieces=5)
+    assert recorder.game.pieces_placed == 5
+    assert recorder.time_s == pytest.approx(0.8)

@@ -1,0 +1,75 @@
+"""The bare kernel plays the engine's games, and counts placements as others count them."""
+
+from random import Random
+
+import pytest
+
+from tetris.board import Board
+from tetris.engine import Action, Config, Game, Phase
+from tetris.kernel import Kernel, lock
+from tetris.perft import boards, leaves
+from tetris.pieces import Kind, Piece
+
+CONFIGS = [
+    Config(),
+    Config(kicks="srs+", randomiser="uniform", columns=6, rows=8),
+    Config(partial_lock_out=True, rows=10, hold=False, board="#########."),
+]
+MOVES = [
+    Action.LEFT,
+    Action.RIGHT,
+    Action.DOWN,
+    Action.ROTATE_CW,
+    Action.ROTATE_CCW,
+    Action.HARD_DROP,
+    Action.HOLD,
+]
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_the_kernel_and_the_engine_play_the_same_games_move_by_move(config: Config) -> None:
+    random = Random(7)
+    game, kernel = Game(3, config), Kernel(3, config)
+    for _ in range(8000):
+        action = random.choice(MOVES)
+        game.update(0.0, [action])
+        kernel.step(action)
+        assert (kernel.bits, kernel.hold, kernel.next) == (game.board.bits, game.hold, game.next)
+        assert (kernel.lines, kernel.pieces_placed) == (game.lines, game.pieces_placed)
+        assert (kernel.piece, kernel.over) == (game.piece, game.phase is Phase.OVER)
+        if kernel.over:
+            assert not kernel.step(Action.LEFT)
+            kernel.restart()
+            game.update(0.0, [Action.RESTART])
+
+
+def test_the_kernel_says_whether_there_was_room() -> None:
+    kernel = Kernel(1)
+    assert [kernel.step(Action.LEFT) for _ in range(6)].count(True) in (3, 4)
+    assert kernel.step(Action.HOLD)
+    assert not kernel.step(Action.HOLD)
+    assert not kernel.step(Action.PAUSE)
+
+
+def test_locking_takes_full_rows_away() -> None:
+    bits, rows = lock(Board.parse("JJJJ..JJJJ\nJJJJ..JJJJ").bits, Piece("O", 4, 0))
+    assert (bits, rows) == (Board().bits, 2)
+
+
+def test_the_first_pieces_alone_have_their_known_numbers_of_places() -> None:
+    known: dict[Kind, int] = {"I": 17, "O": 9, "L": 34, "J": 34, "S": 17, "Z": 17, "T": 34}
+    assert {kind: leaves([kind]) for kind in known} == known
+
+
+def test_two_squares_have_more_ways_than_boards() -> None:
+    assert leaves(["O", "O"]) == 9 * 9
+    apart = 7 + 6 + 5 + 4 + 3 + 2 + 1  # two columns or more between them: either may come first
+    above = 9 + 2 * 8  # on top of each other, or a column aside
+    assert boards(["O", "O"]) == apart + above
+
+
+def test_a_queue_of_three_has_a_few_more_ways_than_straight_drops_give() -> None:
+    queue: list[Kind] = ["I", "O", "L"]
+    assert leaves(queue[:2]) == 17 * 9
+    assert leaves(queue) == 5266
+    assert leaves(queue) > 17 * 9 * 34  # under the roofs that I and O make

@@ -1,0 +1,91 @@
+"""The modes: what is played, and when it ends."""
+
+from itertools import pairwise
+
+import pytest
+
+from tetris import bot
+from tetris.engine import Action, Config, Finish, Game, Phase
+from tetris.events import Finished, Undone
+from tetris.modes import MODES
+
+
+def test_the_menu_has_eight_modes() -> None:
+    names = "marathon endless sprint ultra_2 ultra_3 zen dig orb"
+    assert list(MODES) == names.split()
+    assert all(mode.name == name for name, mode in MODES.items())
+
+
+def test_a_start_level_is_taken_where_it_may_be_chosen() -> None:
+    assert MODES["marathon"].config(start_level=7).start_level == 7
+    assert MODES["sprint"].config(start_level=7).start_level == 1
+
+
+def play(game: Game, *, most: int = 2000, every_s: float = 0.0) -> list[Finish]:
+    """Let the bot play to the end, and return how it finished."""
+    now_s, reasons = 0.0, []
+    for _ in range(most):
+        events = game.update(now_s, bot.plan(game).actions)
+        reasons += [event.reason for event in events if isinstance(event, Finished)]
+        if game.phase is Phase.OVER:
+            break
+        now_s += every_s
+    return reasons
+
+
+@pytest.mark.parametrize(("name", "lines"), [("sprint", 40), ("marathon", 150)])
+def test_lines_are_the_goal(name: str, lines: int) -> None:
+    game = Game(1, MODES[name].config())
+    assert play(game) == [Finish.GOAL]
+    assert lines <= game.lines < lines + 4
+
+
+@pytest.mark.parametrize(("name", "seconds"), [("ultra_2", 120), ("ultra_3", 180)])
+def test_ultra_ends_by_the_clock(name: str, seconds: int) -> None:
+    game = Game(1, MODES[name].config())
+    assert play(game, every_s=1.0) == [Finish.TIME]
+    assert game.time_s == seconds
+
+
+def test_endless_has_no_goal() -> None:
+    assert MODES["endless"].config() == Config()
+
+
+def test_in_zen_nothing_falls_and_a_piece_can_be_taken_back() -> None:
+    game = Game(1, MODES["zen"].config())
+    start = game.piece
+    game.update(0.0)
+    game.update(86_400.0)
+    assert game.piece == start
+    events = game.update(86_401.0, [Action.HARD_DROP, Action.UNDO])
+    assert any(isinstance(event, Undone) for event in events)
+    assert game.piece == start
+
+
+def test_dig_begins_with_ten_rows_of_garbage_that_its_seed_draws() -> None:
+    game = Game(4, MODES["dig"].config(seed=4))
+    rows = game.board.rows
+    assert len(rows) == game.garbage_rows == 10
+    holes = [row.index(".") for row in rows]
+    assert all(row.count("#") == 9 for row in rows)
+    assert all(above != below for above, below in pairwise(holes))
+    assert MODES["dig"].config(seed=4) == MODES["dig"].config(seed=4)
+    assert MODES["dig"].config(seed=4) != MODES["dig"].config(seed=5)
+
+
+def test_dig_is_won_when_the_garbage_is_gone() -> None:
+    game = Game(4, MODES["dig"].config(seed=4))
+    assert play(game) == [Finish.GOAL]
+    assert game.garbage_rows == 0
+
+
+def test_orb_pace_waits_for_slow_hands_and_guards_against_a_late_drop() -> None:
+    config = MODES["orb"].config()
+    assert (config.gravity_cap, config.lock_delay_s) == (3, 1.0)
+    game = Game(1, config)
+    game.update(0.0)
+    game.update(1.0, [Action.HARD_DROP])
+    game.update(1.5, [Action.HARD_DROP])  # meant for the piece before
+    assert game.pieces_placed == 1
+    game.update(1.7, [Action.HARD_DROP])
+    assert game.pieces_placed == 2

@@ -1,0 +1,136 @@
+"""Every reachable placement: spins under overhangs, places to tuck into, and the inputs to each."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tetris.board import Board
+from tetris.engine import Action, Config, Game
+from tetris.events import Locked
+from tetris.kicks import Kicks
+from tetris.moves import Spin
+from tetris.paths import path, paths
+from tetris.pieces import KINDS, Kind, Piece
+from tetris.placements import Placement, find
+
+L, R, D, DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
+CW, CCW = Action.ROTATE_CW, Action.ROTATE_CCW
+
+T_SLOT = """
+    ...J......
+    JJJ...JJJJ
+    JJJJ.JJJJJ
+"""
+
+
+def cells(placement: Placement) -> set[tuple[int, int]]:
+    return set(placement.piece.cells)
+
+
+@pytest.mark.parametrize(
+    ("kind", "count"), [("I", 17), ("O", 9), ("T", 34), ("S", 17), ("Z", 17), ("J", 34), ("L", 34)]
+)
+def test_on_an_empty_board_each_piece_has_its_known_number_of_placements(
+    kind: Kind, count: int
+) -> None:
+    found = find(Board().bits, Piece.entering(kind))
+    assert len(found) == len(list(found)) == len(found.pieces()) == count
+
+
+def test_under_an_overhang_only_a_turn_reaches_the_slot() -> None:
+    slot = {(3, 1), (4, 1), (5, 1), (4, 0)}
+    found = find(Board.parse(T_SLOT).bits, Piece.entering("T"))
+    assert [placement.spin for placement in found if cells(placement) == slot] == [Spin.FULL]
+
+
+def test_one_place_with_and_without_a_spin_is_two_placements() -> None:
+    board = Board.parse(".JJJJJJJJJ")
+    upright = {(0, 0), (0, 1), (0, 2), (1, 1)}
+    found = find(board.bits, Piece.entering("T"))
+    assert {p.spin for p in found if cells(p) == upright} == {Spin.NONE, Spin.MINI}
+
+
+def test_a_piece_slides_under_a_roof_from_the_side() -> None:
+    board = Board.parse("""
+        JJJJJJJ...
+        ..........
+    """)
+    lying = {(0, 0), (1, 0), (2, 0), (3, 0)}
+    assert lying in [cells(p) for p in find(board.bits, Piece.entering("I"))]
+
+
+def test_a_closed_hole_is_out_of_reach() -> None:
+    board = Board.parse("""
+        JJJJJJJJ..
+        JJ....JJ.J
+        JJJJJJJJ.J
+    """)
+    hole = {(2, 1), (3, 1), (4, 1), (5, 1)}
+    assert hole not in [cells(p) for p in find(board.bits, Piece.entering("I"))]
+    assert hole in [cells(p) for p in find(board.bits, Piece("I", 2, -1))]  # from inside
+
+
+def test_the_fewest_inputs_to_a_spin_end_with_the_turn_and_a_drop() -> None:
+    board = Board.parse(T_SLOT)
+    start, slot = Piece("T", 3, 5), Piece("T", 3, 0, turn=2)
+    way = path(board.bits, start, slot)
+    assert way is not None
+    assert way[-2:] in ((CW, DROP), (CCW, DROP))
+    game = Game(seed=1)
+    game.set_up(board, start)
+    (locked,) = [event for event in game.update(0.0, way) if isinstance(event, Locked)]
+    assert (locked.clear.name, set(locked.piece.cells)) == ("t-spin double", set(slot.cells))
+
+
+def test_a_straight_drop_is_the_shortest_way_there_is() -> None:
+    assert path(Board().bits, Piece("O", 4, 18), Piece("O", 4, 0)) == (DROP,)
+    assert path(Board().bits, Piece("O", 4, 18), Piece("O", 7, 0)) == (R, R, R, DROP)
+
+
+def test_there_is_no_way_to_a_place_out_of_reach() -> None:
+    assert path(Board().bits, Piece("O", 4, 18), Piece("O", 4, 5)) is None
+
+
+boards = st.integers(4, 10).flatmap(
+    lambda columns: st.lists(st.text("..#", min_size=columns, max_size=columns), max_size=9).map(
+        lambda rows: Board.parse("\n".join(rows), columns)
+    )
+)
+tables = st.sampled_from(("srs", "srs+"))
+
+
+@given(boards, st.sampled_from(KINDS), tables)
+@settings(max_examples=100, deadline=None)
+def test_flooding_finds_what_walking_finds(board: Board, kind: Kind, kicks: Kicks) -> None:
+    start = Piece.entering(kind, board.columns)
+    flooded = [(p.piece.mask, p.spin) for p in find(board.bits, start, kicks)]
+    walked = {(p.piece.mask, p.spin) for p in paths(board.bits, start, kicks)}
+    assert len(flooded) == len(set(flooded))
+    assert set(flooded) == walked
+
+
+@given(boards, st.sampled_from(KINDS), tables, st.integers(-2, 8), st.integers(-2, 9), st.data())
+@settings(max_examples=100, deadline=None)
+def test_a_piece_deep_in_the_stack_finds_its_way_too(
+    board: Board, kind: Kind, kicks: Kicks, x: int, y: int, data: st.DataObject
+) -> None:
+    start = Piece(kind, x, y, data.draw(st.integers(0, 3)))
+    if not board.fits(start):
+        return
+    flooded = {(p.piece.mask, p.spin) for p in find(board.bits, start, kicks)}
+    assert flooded == {(p.piece.mask, p.spin) for p in paths(board.bits, start, kicks)}
+
+
+@given(boards, st.sampled_from(KINDS), tables, st.data())
+@settings(max_examples=60, deadline=None)
+def test_the_inputs_to_a_placement_lead_there_in_the_game(
+    board: Board, kind: Kind, kicks: Kicks, data: st.DataObject
+) -> None:
+    start = Piece.entering(kind, board.columns)
+    ways = paths(board.bits, start, kicks)
+    placement = data.draw(st.sampled_from(list(ways)))
+    game = Game(1, Config(columns=board.columns, kicks=kicks))
+    game.set_up(Board.parse(str(board), board.columns), start)
+    (locked,) = [e for e in game.update(0.0, ways[placement]) if isinstance(e, Locked)]
+    assert set(locked.piece.cells) == cells(placement)
+    assert locked.clear.spin is placement.spin

@@ -1,0 +1,136 @@
+"""Which keys and pad buttons do what: names for files and screens, and the defaults.
+
+A binding is written down by name (`space`, `pad_a`), because pygame's numbers mean nothing to
+a reader. Keys are numbers to `tetris.window.keys`, pad buttons stay names.
+"""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Final
+
+import pygame
+
+from tetris.events import Action
+from tetris.window.keys import Code
+
+Names = Mapping[str, Sequence[str]]  # from an action's name to names of keys or buttons
+
+HINT: Final = "hint"  # what the window does by itself, without the engine
+ACTIONS: Final = (*(action.value for action in Action), HINT)
+"""Names of all that can be bound, in the order of the screen on which it is."""
+
+_KEY_CODES: Final[Mapping[str, int]] = {
+    name[2:].lower(): getattr(pygame, name)
+    for name in sorted(dir(pygame))
+    if name.startswith("K_") and name != "K_UNKNOWN"
+}
+_KEY_NAMES: Final[Mapping[int, str]] = {code: name for name, code in _KEY_CODES.items()}
+
+# What stands on the keys, where it is not the name; "caps_lock" and the like need no entry.
+_CAPS: Final[Mapping[str, str]] = {
+    "left": "←",
+    "right": "→",
+    "up": "↑",
+    "down": "↓",
+    "lshift": "⇧ L",
+    "rshift": "⇧ R",
+    "lctrl": "Ctrl L",
+    "rctrl": "Ctrl R",
+    "lalt": "Alt L",
+    "ralt": "Alt R",
+    "return": "⏎",
+    "kp_enter": "Num ⏎",
+    "escape": "Esc",
+    "backspace": "⌫",
+}
+
+KEYS: Final[Names] = MappingProxyType(
+    {
+        "left": ("left",),
+        "right": ("right",),
+        "down": ("down",),
+        "hard_drop": ("space",),
+        "rotate_cw": ("up", "x"),
+        "rotate_ccw": ("z", "lctrl"),
+        "hold": ("c", "lshift", "rshift"),
+        "pause": ("p", "escape"),
+        "restart": ("r",),
+        "undo": ("u", "backspace"),
+        "hint": ("h",),
+    }
+)
+PADS: Final[Names] = MappingProxyType(
+    {
+        "left": ("pad_left", "stick_left"),
+        "right": ("pad_right", "stick_right"),
+        "down": ("pad_down", "stick_down"),
+        "hard_drop": ("pad_up",),
+        "rotate_cw": ("pad_a", "pad_y"),
+        "rotate_ccw": ("pad_b", "pad_x"),
+        "hold": ("pad_l1", "pad_r1", "pad_l2", "pad_r2"),
+        "pause": ("pad_start",),
+        "restart": ("pad_back",),
+        "undo": ("pad_l3",),
+        "hint": ("pad_r3",),
+    }
+)
+
+
+def key_name(code: int) -> str | None:
+    """Return a key's name for files; None for keys that have none."""
+    return _KEY_NAMES.get(code)
+
+
+def is_name(name: str) -> bool:
+    """Return whether a name means a key or a pad button."""
+    return name in _KEY_CODES or name.startswith(("pad_", "stick_"))
+
+
+def caption(name: str) -> str:
+    """Return what to write on the screen for a key or a button."""
+    if name in _CAPS:
+        return _CAPS[name]
+    if name.startswith("pad_"):
+        name = name.removeprefix("pad_")
+        return _CAPS.get(name, name.title())
+    if name.startswith("stick_"):
+        return "Stick " + _CAPS.get(name.removeprefix("stick_"), "")
+    return name.replace("kp", "Num ", 1).replace("_", " ").title()
+
+
+def table(*bindings: Names) -> dict[Code, Action]:
+    """Return what each key and button does, for `tetris.window.keys.Keys`.
+
+    Args:
+        *bindings: By name; names that mean nothing are left out.
+    """
+    actions = {action.value: action for action in Action}
+    return {
+        _KEY_CODES.get(name, name): actions[action]
+        for names in bindings
+        for action, bound in names.items()
+        if action in actions
+        for name in bound
+        if is_name(name)
+    }
+
+
+def codes(action: str, *bindings: Names) -> frozenset[Code]:
+    """Return the keys and buttons of one action."""
+    return frozenset(
+        _KEY_CODES.get(name, name) for names in bindings for name in names.get(action, ())
+    )
+
+
+def bound(names: Names, action: str, name: str) -> dict[str, tuple[str, ...]]:
+    """Return bindings with one more; what the key or button did before is taken from it."""
+    freed = {other: tuple(each for each in given if each != name) for other, given in names.items()}
+    freed[action] = (*freed.get(action, ()), name)
+    return freed
+
+
+def unbound(names: Names, action: str) -> dict[str, tuple[str, ...]]:
+    """Return bindings without the last one of an action."""
+    freed = {other: tuple(given) for other, given in names.items()}
+    freed[action] = freed.get(action, ())[:-1]
+    return freed

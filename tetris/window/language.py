@@ -1,0 +1,68 @@
+"""The window's words, from plain files: one TOML file a language, English where one has a gap."""
+
+import os
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any, Final
+
+FALLBACK: Final = "en"
+
+
+class Words:
+    """One language. Call it with a key such as `menu.play`."""
+
+    def __init__(self, name: str, table: Mapping[str, str], spare: Mapping[str, str]) -> None:
+        """Use a table of keys to words, and another one for keys that it does not have."""
+        self.name = name
+        self._table, self._spare = table, spare
+
+    def __call__(self, key: str, **values: object) -> str:
+        """Return the words for a key, with values set into them; a key that none has is shown."""
+        words = self._table.get(key) or self._spare.get(key) or key
+        return words.format(**values) if values else words
+
+
+def load(name: str) -> Words:
+    """Return a language by its file's name; English where there is no such file."""
+    known = name if name in names() else FALLBACK
+    return Words(known, table(known), table(FALLBACK))
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return the names of all languages, English first."""
+    folder = files("assets") / "tetris" / "languages"
+    found = sorted(
+        file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
+    )
+    return (FALLBACK, *(name for name in found if name != FALLBACK))
+
+
+@cache
+def table(name: str) -> Mapping[str, str]:
+    """Return all words of a language by their keys, such as `menu.play`."""
+    file = files("assets") / "tetris" / "languages" / f"{name}.toml"
+    return MappingProxyType(_flat("", tomllib.loads(file.read_text("utf-8"))))
+
+
+def _flat(prefix: str, nested: Mapping[str, Any]) -> dict[str, str]:
+    flat: dict[str, str] = {}
+    for key, value in nested.items():
+        if isinstance(value, dict):
+            flat |= _flat(f"{prefix}{key}.", value)
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def of_system(environment: Mapping[str, str] = os.environ) -> str:
+    """Return the language that the system asks for, or English."""
+    for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
+        asked = environment.get(variable, "")
+        if asked:
+            name = asked.split("_")[0].split(".")[0].lower()
+            return name if name in names() else FALLBACK
+    return FALLBACK

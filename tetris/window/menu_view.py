@@ -1,0 +1,185 @@
+"""Menus drawn: a column of items, what is chosen among them, a table above, a sentence below."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+
+from tetris.window import theme
+from tetris.window.look import Look
+from tetris.window.menu import Menu, Row
+from tetris.window.menu_item import draw_item
+
+# All in design units: a window 720 high has as many.
+_TITLE: Final = 58
+_ITEM: Final = 48  # height of a line
+_TABLE: Final = 36
+_FIRST: Final = 0.07  # of a table's width: its first column, of places
+_BELOW: Final = 14  # a table
+_FOOT: Final = 94
+_MARGIN: Final = 30
+_HEIGHT: Final = 720
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where an item was drawn."""
+
+    place: pygame.Rect
+    number: int
+
+
+class MenuView:
+    """Draws menus into a rectangle.
+
+    Attributes:
+        spots: Where the items were drawn last, for the mouse.
+    """
+
+    def __init__(self, look: Look) -> None:
+        self._look = look
+        self._first = 0  # the uppermost item, when not all have room
+        self.spots: list[Spot] = []
+
+    def draw(
+        self, surface: pygame.Surface, area: pygame.Rect, menu: Menu, selected: int, unit: float
+    ) -> None:
+        """Draw a menu.
+
+        Args:
+            surface: Where to.
+            area: The part of it that is the menu's.
+            menu: What to draw.
+            selected: The number of the chosen item.
+            unit: Pixels in a 720th of the window's height.
+        """
+        palette = self._look.palette
+        inner = area.inflate(-2 * round(_MARGIN * unit), 0)
+        top = area.top
+        if menu.title:
+            title = theme.fitted(menu.title, round(_TITLE * unit), palette.text, inner.width)
+            surface.blit(title, (inner.left, top))
+            top += round(_TITLE * 1.15 * unit)
+        if menu.table:
+            top = self._draw_table(surface, inner, top, menu, unit)
+        foot = pygame.Rect(inner.left, area.bottom, inner.width, round(_foot(menu) * unit))
+        foot.bottom = area.bottom
+        self._draw_items(surface, area, inner, top, foot.top, menu, selected, unit)
+        hint = menu.notice or menu.items[selected].hint
+        colour = palette.warn if menu.notice else palette.dim
+        self._draw_sentence(surface, foot, hint, colour, unit)
+
+    def height(self, menu: Menu, unit: float) -> int:
+        """Return how high a menu is that shows all it has."""
+        title = _TITLE * 1.15 if menu.title else 0
+        table = len(menu.table) * _TABLE + _BELOW if menu.table else 0
+        return round((title + table + len(menu.items) * _ITEM + _foot(menu)) * unit)
+
+    def _draw_items(
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        inner: pygame.Rect,
+        top: int,
+        bottom: int,
+        menu: Menu,
+        selected: int,
+        unit: float,
+    ) -> None:
+        high = round(_ITEM * unit)
+        room = max(1, (bottom - top) // high)
+        most = max(0, len(menu.items) - room)
+        self._first = max(min(self._first, selected, most), selected - room + 1)
+        shown = menu.items[self._first : self._first + room]
+        self.spots = []
+        for place, item in enumerate(shown):
+            number = self._first + place
+            line = pygame.Rect(inner.left, top + place * high, inner.width, high)
+            line.inflate_ip(round(_MARGIN * unit), 0)
+            self.spots.append(Spot(line, number))
+            draw_item(surface, line, item, number == selected, self._look, unit)
+        self._draw_more(surface, area, top, room * high, len(menu.items), room, unit)
+
+    def _draw_more(
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        top: int,
+        height: int,
+        count: int,
+        room: int,
+        unit: float,
+    ) -> None:
+        """Draw a bar that says which part of a long menu is seen."""
+        if count <= room:
+            return
+        track = pygame.Rect(area.right - round(8 * unit), top, max(2, round(4 * unit)), height)
+        pygame.draw.rect(surface, self._look.palette.line, track, border_radius=track.width)
+        thumb = track.copy()
+        thumb.height = round(height * room / count)
+        thumb.top = top + round(height * self._first / count)
+        pygame.draw.rect(surface, self._look.palette.dim, thumb, border_radius=track.width)
+
+    def _draw_table(
+        self, surface: pygame.Surface, inner: pygame.Rect, top: int, menu: Menu, unit: float
+    ) -> int:
+        high = round(_TABLE * unit)
+        columns = max(len(row.cells) for row in menu.table)
+        # The last item of a long menu is to be seen, so a table gives up its last rows first.
+        room = inner.bottom - top - round((_foot(menu) + len(menu.items) * _ITEM + _BELOW) * unit)
+        rows = menu.table[: max(1, room // high)]
+        for place, row in enumerate(rows):
+            line = pygame.Rect(inner.left, top + place * high, inner.width, high)
+            self._draw_row(surface, line, row, columns, unit)
+        return top + len(rows) * high + round(_BELOW * unit)
+
+    def _draw_row(
+        self, surface: pygame.Surface, line: pygame.Rect, row: Row, columns: int, unit: float
+    ) -> None:
+        """Draw a row: the first cell at the left, the others end where their columns do."""
+        palette, size = self._look.palette, round((21 if row.quiet else 25) * unit)
+        first = round(line.width * _FIRST) if columns > 2 else 0
+        wide = (line.width - first) // max(1, columns - 1)
+        for column, words in enumerate(row.cells):
+            second = row.quiet or (column == 0 and columns == 2)
+            colour = palette.accent if row.marked else palette.dim if second else palette.text
+            if len(row.cells) == 1:
+                widest = line.width
+            else:
+                share = 0.9 if first else 0.64 if column == 0 else 0.36
+                widest = first if first and column == 0 else max(1, round(wide * share))
+            picture = theme.fitted(words, size, colour, widest)
+            place = picture.get_rect(midleft=line.midleft)
+            if column:
+                place.right = line.left + first + column * wide
+            surface.blit(picture, place)
+
+    def _draw_sentence(
+        self,
+        surface: pygame.Surface,
+        foot: pygame.Rect,
+        sentence: str,
+        colour: theme.Colour,
+        unit: float,
+    ) -> None:
+        size = round(22 * unit)
+        for row, line in enumerate(wrapped(sentence, size, foot.width)[:3]):
+            picture = theme.text(line, size, colour)
+            surface.blit(picture, (foot.left, foot.top + round((4 + 24 * row) * unit)))
+
+
+def _foot(menu: Menu) -> int:
+    """Return how high the place for a sentence is, in design units."""
+    return _FOOT if menu.notice or any(item.hint for item in menu.items) else 0
+
+
+def wrapped(sentence: str, size: int, widest: int) -> list[str]:
+    """Return a sentence as lines that are not wider than so many pixels."""
+    lines: list[str] = []
+    for word in sentence.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and theme.font(size).size(longer)[0] <= widest:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines

@@ -1,0 +1,140 @@
+"""Game pads: plugged in and out at any time, their events as named buttons.
+
+SDL knows most pads and gives their buttons the same names; one that it does not know is heard
+by its numbers (`pad_button3`), and can be bound all the same.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+import pygame
+from pygame._sdl2 import controller
+
+_BUTTONS: Final = {
+    pygame.CONTROLLER_BUTTON_A: "pad_a",
+    pygame.CONTROLLER_BUTTON_B: "pad_b",
+    pygame.CONTROLLER_BUTTON_X: "pad_x",
+    pygame.CONTROLLER_BUTTON_Y: "pad_y",
+    pygame.CONTROLLER_BUTTON_BACK: "pad_back",
+    pygame.CONTROLLER_BUTTON_START: "pad_start",
+    pygame.CONTROLLER_BUTTON_LEFTSTICK: "pad_l3",
+    pygame.CONTROLLER_BUTTON_RIGHTSTICK: "pad_r3",
+    pygame.CONTROLLER_BUTTON_LEFTSHOULDER: "pad_l1",
+    pygame.CONTROLLER_BUTTON_RIGHTSHOULDER: "pad_r1",
+    pygame.CONTROLLER_BUTTON_DPAD_UP: "pad_up",
+    pygame.CONTROLLER_BUTTON_DPAD_DOWN: "pad_down",
+    pygame.CONTROLLER_BUTTON_DPAD_LEFT: "pad_left",
+    pygame.CONTROLLER_BUTTON_DPAD_RIGHT: "pad_right",
+}
+_AXES: Final = {  # below and above the middle
+    pygame.CONTROLLER_AXIS_LEFTX: ("stick_left", "stick_right"),
+    pygame.CONTROLLER_AXIS_LEFTY: ("stick_up", "stick_down"),
+    pygame.CONTROLLER_AXIS_TRIGGERLEFT: ("", "pad_l2"),
+    pygame.CONTROLLER_AXIS_TRIGGERRIGHT: ("", "pad_r2"),
+}
+_PLAIN_AXES: Final = {0: ("stick_left", "stick_right"), 1: ("stick_up", "stick_down")}
+_FULL: Final = 32768
+_PRESS: Final = 0.6  # of the way out; a stick that trembles between the two changes nothing
+_RELEASE: Final = 0.4
+
+
+class Press(NamedTuple):
+    """A button that went down or came up."""
+
+    name: str
+    down: bool
+
+
+class Pads:
+    """All pads at once. Feed it every event of pygame, and act on what it returns."""
+
+    def __init__(self) -> None:
+        self._open: dict[int, controller.Controller | pygame.joystick.JoystickType] = {}
+        self._held: dict[int, set[str]] = {}  # by pad
+
+    def start(self) -> None:
+        """Begin to listen. Pads that are there already are told of by events, like later ones."""
+        pygame.joystick.init()
+        controller.init()
+
+    @property
+    def count(self) -> int:
+        """How many pads are plugged in."""
+        return len(self._open)
+
+    def take(self, event: pygame.event.Event) -> list[Press]:
+        """Return what an event means: presses and releases, none for events of other devices."""
+        match event.type:
+            case pygame.JOYDEVICEADDED:
+                self._plug_in(event.device_index)
+            case pygame.JOYDEVICEREMOVED:
+                return self._plug_out(event.instance_id)
+            case pygame.CONTROLLERBUTTONDOWN | pygame.CONTROLLERBUTTONUP:
+                if name := _BUTTONS.get(event.button):
+                    down = event.type == pygame.CONTROLLERBUTTONDOWN
+                    return self._set(event.instance_id, name, down)
+            case pygame.CONTROLLERAXISMOTION:
+                names = _AXES.get(event.axis, ("", ""))
+                return self._lean(event.instance_id, names, event.value / _FULL)
+            case _:
+                return self._plain(event)
+        return []
+
+    def _plain(self, event: pygame.event.Event) -> list[Press]:
+        """Take an event of a pad whose layout SDL does not know; of a known one they are echoes."""
+        if isinstance(self._open.get(getattr(event, "instance_id", -1)), controller.Controller):
+            return []
+        match event.type:
+            case pygame.JOYBUTTONDOWN | pygame.JOYBUTTONUP:
+                down = event.type == pygame.JOYBUTTONDOWN
+                return self._set(event.instance_id, f"pad_button{event.button}", down)
+            case pygame.JOYHATMOTION:
+                x, y = event.value
+                across = self._lean(event.instance_id, ("pad_left", "pad_right"), x)
+                return across + self._lean(event.instance_id, ("pad_down", "pad_up"), y)
+            case pygame.JOYAXISMOTION:
+                names = _PLAIN_AXES.get(event.axis, ("", ""))
+                return self._lean(event.instance_id, names, event.value)
+        return []
+
+    def _plug_in(self, index: int) -> None:
+        try:
+            if controller.is_controller(index):
+                pad = controller.Controller(index)
+                self._open[pad.as_joystick().get_instance_id()] = pad
+            else:
+                plain = pygame.joystick.Joystick(index)
+                self._open[plain.get_instance_id()] = plain
+        except pygame.error:
+            return  # it was pulled out again before it could be opened
+
+    def _plug_out(self, pad: int) -> list[Press]:
+        self._open.pop(pad, None)
+        held = sorted(self._held.get(pad, ()))
+        return [release for name in held for release in self._set(pad, name, False)]
+
+    def release_all(self) -> None:
+        """Forget what is held, as when the window loses the focus."""
+        self._held.clear()
+
+    def _lean(self, pad: int, names: Iterable[str], value: float) -> list[Press]:
+        """Take a stick's or a trigger's place, -1 to 1, as two buttons."""
+        presses: list[Press] = []
+        held = self._held.get(pad, set())
+        for name, out in zip(names, (-value, value), strict=True):
+            if name and (out > _PRESS or (out < _RELEASE and name in held)):
+                presses += self._set(pad, name, out > _PRESS)
+        return presses
+
+    def _set(self, pad: int, name: str, down: bool) -> list[Press]:
+        """Note a button's state; the same name held on two pads comes up with the last of them."""
+        held = self._held.setdefault(pad, set())
+        if (name in held) is down:
+            return []
+        if down:
+            held.add(name)
+        else:
+            held.discard(name)
+            if any(name in other for other in self._held.values()):
+                return []
+        return [Press(name, down)]

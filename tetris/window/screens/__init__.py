@@ -1,0 +1,1 @@
+"""The screens: one file each, moved between by a `tetris.window.stage.Stage`."""

@@ -1,0 +1,180 @@
+"""A menu on the screen: beside the bot's game, or as a panel over another screen."""
+
+from collections.abc import Callable
+from typing import Final
+
+import pygame
+
+from tetris.window import nav as navigation
+from tetris.window.attract import Attract
+from tetris.window.keys import Code
+from tetris.window.logo import draw_logo
+from tetris.window.menu import Cursor, Menu
+from tetris.window.menu_view import MenuView
+from tetris.window.nav import Nav, Repeater
+from tetris.window.scenery import draw_card
+from tetris.window.screens.screen import Screen
+from tetris.window.stage import Stage
+
+_COLUMN: Final = 560  # width of the menu beside the bot's game, design units
+_LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game
+_LEFT: Final = 24
+_TOP: Final = 56
+_LOGO: Final = 150
+_PANEL: Final = 520
+_VEIL_ALPHA: Final = 150
+
+
+class MenuScreen(Screen):
+    """Shows a menu, and moves through it by keys, buttons, commands and the mouse."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        build: Callable[[], Menu],
+        *,
+        attract: Attract | None = None,
+        behind: Screen | None = None,
+        logo: bool = False,
+        back: Callable[[], None] | None = None,
+        quiet_s: float = 0.0,
+    ) -> None:
+        """Show a menu.
+
+        Args:
+            stage: Where it is seen.
+            build: Makes the menu, anew after every step.
+            attract: The bot's game to show beside it.
+            behind: The screen over which it is a panel; without one it fills the window.
+            logo: Whether the program's name stands above it.
+            back: What a step back does; None goes to the screen below.
+            quiet_s: For how long nothing is taken at first: who drums on the keys of a game
+                that has just ended means the game.
+        """
+        self._stage, self._build = stage, build
+        self._attract, self._behind, self._logo = attract, behind, logo
+        self._back = back or stage.pop
+        self._open_s = stage.time_s + quiet_s
+        self._cursor, self._repeater = Cursor(), Repeater()
+        self._view = MenuView(stage.look)
+        self._menu = build()
+
+    @property
+    def menu(self) -> Menu:
+        """The menu as it is now."""
+        return self._menu
+
+    @property
+    def selected(self) -> int:
+        """The number of the chosen item."""
+        return min(self._cursor.selected, len(self._menu.items) - 1)
+
+    def nav(self, nav: Nav, time_s: float) -> None:
+        """Take a step."""
+        if time_s < self._open_s:
+            return
+        if nav is Nav.BACK:
+            self._stage.sounds.click("back")
+            self._back()
+            return
+        moved = self._cursor.move(self._menu, nav)
+        if moved:
+            self._stage.sounds.click("take" if nav is Nav.CONFIRM else "move")
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Show the menu as things are now."""
+        self._menu = self._build()
+
+    def press(self, code: Code, time_s: float) -> None:
+        """Take a key or button by its fixed meaning in menus."""
+        nav = navigation.OF_CODE.get(code)
+        if nav:
+            self._repeater.press(nav, time_s)
+            self.nav(nav, time_s)
+
+    def release(self, code: Code, time_s: float) -> None:
+        """End the repetition of a held direction."""
+        self._repeater.release()
+
+    def release_all(self, reason: str) -> None:
+        """End the repetition of a held direction."""
+        self._repeater.release()
+
+    def mouse(self, event: pygame.event.Event, time_s: float) -> None:
+        """Choose the item under the pointer; take it, or turn its value, by a click."""
+        match event.type:
+            case pygame.MOUSEMOTION:
+                spot = next((s for s in self._view.spots if s.place.collidepoint(event.pos)), None)
+                if spot:
+                    self._cursor.selected = spot.number
+            case pygame.MOUSEBUTTONDOWN if event.button == 1:
+                for spot in self._view.spots:
+                    if spot.place.collidepoint(event.pos) and spot.number < len(self._menu.items):
+                        self._cursor.selected = spot.number
+                        self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
+                        return
+            case pygame.MOUSEWHEEL if event.y:
+                self.nav(Nav.UP if event.y > 0 else Nav.DOWN, time_s)
+
+    def _click(self, x: int, width: int, time_s: float) -> None:
+        """Take an item; one with a value goes back where its left half is clicked."""
+        item = self._menu.items[self._cursor.selected]
+        if item.step and not item.do:
+            self.nav(Nav.RIGHT if x > 0.72 * width else Nav.LEFT, time_s)
+        else:
+            self.nav(Nav.CONFIRM, time_s)
+
+    def refresh(self) -> None:
+        """Take over another look."""
+        self._view = MenuView(self._stage.look)
+        self.rebuild()
+
+    def tick(self, time_s: float) -> None:
+        """Let a held direction repeat, and the bot play."""
+        self.rebuild()  # a notice may have come, or a pad
+        if step := self._repeater.poll(time_s):
+            self.nav(step, time_s)
+        if self._attract and self._stage.screen is self:
+            self._attract.tick(time_s)
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the menu, and what is beside or behind it."""
+        if self._behind:
+            self._draw_panel(surface, time_s)
+        else:
+            self._draw_page(surface)
+
+    def _draw_page(self, surface: pygame.Surface) -> None:
+        stage, area, unit = self._stage, self._stage.area, self._stage.unit
+        surface.fill(stage.look.palette.background)
+        column = pygame.Rect(0, 0, round(_COLUMN * unit), area.height - round(_TOP * unit))
+        column.topleft = round(_LEFT * unit), round(_TOP * unit)
+        beside = pygame.Rect(column.right, 0, area.width - column.right, area.height)
+        if self._attract and beside.width >= _LEAST_BESIDE * area.height:
+            spare = max(0, beside.width - round(1.05 * area.height)) // 2
+            column.left += spare // 2
+            beside.left, beside.width = column.right, area.width - column.right - spare // 2
+            self._attract.draw(surface, beside, stage.look)
+        else:
+            column.centerx = area.centerx
+        if self._logo:
+            logo = pygame.Rect(column.left, column.top, column.width, round(_LOGO * unit))
+            draw_logo(surface, logo.inflate(-round(52 * unit), 0), stage.look)
+            column.top, column.height = logo.bottom, column.height - logo.height
+        self._view.draw(surface, column, self._menu, self.selected, unit)
+
+    def _draw_panel(self, surface: pygame.Surface, time_s: float) -> None:
+        assert self._behind
+        self._behind.draw(surface, time_s)
+        stage, area, unit = self._stage, self._stage.area, self._stage.unit
+        veil = pygame.Surface(area.size)
+        veil.fill(stage.look.palette.background)
+        veil.set_alpha(_VEIL_ALPHA)
+        surface.blit(veil, (0, 0))
+        height = self._view.height(self._menu, unit) + round(52 * unit)
+        panel = pygame.Rect(0, 0, round(_PANEL * unit), min(height, area.height))
+        panel.center = area.center
+        draw_card(surface, panel, round(16 * unit), stage.look)
+        inner = panel.inflate(-round(20 * unit), -round(44 * unit))
+        self._view.draw(surface, inner, self._menu, self.selected, unit)

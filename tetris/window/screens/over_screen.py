@@ -1,0 +1,74 @@
+"""The menu after a game: how it went, its place among the best, and what to do next."""
+
+from collections.abc import Callable
+from typing import Final
+
+from tetris.engine import Finish
+from tetris.stats import Summary
+from tetris.window.figures import clock
+from tetris.window.language import Words
+from tetris.window.menu import Item, Menu, Row
+from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.shelf import Kept
+from tetris.window.stage import Stage
+
+_QUIET_S: Final = 0.6
+_TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}
+
+
+def over_screen(
+    stage: Stage,
+    game: PlayScreen,
+    kept: Kept,
+    *,
+    again: Callable[[], None],
+    watch: Callable[[], None],
+    leave: Callable[[], None],
+) -> MenuScreen:
+    """Return the menu over a game that has ended."""
+    session = game.session
+    summary, result = session.summary, session.game.result
+
+    def build() -> Menu:
+        words = stage.look.words
+        title = _TITLES.get(result, "over.lost") if isinstance(result, Finish) else "over.lost"
+        table = [_place(kept.place, words)] if kept.place else []
+        table += _rows(summary, words, by_time=session.mode.ranking == "time")
+        items = (
+            Item(words("menu.again"), again),
+            Item(words("menu.watch"), watch),
+            Item(words("menu.leave"), leave),
+        )
+        return Menu(words(title), items, table, notice=kept.notice)
+
+    return MenuScreen(stage, build, behind=game, back=leave, quiet_s=_QUIET_S)
+
+
+def _place(place: int, words: Words) -> Row:
+    best = words("over.best") if place == 1 else words("over.place", place=place)
+    return Row((best,), marked=True)
+
+
+def _rows(summary: Summary, words: Words, *, by_time: bool) -> list[Row]:
+    """Return the player's figures, what the mode is about first."""
+    grand = sum(
+        count for name, count in summary.clears.items() if name == "tetris" or "t-spin" in name
+    )
+    finesse = words(
+        "over.finesse_value", percent=round(100 * summary.finesse), faults=summary.faults
+    )
+    rows = [
+        Row((words("over.score"), f"{summary.score:,}")),
+        Row((words("over.time_s"), clock(summary.time_s))),
+        Row((words("over.lines"), f"{summary.lines:,}")),
+        Row((words("over.level"), f"{summary.level}")),
+        Row((words("over.pieces"), f"{summary.pieces:,}")),
+        Row((words("over.pieces_per_s"), f"{summary.pieces_per_s:.2f}")),
+        Row((words("over.commands_per_piece"), f"{summary.commands_per_piece:.2f}")),
+        Row((words("over.finesse"), finesse)),
+        Row((words("over.grand"), f"{grand}")),
+    ]
+    if by_time:
+        rows[0], rows[1] = rows[1], rows[0]
+    return rows

@@ -1,0 +1,138 @@
+"""The pages of settings: what can be chosen, and what each step changes."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+from tetris.window import language
+from tetris.window.attract import Attract
+from tetris.window.menu import Item, Menu
+from tetris.window.palettes import PALETTES
+from tetris.window.screens.binding_screen import BindingScreen
+from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.settings import LIMITS, Settings, changed, stepped
+from tetris.window.stage import Stage
+
+_UNITS: Final = {
+    "das_ms": "settings.ms",
+    "arr_ms": "settings.ms",
+    "guard_ms": "settings.ms",
+    "soft_drop": "settings.times",
+}
+_HANDLING: Final = ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard")
+_SOUND: Final = ("effects", "clicks", "tones")
+_SWITCHES: Final = ("patterns", "motion", "ghost", "grid", "fullscreen")
+
+
+def open_settings(stage: Stage, attract: Attract | None = None) -> None:
+    """Show the page from which all settings are reached."""
+
+    def show(build: Callable[[], Menu]) -> Callable[[], None]:
+        return lambda: stage.push(MenuScreen(stage, build, attract=attract))
+
+    def bind(kind: str) -> Callable[[], None]:
+        return lambda: stage.push(BindingScreen(stage, kind, attract))
+
+    def build() -> Menu:
+        words = stage.look.words  # the language may have changed meanwhile
+        return Menu(
+            words("settings.title"),
+            (
+                Item(words("settings.handling"), show(partial(handling_page, stage))),
+                Item(words("settings.keys"), bind("keys")),
+                Item(words("settings.pads"), bind("pads"), hint=_pads(stage)),
+                Item(words("settings.screen"), show(partial(screen_page, stage))),
+                Item(words("settings.sound"), show(partial(sound_page, stage))),
+                language_item(stage),
+                back_item(stage),
+            ),
+            notice=stage.notice,
+        )
+
+    stage.push(MenuScreen(stage, build, attract=attract))
+
+
+def handling_page(stage: Stage) -> Menu:
+    """How keys repeat, and what keeps a hard drop from coming too early."""
+    return _page(stage, "settings.handling", [_item(stage, name) for name in _HANDLING], _HANDLING)
+
+
+def sound_page(stage: Stage) -> Menu:
+    """The volumes."""
+    return _page(stage, "settings.sound", [_item(stage, name) for name in _SOUND], _SOUND)
+
+
+def screen_page(stage: Stage) -> Menu:
+    """Colours, and what is seen."""
+    words, settings = stage.look.words, stage.settings
+    names = list(PALETTES)
+    present = settings.theme if settings.theme in names else names[0]
+
+    def turn(step: int) -> None:
+        name = names[(names.index(present) + step) % len(names)]
+        stage.change(changed(stage.settings, theme=name))
+
+    theme = Item(
+        words("settings.theme"),
+        value=words(f"themes.{present}"),
+        step=turn,
+        hint=words("settings.theme_hint"),
+    )
+    items = [theme, *(_item(stage, name) for name in _SWITCHES)]
+    return _page(stage, "settings.screen", items, ("theme", *_SWITCHES))
+
+
+def language_item(stage: Stage) -> Item:
+    """The language, each named in itself."""
+    names = ["", *language.names()]
+    chosen = stage.settings.language
+    present = names.index(chosen) if chosen in names else 0
+
+    def turn(step: int) -> None:
+        stage.change(changed(stage.settings, language=names[(present + step) % len(names)]))
+
+    name = names[present]
+    own = language.load(name or language.of_system())("language")
+    value = own if name else stage.look.words("settings.language_auto", name=own)
+    return Item(stage.look.words("settings.language"), value=value, step=turn)
+
+
+def back_item(stage: Stage) -> Item:
+    """The way back, for hands that have no key for it."""
+    return Item(stage.look.words("menu.back"), stage.pop)
+
+
+def _page(stage: Stage, title: str, items: Sequence[Item], names: Sequence[str]) -> Menu:
+    words = stage.look.words
+
+    def reset() -> None:
+        usual = Settings()
+        stage.change(changed(stage.settings, **{name: getattr(usual, name) for name in names}))
+
+    afresh = Item(words("settings.reset"), reset, hint=words("settings.reset_hint"))
+    return Menu(words(title), (*items, afresh, back_item(stage)), notice=stage.notice)
+
+
+def _item(stage: Stage, name: str) -> Item:
+    """One number or switch."""
+    words, value = stage.look.words, getattr(stage.settings, name)
+
+    def step(direction: int) -> None:
+        stage.change(stepped(stage.settings, name, direction))
+
+    share = None
+    if isinstance(value, bool):
+        written = words("menu.on" if value else "menu.off")
+    elif name in _SOUND:
+        written, share = words("settings.percent", value=value), value / LIMITS[name][1]
+    elif name == "arr_ms" and value == 0:
+        written = words("settings.at_once")
+    else:
+        written = words(_UNITS[name], value=value)
+    hint = words(f"settings.{name}_hint")
+    return Item(words(f"settings.{name}"), value=written, step=step, share=share, hint=hint)
+
+
+def _pads(stage: Stage) -> str:
+    count = stage.pads.count
+    return stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)

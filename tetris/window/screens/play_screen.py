@@ -1,0 +1,227 @@
+"""The game itself: keys and buttons in, the board and what happens on it out."""
+
+from collections.abc import Callable
+from operator import itemgetter
+from typing import Final
+
+import pygame
+
+from tetris import moves
+from tetris.engine import Phase
+from tetris.events import Action, Event, Spawned
+from tetris.pieces import Piece
+from tetris.window import bindings, theme
+from tetris.window.bot_player import BotPlayer
+from tetris.window.figures import figures_of
+from tetris.window.keys import Code, Due, Keys
+from tetris.window.screens.screen import Screen
+from tetris.window.session import Session
+from tetris.window.stage import Stage
+from tetris.window.view import GameView
+
+READY_S: Final = 0.9  # before the first piece moves
+RESUME_S: Final = 0.6  # after a pause, to find one's way
+_REST_S: Final = 1.2  # after the end, before a menu covers the board
+_INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
+_OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
+
+Advise = Callable[..., Piece | None]
+
+
+class PlayScreen(Screen):
+    """Plays one session, by hand or by a bot.
+
+    Attributes:
+        session: The game.
+    """
+
+    pointer = False
+
+    def __init__(
+        self,
+        stage: Stage,
+        session: Session,
+        *,
+        paused: Callable[["PlayScreen", str], None],
+        over: Callable[["PlayScreen"], None],
+        restart: Callable[["PlayScreen"], None],
+        advise: Advise,
+        bot: BotPlayer | None = None,
+    ) -> None:
+        """Show a game that has not begun.
+
+        Args:
+            stage: Where it is seen.
+            session: What is played.
+            paused: What to do when the game pauses, and a sentence why, "" by the player.
+            over: What to do when it is over.
+            restart: What to do when the player wants to begin anew.
+            advise: Where the piece would lie well.
+            bot: Who plays in the player's place.
+        """
+        self._stage, self.session = stage, session
+        self._paused, self._over, self._restart = paused, over, restart
+        self._advise, self._bot = advise, bot
+        self._view = GameView(stage.area, look=stage.look, hints={})
+        # A game has a clock of its own: one that was taken over goes on where it was.
+        self._offset_s = session.recorder.time_s - stage.time_s
+        self._time_s = session.recorder.time_s
+        self._begin_s: float | None = None  # when the piece begins to move
+        self._over_s: float | None = None
+        self._hint: Piece | None = None
+        self._given: list[Due] = []
+        self._take_over_hands()
+
+    def _take_over_hands(self) -> None:
+        settings = self._stage.settings
+        self._keys = Keys(
+            bindings.table(settings.keys, settings.pads),
+            das_s=settings.das_ms / 1000,
+            arr_s=settings.arr_ms / 1000,
+            drop_guard=settings.drop_guard,
+        )
+        self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
+
+    # -- what comes in -----------------------------------------------------------------
+
+    def press(self, code: Code, time_s: float) -> None:
+        """Take a key or a button that went down."""
+        if code in self._hint_codes and self.session.game.in_play:
+            self._hint = self._advise(self.session.game)
+        self._keys.press(code, time_s + self._offset_s)
+
+    def release(self, code: Code, time_s: float) -> None:
+        """Take a key or a button that came up."""
+        self._keys.release(code, time_s + self._offset_s)
+
+    def act(self, action: Action, time_s: float) -> None:
+        """Take a command, which is one press and never repeats."""
+        self._given.append(Due(time_s + self._offset_s, action))
+
+    def release_all(self, reason: str) -> None:
+        """Let go of everything, and pause a game that is played by hand."""
+        self._keys.release_all()
+        if self._bot is None:
+            self.pause(self._stage.look.words(reason))
+
+    def pause(self, reason: str = "") -> None:
+        """Stop time, and say why."""
+        game = self.session.game
+        if game.phase is Phase.OVER:
+            return
+        self._keys.release_all()
+        if game.phase is Phase.RUNNING and self._begun:
+            self._show(self.session.update(self._time_s, [Action.PAUSE]))
+        self._paused(self, reason)
+
+    def resume(self) -> None:
+        """Go on in a moment; the player's hands may have changed meanwhile."""
+        self._take_over_hands()
+        self._begin_s = self._stage.time_s + self._offset_s + RESUME_S
+
+    def refresh(self) -> None:
+        """Take over another look, or another size."""
+        self._view = GameView(self._stage.area, look=self._stage.look, hints={})
+
+    # -- time --------------------------------------------------------------------------
+
+    @property
+    def _begun(self) -> bool:
+        return self._begin_s is not None and self._time_s >= self._begin_s
+
+    def tick(self, time_s: float) -> None:
+        """Let time pass, and do what the player asks for."""
+        now_s = self._time_s = time_s + self._offset_s
+        if self._begin_s is None:
+            self._begin_s = now_s + (0.0 if self._bot else READY_S)
+            self._stage.sounds.effect("ready")
+        if self._begun and self.session.game.phase is Phase.PAUSED:
+            self._update(now_s, [Action.PAUSE])  # no menu covers it any more
+        due = sorted(self._keys.due(now_s) + self._given, key=itemgetter(0))
+        self._given = []
+        wanted = [each.action for each in due if each.action in _OURS]
+        if Action.RESTART in wanted:
+            self._restart(self)
+        elif Action.PAUSE in wanted:
+            self.pause()
+        elif self._begun:
+            self._play([each for each in due if each.action not in _OURS])
+
+    def _play(self, due: list[Due]) -> None:
+        game, time_s = self.session.game, self._time_s
+        if game.phase is Phase.OVER and all(each.action is not Action.UNDO for each in due):
+            self._rest()
+            return
+        began_s = self._begin_s or 0.0
+        self._over_s = None
+        for at_s, action, repeated in due:
+            if not self._idle(action):
+                self._update(max(at_s, began_s), [action], commands=int(not repeated))
+        planned = self._bot.actions(game, time_s) if self._bot else []
+        self._update(time_s, planned, commands=len(planned))
+        if game.phase is Phase.OVER and self._over_s is None:
+            self._over_s = time_s + _REST_S
+
+    def _update(self, at_s: float, actions: list[Action], commands: int = 0) -> None:
+        at_s = max(at_s, self.session.recorder.time_s)  # presses while another screen was seen
+        keys = self._keys
+        initial = [action for action in _INITIAL if keys.holds(action)]
+        events = self.session.update(
+            at_s,
+            actions,
+            commands=commands,
+            soft_drop=keys.soft_drop,
+            initial=initial if self._stage.settings.initial else (),
+        )
+        if self._bot:
+            self._bot.watch(events)
+        if any(isinstance(event, Spawned) for event in events):
+            self._hint = None
+        self._show(events)
+
+    def _idle(self, action: Action) -> bool:
+        """Return whether a shift that repeats at once has nowhere to go; replays need it not."""
+        dx = {Action.LEFT: -1, Action.RIGHT: 1}.get(action)
+        game = self.session.game
+        if dx is None or self._stage.settings.arr_ms or not game.in_play:
+            return False
+        return moves.shifted(game.board.bits, game.piece, dx) is None
+
+    def _rest(self) -> None:
+        if self._over_s is None:
+            self._over_s = self._time_s
+        if self._time_s >= self._over_s:
+            self._over_s = self._time_s + _REST_S
+            self._over(self)
+
+    def _show(self, events: list[Event]) -> None:
+        self._view.show(events)
+        self._stage.sounds.show(events)
+
+    # -- what comes out ----------------------------------------------------------------
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the game."""
+        game, mode = self.session.game, self.session.mode
+        surface.fill(self._stage.look.palette.background)
+        pieces_per_s = game.pieces_placed / game.time_s if game.time_s > 0 else 0.0
+        figures = figures_of(game, by_time=mode.ranking == "time", pieces_per_s=pieces_per_s)
+        over = game.phase is Phase.OVER  # a pause has a menu, which says so
+        self._view.draw(
+            surface,
+            game,
+            self._time_s,
+            figures=figures,
+            hint=self._hint,
+            words=over,
+            veiled=over or self._stage.screen is not self,
+        )
+        if not self._begun:
+            self._draw_ready(surface)
+
+    def _draw_ready(self, surface: pygame.Surface) -> None:
+        look, board = self._stage.look, self._view.layout.board
+        size = round(1.6 * self._view.layout.cell)
+        words = theme.fitted(look.words("view.ready"), size, look.palette.accent, board.width)
+        centre = board.centerx, board.top + board.height // 3
+        surface.blit(words, words.get_rect(center=centre))

@@ -1,0 +1,199 @@
+"""A replay on the screen: play, stop, seek both ways, and play on from any moment."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import pygame
+
+from tetris.modes import MODES
+from tetris.replay import Player, Recorder
+from tetris.window.figures import clock, figures_of
+from tetris.window.filming import Filming
+from tetris.window.keys import Code
+from tetris.window.menu import Item, Menu
+from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.stage import Stage
+from tetris.window.view import GameView
+
+_SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+_USUAL: Final = 2  # which of them
+_FILMS: Final = (".gif", ".mp4")
+_STEP_S: Final = 5.0  # of a seek
+_COLUMN: Final = 430  # width of the menu, design units
+_LONGEST_S: Final = 0.25  # that one frame may bring
+
+
+class ReplayScreen(MenuScreen):
+    """Plays a replay beside a menu that commands it."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        player: Player,
+        *,
+        take_over: Callable[[Recorder], None],
+        films: Callable[[str], Path] | None = None,
+    ) -> None:
+        """Show a replay from its start.
+
+        Args:
+            stage: Where it is seen.
+            player: What plays it.
+            take_over: Plays on from where it has come to.
+            films: Names a film's file by its suffix; None where nothing is kept.
+        """
+        self._player, self._take_over, self._films = player, take_over, films
+        self._film: Filming | None = None
+        self._suffix = 0
+        self._playing, self._speed = True, _USUAL
+        self._seen_s: float | None = None
+        super().__init__(stage, self._page)
+        self._game_view: GameView | None = None
+        self._game_area = pygame.Rect(0, 0, 0, 0)
+
+    def tick(self, time_s: float) -> None:
+        """Let the replay go on."""
+        super().tick(time_s)
+        passed_s = min(_LONGEST_S, time_s - self._seen_s) if self._seen_s is not None else 0.0
+        self._seen_s = time_s
+        if self._film and self._film.going_on:
+            self._film.step()
+        player = self._player
+        if self._playing and not player.at_end:
+            events = player.advance(player.time_s + passed_s * _SPEEDS[self._speed])
+            if self._game_view:
+                self._game_view.show(events)
+            self._stage.sounds.show(events)
+            self._playing = not player.at_end
+        self.rebuild()
+
+    def refresh(self) -> None:
+        """Take over another look, or another size."""
+        self._game_view = None
+        super().refresh()
+
+    def press(self, code: Code, time_s: float) -> None:
+        """Move about; space plays and stops wherever one is."""
+        if code == pygame.K_SPACE:
+            self._toggle()
+            self.rebuild()
+        else:
+            super().press(code, time_s)
+
+    def _page(self) -> Menu:
+        words, player = self._stage.look.words, self._player
+        here_s, whole_s = player.time_s - player.start_s, player.duration_s
+        items = [
+            Item(words("replays.stop" if self._playing else "replays.play"), self._toggle),
+            Item(
+                words("replays.position"),
+                value=f"{clock(here_s)[:-3]} / {clock(whole_s)[:-3]}",
+                step=self._seek,
+            ),
+            Item(words("replays.speed"), value=f"{_SPEEDS[self._speed]:g} ×", step=self._faster),
+            Item(words("replays.take_over"), self._play_on, hint=words("replays.take_over_hint")),
+            *self._film_items(),
+            Item(words("menu.back"), self._stage.pop),
+        ]
+        notice = words("replays.differs") if player.differs else self._said()
+        mode = player.replay.mode
+        title = words(f"modes.{mode}.title") if mode in MODES else words("replays.title")
+        return Menu(title, items, notice=notice)
+
+    def _toggle(self) -> None:
+        if self._player.at_end:
+            self._player.seek(self._player.start_s)
+            self._playing = True
+        else:
+            self._playing = not self._playing
+
+    def _seek(self, step: int) -> None:
+        self._player.seek(self._player.time_s + step * _STEP_S)
+        self._game_view = None  # what flashed there is not to be seen here
+
+    def _faster(self, step: int) -> None:
+        self._speed = max(0, min(len(_SPEEDS) - 1, self._speed + step))
+
+    def _play_on(self) -> None:
+        if not self._player.at_end:
+            self._take_over(self._player.take_over())
+
+    def _film_items(self) -> list[Item]:
+        """How a film is made; none where there is no folder for it."""
+        words, film = self._stage.look.words, self._film
+        if self._films is None:
+            return []
+        if film and film.going_on:
+            return [Item(words("replays.film"), value=f"{film.share:.0%}", share=film.share)]
+        kind = _FILMS[self._suffix].removeprefix(".").upper()
+        hint = words("replays.film_hint")
+        return [
+            Item(
+                words("replays.film"), self._make_film, value=kind, step=self._turn_film, hint=hint
+            )
+        ]
+
+    def _turn_film(self, step: int) -> None:
+        self._suffix = (self._suffix + step) % len(_FILMS)
+
+    def _make_film(self) -> None:
+        if self._films:
+            path = self._films(_FILMS[self._suffix])
+            self._film = Filming(self._player.replay, path, self._stage.look)
+
+    def _said(self) -> str:
+        """What there is to say of a film that is over."""
+        film = self._film
+        if film is None or film.going_on:
+            return ""
+        return film.trouble or self._stage.look.words("replays.film_done", path=film.path)
+
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the menu, the game, and how far it is."""
+        stage, area, unit = self._stage, self._stage.area, self._stage.unit
+        palette = stage.look.palette
+        surface.fill(palette.background)
+        column = pygame.Rect(round(24 * unit), round(56 * unit), round(_COLUMN * unit), 0)
+        column.height = area.height - round(110 * unit)
+        beside = pygame.Rect(column.right, 0, area.width - column.right, 0)
+        beside.height = area.height - round(46 * unit)
+        if self._game_view is None or self._game_area != beside:
+            self._game_view = GameView(beside, look=stage.look, hints={})
+            self._game_area = beside
+        game = self._player.game
+        mode = MODES.get(self._player.replay.mode)
+        figures = figures_of(game, by_time=bool(mode and mode.ranking == "time"))
+        self._game_view.draw(surface, game, self._player.time_s, figures=figures)
+        self._view.draw(surface, column, self._menu, self.selected, unit)
+        self._draw_bar(surface, area, unit)
+
+    def _draw_bar(self, surface: pygame.Surface, area: pygame.Rect, unit: float) -> None:
+        palette, player = self._stage.look.palette, self._player
+        track = self._track(area, unit)
+        radius = track.height // 2
+        pygame.draw.rect(surface, palette.track, track, border_radius=radius)
+        share = (player.time_s - player.start_s) / player.duration_s if player.duration_s else 1.0
+        filled = track.copy()
+        filled.width = round(track.width * share)
+        pygame.draw.rect(surface, palette.accent, filled, border_radius=radius)
+        centre = track.left + filled.width, track.centery
+        pygame.draw.circle(surface, palette.text, centre, round(9 * unit))
+
+    def _track(self, area: pygame.Rect, unit: float) -> pygame.Rect:
+        track = pygame.Rect(0, 0, area.width - round(64 * unit), max(4, round(6 * unit)))
+        track.center = area.centerx, area.bottom - round(32 * unit)
+        return track
+
+    def mouse(self, event: pygame.event.Event, time_s: float) -> None:
+        """Seek on the bar; else choose from the menu."""
+        track = self._track(self._stage.area, self._stage.unit)
+        near = track.inflate(0, round(36 * self._stage.unit))
+        pressed = event.type == pygame.MOUSEBUTTONDOWN and event.button == 1
+        dragged = event.type == pygame.MOUSEMOTION and event.buttons[0]
+        if (pressed or dragged) and near.collidepoint(event.pos):
+            share = (event.pos[0] - track.left) / track.width
+            self._player.seek(self._player.start_s + share * self._player.duration_s)
+            self._game_view = None
+        else:
+            super().mouse(event, time_s)

@@ -1,0 +1,205 @@
+"""What the player has chosen, kept in a TOML file.
+
+A file from another version, or edited by hand, is read as far as it makes sense: a value that
+is out of its limits or of another kind is as if it were not there. A file that is no TOML at
+all is put aside, never overwritten.
+"""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+from tetris.safe_file import put_aside, write_beside
+from tetris.window import bindings
+from tetris.window.bindings import Names
+
+FILE_NAME: Final = "tetris.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the player has chosen.
+
+    Attributes:
+        mode: The mode played last.
+        level: The start level chosen last.
+        das_ms: How long a held direction waits before it repeats.
+        arr_ms: How long between repeats; 0 goes to the wall at once.
+        soft_drop: How many times faster than gravity a soft drop falls.
+        initial: Whether a rotation or hold that is held acts on the next piece as it enters.
+        guard_ms: How long after a lock a hard drop is ignored.
+        drop_guard: Whether a hard drop is ignored while a direction is held.
+        theme: A name in `tetris.window.palettes.PALETTES`.
+        patterns: Whether each piece has a mark of its own.
+        motion: Whether things move that need not.
+        ghost: Whether one sees where the piece would land.
+        grid: Whether the empty cells are outlined.
+        fullscreen: Whether the window fills the screen.
+        language: A language's file name, or "" for the system's.
+        effects: Volume of the game's sounds, per cent.
+        clicks: Volume of the menus' sounds, per cent.
+        tones: Volume of a tone per piece as it enters, per cent.
+        keys: Which keys do what, by name.
+        pads: Which buttons do what, by name.
+    """
+
+    mode: str = "marathon"
+    level: int = 1
+    das_ms: int = 167  # docs/tetris.md "auto_repeat", and the next
+    arr_ms: int = 33
+    soft_drop: int = 20
+    initial: bool = True
+    guard_ms: int = 0
+    drop_guard: bool = False
+    theme: str = "dark"
+    patterns: bool = False
+    motion: bool = True
+    ghost: bool = True
+    grid: bool = True
+    fullscreen: bool = False
+    language: str = ""
+    effects: int = 70
+    clicks: int = 40
+    tones: int = 0
+    keys: Names = field(default_factory=lambda: bindings.KEYS)
+    pads: Names = field(default_factory=lambda: bindings.PADS)
+
+
+LIMITS: Final[Mapping[str, tuple[int, int, int]]] = MappingProxyType(
+    {
+        "level": (1, 20, 1),
+        "das_ms": (0, 500, 5),
+        "arr_ms": (0, 200, 1),
+        "soft_drop": (1, 60, 1),
+        "guard_ms": (0, 500, 10),
+        "effects": (0, 100, 10),
+        "clicks": (0, 100, 10),
+        "tones": (0, 100, 10),
+    }
+)
+"""Of each number the least, the most, and the step with which a menu changes it."""
+
+_SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
+    "play": ("mode", "level"),
+    "handling": ("das_ms", "arr_ms", "soft_drop", "initial", "guard_ms", "drop_guard"),
+    "screen": ("theme", "patterns", "motion", "ghost", "grid", "fullscreen", "language"),
+    "sound": ("effects", "clicks", "tones"),
+}
+_BINDINGS: Final = ("keys", "pads")
+
+
+def load(path: Path) -> tuple[Settings, str]:
+    """Return the settings of a file, and a sentence for the player, "" when all is well.
+
+    Args:
+        path: The file; where there is none, everything is as it comes.
+    """
+    try:
+        return parse(path.read_text("utf-8")), ""
+    except FileNotFoundError:
+        return Settings(), ""
+    except OSError as error:
+        return Settings(), f"cannot read {path}: {error.strerror}"
+    except ValueError:
+        return Settings(), _put_aside(path)
+
+
+def _put_aside(path: Path) -> str:
+    try:
+        aside = put_aside(path)
+    except OSError as error:
+        return f"cannot put {path} aside: {error.strerror}"
+    return f"{path.name} is damaged and was put aside as {aside.name}"
+
+
+def save(path: Path, settings: Settings) -> str:
+    """Write the settings, all or nothing; return a sentence for the player, "" when all is well."""
+    try:
+        write_beside(path, format_toml(settings).encode())
+    except OSError as error:
+        return f"cannot save {path}: {error.strerror}"
+    return ""
+
+
+def parse(words: str) -> Settings:
+    """Read settings; what makes no sense in them is as if it were not there.
+
+    Raises:
+        ValueError: It is no TOML.
+    """
+    try:
+        read: dict[str, Any] = tomllib.loads(words)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ValueError(f"not TOML: {error}") from error
+    given: dict[str, Any] = {}
+    usual = Settings()
+    for section, names in _SECTIONS.items():
+        values = read.get(section)
+        if not isinstance(values, dict):
+            continue
+        for name in names:
+            if _fits(name, values.get(name), getattr(usual, name)):
+                given[name] = values[name]
+    for name in _BINDINGS:
+        if isinstance(read.get(name), dict):
+            given[name] = _bindings(read[name], getattr(usual, name))
+    return replace(usual, **given)
+
+
+def _fits(name: str, value: object, usual: object) -> bool:
+    if type(value) is not type(usual):
+        return False
+    if isinstance(value, int) and name in LIMITS:
+        least, most, _ = LIMITS[name]
+        return least <= value <= most
+    return True
+
+
+def _bindings(read: dict[str, Any], usual: Names) -> Names:
+    """Return bindings from a file; an action that it does not name keeps its usual ones."""
+    chosen = dict(usual)
+    for action in usual:
+        given = read.get(action)
+        if isinstance(given, list):
+            chosen[action] = tuple(
+                name for name in given if isinstance(name, str) and bindings.is_name(name)
+            )
+    return chosen
+
+
+def format_toml(settings: Settings) -> str:
+    """Write settings as `parse` reads them."""
+    lines: list[str] = []
+    for section, names in _SECTIONS.items():
+        lines.append(f"[{section}]")
+        lines += [f"{name} = {_written(getattr(settings, name))}" for name in names]
+        lines.append("")
+    for section in _BINDINGS:
+        lines.append(f"[{section}]")
+        bound: Names = getattr(settings, section)
+        lines += [f"{action} = {_written(list(names))}" for action, names in bound.items()]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _written(value: object) -> str:
+    """Write a value as TOML, which differs from JSON in one control character only."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def changed(settings: Settings, **values: Any) -> Settings:
+    """Return settings with other values, by their names."""
+    return replace(settings, **values)
+
+
+def stepped(settings: Settings, name: str, direction: int) -> Settings:
+    """Return settings with one number or switch changed by a step; numbers stay in their limits."""
+    value = getattr(settings, name)
+    if isinstance(value, bool):
+        return changed(settings, **{name: not value})
+    least, most, step = LIMITS[name]
+    return changed(settings, **{name: max(least, min(most, value + direction * step))})
