@@ -3,18 +3,18 @@
 import json
 import logging
 import os
-import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext, suppress
 from importlib import import_module
 from itertools import count
-from types import FrameType
+from typing import Final
 
 from controller.bundle import BundleError
 from controller.device import Device
+from controller.ends import complain, signals
 from controller.labelling.terminal import Keyboard, keyboard
 from controller.links import LinkError
 from controller.links.stdout import let_go
@@ -24,6 +24,16 @@ from controller.options import PRINT, parser
 from controller.parts import Parts, open_device, prepare
 from controller.recordings.recording import RecordingError
 from controller.sensors import SensorError
+from controller.vocabulary import VocabularyError
+
+MISTAKES: Final = (
+    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError
+)  # fmt: skip
+# What has a command line of its own.
+COMMANDS: Final = {
+    "recordings": "controller.recordings.command",
+    "teach": "controller.teaching.command",
+}
 
 _log = logging.getLogger("controller")
 
@@ -31,32 +41,27 @@ _log = logging.getLogger("controller")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     words = sys.argv[1:] if argv is None else list(argv)
-    if words[:1] == ["recordings"]:
-        status: int = import_module("controller.recordings.command").main(words[1:])
+    if words[:1] and words[0] in COMMANDS:
+        status: int = import_module(COMMANDS[words[0]]).main(words[1:])
         return status
     options = parser().parse_args(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    with _signals() as ends:
+    with signals() as ends:
         try:
             parts = prepare(options)
-        except (BundleError, MappingError, RecordingError, SensorError, LinkError) as error:
-            return _complain(error, 2)
+        except MISTAKES as error:
+            return complain(error, 2)
         if parts.owned:
             threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
             with keyboard() if parts.runs is not None else nullcontext() as keys:
                 _run(parts, lambda: bool(ends), keys)
         except (RecordingError, SensorError, LinkError) as error:
-            return _complain(error, 1)
+            return complain(error, 1)
         finally:
             parts.link.close()
         problem: str = getattr(parts.link, "problem", "")
-        return _complain(problem, 1) if problem else 0
-
-
-def _complain(problem: Exception | str, status: int) -> int:
-    print(f"controller: {problem}", file=sys.stderr)
-    return status
+        return complain(problem, 1) if problem else 0
 
 
 def _run(parts: Parts, stopped: Callable[[], bool], keyboard: Keyboard | None) -> None:
@@ -104,26 +109,6 @@ def _replay(device: Device, stopped: Callable[[], bool]) -> None:
     while device.due is not None and device.link.connected and not stopped():
         device.advance(device.sensor.rate_hz)
     device.close()
-
-
-@contextmanager
-def _signals() -> Iterator[list[str]]:
-    """Turn signals to end into reasons to end, in order: a recording is sealed, the host told."""
-    reasons: list[str] = []
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    hangup = getattr(signal, "SIGHUP", None)  # the terminal was closed; Windows has none
-    if hangup is not None and signal.getsignal(hangup) is not signal.SIG_IGN:  # by nohup
-        numbers.append(hangup)
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        reasons.append(signal.Signals(number).name)
-
-    before = {number: signal.signal(number, handle) for number in numbers}
-    try:
-        yield reasons
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 if __name__ == "__main__":

@@ -161,18 +161,19 @@ class Device:
 
     def _keep(self, tape: Tape, frame: Frame, step: Step) -> None:
         """Keep a frame, and do what the cues ask for."""
-        said = tape.take(frame, step, self._label(step.t_s), self.sensor.button(step.t_s))
+        label = self._label(step.t_s, tape.labels)
+        said = tape.take(frame, step, label, self.sensor.button(step.t_s))
         if self.obey is not None and said.asked is not None and said.fresh:
             self._wish = self.obey(said.asked, step.t_s)
         if tape.done:
             self.due = None
 
-    def _label(self, t_s: float) -> int:
+    def _label(self, t_s: float, labels: tuple[str, ...]) -> int:
         """Return the index of what truly happens, as far as the sensor knows."""
         if not isinstance(self.sensor, VirtualSensor):
             return UNKNOWN
         label = self.sensor.label(t_s)
-        return self.pipeline.labels.index(label) if label in self.pipeline.labels else UNKNOWN
+        return labels.index(label) if label in labels else UNKNOWN
 
     def _send(self, step: Step, rate_hz: float) -> None:
         """Send what a frame gave: the command first, since somebody waits for it."""

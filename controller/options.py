@@ -17,7 +17,8 @@ def parser() -> argparse.ArgumentParser:
     grammar = argparse.ArgumentParser(
         prog="controller",
         description="Recognise gestures on the soft sensor and send them as commands. "
-        "What was recorded is looked after by `controller recordings --help`.",
+        "`controller teach --help` gathers examples of your own gestures, and what was recorded is "
+        "looked after by `controller recordings --help`.",
         epilog="Try it without hardware: controller --sensor virtual --link -",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
@@ -55,6 +56,12 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         default=bundles.default_path(),
         help="the trained networks and their settings (default: the one that ships)",
+    )
+    add(
+        "--labels",
+        metavar="FILE",
+        type=Path,
+        help="a vocabulary, whose gestures the virtual orb's own hand then knows: docs/teach.md",
     )
     add(
         "--mapping",

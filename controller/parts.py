@@ -9,18 +9,19 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Final, Protocol, runtime_checkable
 
 from controller import bundle as bundles
 from controller import mapping as mappings
-from controller import sensors
+from controller import sensors, vocabulary
 from controller.bundle import Bundle
 from controller.device import Device, Wish, steady
 from controller.labelling import plan as plans
 from controller.labelling.cues import Cues
 from controller.labelling.labeller import Labeller
 from controller.labelling.plan import Plan
-from controller.labelling.status import Status
+from controller.labelling.status import Status, StatusLine
 from controller.labelling.terminal import Keyboard
 from controller.links import Link, open_link
 from controller.mapping import Mapping
@@ -138,7 +139,10 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
     name = options.sensor if options.replay is None else "replay"
     faults = tuple(options.fault)
     sensor = sensors.load(
-        name, SensorOptions(wanted_hz, options.seed, options.replay, options.preset, faults)
+        name,
+        SensorOptions(
+            wanted_hz, options.seed, options.replay, options.preset, faults, _gestures(options)
+        ),
     )
     if isinstance(sensor, Replay):
         refuse_misfit(sensor.source, bundle)
@@ -149,6 +153,15 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
             f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
         )
     return sensor
+
+
+def _gestures(options: argparse.Namespace) -> tuple[Path, ...]:
+    """Return files of gestures that the virtual orb's own hand can do beside those that ship.
+
+    Raises:
+        VocabularyError: The file that names them is no vocabulary.
+    """
+    return () if options.labels is None else vocabulary.read(options.labels).files
 
 
 def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
@@ -188,10 +201,10 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     if options.link == PRINT and sensor.virtual:  # nobody else touches it
         if parts.plan is None:
             told = "shows every gesture; Ctrl-C ends it"
-            script = show(bundle.labels, sensor.geometry, options.seed)
+            script = show(bundle.labels, sensor.geometry, options.seed, _gestures(options))
         else:
             told = "does what the cues ask for"
-            obey = Obedient(sensor.geometry, options.seed).obey
+            obey = Obedient(sensor.geometry, options.seed, _gestures(options)).obey
         _log.info("nothing touches this orb, so its own hand %s", told)
     schedule = steady(sensor.rate_hz)
     return Device(sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey)
@@ -209,7 +222,7 @@ def _tape(
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
         tell=link.say if isinstance(link, Teller) else _nobody,
-        status=Status(sys.stderr),
+        screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
     )
 
 

@@ -38,7 +38,8 @@ class PreprocessSettings:
     Attributes:
         normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
             for sensors that read about 0 untouched.
-        scale: What makes a firm touch about 1 more, in the frame's unit; "ratio" has none.
+        scale: What makes a firm touch as strong as on the orb (mean |z - 1| about .08), in the
+            frame's unit; "ratio" has none.
         rate_hz: Frames per second.
         window: Images in a window; paper, section 4.1: 10 at 10 Hz.
         start_s: Quiet time from which the first rest image is taken.

@@ -2,9 +2,9 @@
 
 import logging
 from collections.abc import Callable
+from typing import Protocol
 
 from controller.labelling.labeller import Labeller, Said
-from controller.labelling.status import Status, describe
 from controller.labelling.terminal import Keyboard
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, State
@@ -13,6 +13,26 @@ from controller.recordings.recorder import Recorder
 Plain = dict[str, object]  # what goes to a screen, as plain data
 
 _log = logging.getLogger("controller")
+
+
+class Screen(Protocol):
+    """What people look at."""
+
+    def show(self, said: Said, step: Step, problem: str) -> None:
+        """Show a frame; `problem` is what is wrong with the disk, "" if nothing."""
+
+    def clear(self) -> None:
+        """Make room for whoever writes next."""
+
+
+class Nobody:
+    """A screen that nobody looks at."""
+
+    def show(self, said: Said, step: Step, problem: str) -> None:
+        """Show nothing."""
+
+    def clear(self) -> None:
+        """Nothing is there."""
 
 
 class Tape:
@@ -26,7 +46,7 @@ class Tape:
         *,
         keyboard: Keyboard | None = None,
         tell: Callable[[Plain], None] = lambda plain: None,
-        status: Status | None = None,
+        screen: Screen | None = None,
     ) -> None:
         """Begin to record.
 
@@ -36,15 +56,20 @@ class Tape:
             labeller: Who says what of each frame.
             keyboard: The keys, where there are any.
             tell: Takes every change of the cues.
-            status: A line for people.
+            screen: For people.
 
         Raises:
             RecordingError: The first file cannot be written.
         """
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
-        self._keyboard, self._tell, self._status = keyboard, tell, status or Status(None)
+        self._keyboard, self._tell, self._screen = keyboard, tell, screen or Nobody()
         self._recorder = begin(pipeline.state())
         self._rested = False  # this file has its rest image
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the label columns count."""
+        return self._labeller.labels
 
     @property
     def done(self) -> bool:
@@ -99,7 +124,11 @@ class Tape:
         if rest is not None and not self._rested:
             self._rested = True
             recorder.rest(rest)
-        self._show(said, t_s)
+        for void in said.voids:
+            self._tell(void.plain(t_s))
+        if said.asked is not None and said.fresh:
+            self._tell(said.asked.plain(t_s))
+        self._screen.show(said, step, recorder.problem)
         return said
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
@@ -112,19 +141,10 @@ class Tape:
         Raises:
             RecordingError: It cannot be written where it should be; the message says where it is.
         """
-        self._status.clear()
+        self._screen.clear()
         self._seal()
 
     def _seal(self) -> None:
         if path := self._recorder.close():
-            self._status.clear()
+            self._screen.clear()
             _log.info("recorded into %s", path)
-
-    def _show(self, said: Said, t_s: float) -> None:
-        """Tell screens and people what has changed."""
-        for void in said.voids:
-            self._tell(void.plain(t_s))
-        if said.asked is not None and said.fresh:
-            self._tell(said.asked.plain(t_s))
-        line = describe(said, t_s, self._pipeline.labels, keyboard=self._keyboard is not None)
-        self._status.show(f"DISK PROBLEM  {line}" if self._recorder.problem else line)

@@ -21,7 +21,7 @@ from controller.protocol import Command, Grant, Granted, Perform, Truth
 from host.device import OwnDevice
 from host.loop import save, window
 from host.player import Player
-from host.receiver import Delivered, Lost, Received, Receiver, Refused
+from host.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.targets.tetris import TetrisTarget, Ticked
 from host.transport import LinkError, Transport
 from tetris.console import say
@@ -188,7 +188,9 @@ class Demo:
         self.record.take(received, until)
         self.record.watch(self.target.tick(until / 1000, received))
         for item in received:
-            if isinstance(item, Delivered) and isinstance(item.message, Truth):
+            if isinstance(item, Connected):
+                self._player.meet(item.welcome)
+            elif isinstance(item, Delivered) and isinstance(item.message, Truth):
                 self._player.left(item.message.number, until / 1000)
 
     def verdict(self) -> dict[str, Any]:

@@ -7,8 +7,8 @@ errs in no other way than its hand does.
 import random
 from typing import Final
 
-from controller.protocol import Perform
-from tetris.bot import plan
+from controller.protocol import Perform, Welcome
+from tetris.bot import Plan, plan, plan_piece
 from tetris.engine import Action, Game, Phase
 from tetris.pieces import Piece
 
@@ -29,6 +29,8 @@ COMMAND_OF: Final[dict[Action, str]] = {
     Action.ROTATE_CW: "rotate_cw",
     Action.ROTATE_CCW: "rotate_ccw",
 }
+HOLD: Final = "hold"
+MIDDLE: Final = (2.0, 2.0)
 FIRST_S: Final = 1.8  # the orb takes its rest image during the first second
 LAST_S: Final = 3.0  # before the end nothing is begun that could not be answered in time
 LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
@@ -52,6 +54,20 @@ class Player:
         self._piece = -1  # which piece the target and the nudge belong to
         self._target: Piece | None = None
         self._nudge = False
+        self._manual = MANUAL
+
+    def meet(self, welcome: Welcome) -> None:
+        """Take note of what an orb says of itself.
+
+        A gesture that is not in the manual, and `hold` that is not either, belong together: that is
+        what its owner has taught it.
+        """
+        named = {label for label, _ in MANUAL.values()}
+        taught = [label for label in welcome.labels[1:] if label not in named]
+        further = set(welcome.commands) - set(MANUAL)
+        self._manual = MANUAL
+        if len(taught) == 1 and further == {HOLD}:
+            self._manual = {**MANUAL, HOLD: (taught[0], MIDDLE)}
 
     def decide(self, game: Game, now_s: float) -> tuple[Perform, str] | None:
         """Return what the hand shall do now and the command it means ("" for a stray touch)."""
@@ -64,7 +80,7 @@ class Player:
         command = self._choose(game)
         if command is None:
             return None
-        label, (x, y) = MANUAL[command]
+        label, (x, y) = self._manual[command]
         if label == "press":
             x, y = self._random.gauss(x, AIM), self._random.gauss(y, AIM)
         return self._act(label, x, y), command
@@ -90,9 +106,19 @@ class Player:
             self._piece, self._target = game.pieces_placed, None
             self._nudge = self._random.random() < NUDGE
         chosen = plan(game, command_cost=COMMAND_COST, target=self._target)
+        if HOLD in self._manual and game.can_hold and self._rather_other(game, chosen):
+            self._piece = -1  # another piece, another target
+            return HOLD
         self._target = chosen.landing
         action = chosen.actions[0]
         if action is Action.HARD_DROP and self._nudge and game.piece.y - game.ghost_y > 3:
             self._nudge = False
             return "down"
         return COMMAND_OF[action]
+
+    @staticmethod
+    def _rather_other(game: Game, chosen: Plan) -> bool:
+        """Whether the piece that holding would bring into play is worth the gesture."""
+        other = Piece.entering(game.hold or game.next[0])
+        best = plan_piece(game.board.bits, other, command_cost=COMMAND_COST)
+        return best.value - COMMAND_COST > chosen.value

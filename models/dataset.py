@@ -23,11 +23,8 @@ from controller.simulator.session import TEST_SEEDS
 # What truly happened, and what the label button, the keyboard and the cues said.
 Labels = Literal["true", "button", "key", "cue"]
 COLUMNS: Final[dict[Labels, str]] = {
-    "true": "label",
-    "button": "button",
-    "key": "key",
-    "cue": "cue",
-}
+    "true": "label", "button": "button", "key": "key", "cue": "cue"
+}  # fmt: skip
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
@@ -41,6 +38,7 @@ class Examples:
         touch: Where a press truly is, grid units, NaN elsewhere, (frames, 2).
         ends: Last frame of every whole window whose class is known, (windows,).
         session: Session number of each frame, (frames,).
+        idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
         window: Images in a window.
     """
 
@@ -49,6 +47,7 @@ class Examples:
     touch: NDArray[np.float32]
     ends: NDArray[np.int64]
     session: NDArray[np.int32]
+    idle: NDArray[np.float32]
     window: int
 
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
@@ -77,12 +76,15 @@ class Source:
     excluded: NDArray[np.bool_] | None = None
 
     @classmethod
-    def of(cls, recorded: Recording, labels: Labels = "true") -> "Source":
+    def of(
+        cls, recorded: Recording, labels: Labels = "true", names: Sequence[str] | None = None
+    ) -> "Source":
         """Return a recording as training needs it.
 
         Args:
             recorded: From a simulation or from the world; only the first knows true touches.
             labels: Which labels to learn from.
+            names: What classes shall count; by default the recording's own labels.
 
         Raises:
             ValueError: It has no such labels at all.
@@ -99,6 +101,9 @@ class Source:
                 f"a recording of {recorded.origin.device_id} lacks {labels} labels; "
                 f"{instead if others else 'label it first, or leave it out'}"
             )
+        if names is not None:
+            numbers = [*(names.index(own) for own in recorded.origin.labels), UNKNOWN]
+            label = np.array(numbers, dtype=np.int16)[label]  # -1, unknown, takes the last one
         nowhere = np.full((len(label), 2), np.nan, dtype=np.float32)
         touch = recorded.truth.touch if recorded.truth else nowhere
         return cls(recorded.frames, label, touch, recorded.sequence, recorded.excluded)
@@ -127,6 +132,11 @@ class Recordings(Sequence[Recording]):
 
     surveys: tuple[Survey, ...]
 
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels of the one that knows most, "null" first."""
+        return max((survey.origin.labels for survey in self.surveys), key=len)
+
     def __len__(self) -> int:
         return len(self.surveys)
 
@@ -152,6 +162,8 @@ class Recordings(Sequence[Recording]):
 def read_training(paths: Iterable[Path]) -> Recordings:
     """Return recordings to train or tune on: files, and all in folders, in order of their names.
 
+    One may know fewer labels than another, as where places only were recorded.
+
     Raises:
         RecordingError: One cannot be read.
         ValueError: There are none, one is for tests only, or they are not of one kind.
@@ -170,14 +182,20 @@ def read_training(paths: Iterable[Path]) -> Recordings:
         first, this = _kind(surveys[0].origin), _kind(surveys[-1].origin)
         if first != this:
             raise ValueError(f"{files[0]} has {first}, {file} has {this}; train on one kind")
-    return Recordings(tuple(surveys))
+    recordings = Recordings(tuple(surveys))
+    most = recordings.labels
+    for survey in surveys:
+        own = survey.origin.labels
+        if own[0] != most[0] or not set(own) <= set(most):
+            raise ValueError(
+                f"{survey.path} has the labels {', '.join(own)}, another has {', '.join(most)}; "
+                "train on one kind"
+            )
+    return recordings
 
 
 def _kind(origin: Origin) -> str:
-    return (
-        f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit} "
-        f"and the labels {', '.join(origin.labels)}"
-    )
+    return f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit}"
 
 
 def prepare(
@@ -205,7 +223,7 @@ def prepare(
                 return _Column(kind, None)
             return _Column(kind, files.enter_context(tempfile.TemporaryFile(dir=folder)))
 
-        images, touches = column(np.float32), column(np.float32)
+        images, touches, idle = column(np.float32), column(np.float32), column(np.float32)
         labels, ends, sessions = column(np.int64), column(np.int64), column(np.int32)
         for number, source in enumerate(sources):
             stage = Preprocessor(settings, *source.frames.shape[1:])
@@ -221,12 +239,13 @@ def prepare(
             labels.add(label)
             touches.add(touch)
             sessions.add(np.full(len(use), number, dtype=np.int32))
+            idle.add(np.array([prepared[i].idle for i in use], dtype=np.float32))
         if not images.rows:
             raise ValueError(
                 "no session has a quiet second and a whole labelled window; record more"
             )
         joined = images.join(), labels.join(), touches.join(), ends.join(), sessions.join()
-    return Examples(*joined, settings.window)
+        return Examples(*joined, idle.join(), settings.window)
 
 
 def _usable(

@@ -1,190 +1,204 @@
-"""Judge a bundle on sessions that training never saw, through the device's own pipeline."""
+"""Figures with 95 % intervals of many sessions that were played through a bundle."""
 
-import itertools
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundle import Bundle
-from controller.debounce import Debouncer, DebounceSettings
-from controller.events import Answer, Score, judge
-from controller.pipeline import Pipeline
-from controller.recognizer import Recognizer
-from controller.simulator.presets import PRESETS
-from controller.simulator.session import EVALUATION, LABELS, Session, simulate
+from controller.debounce import NULL
+from controller.recordings.recording import Recording
+from models import faulty, intervals, scores
+from models.known import Choice, know
+from models.metrics import Broken, Calibration, ClassFigures, LocationFigures, Result, Row
+from models.streams import Batched, answered, feel, refuse, run
+from models.tally import Counts, Tally, tally
 
-PRESS: Final = "press"
+ON_SITE: Final = 0.25  # grid units from a taxel, the finger's aim being no better
 
-# What tune tries: weight of the newest probabilities, threshold to fire, threshold to re-arm.
-SMOOTHING: Final = (0.3, 0.35, 0.4, 0.5, 0.6)
-ON: Final = (0.6, 0.7, 0.75, 0.8, 0.85)
-OFF: Final = (0.2, 0.35, 0.5)
-LATENCY_LIMIT_S: Final = 0.45  # median; a faster filter must not cost more than it gives
+Say = Callable[[str], None]
 
 
-def is_pointer(seed: int) -> bool:
-    """Whether a session's touches are a mouse's: every fourth one's are."""
-    return seed % 4 == 3
+def evaluate(
+    bundle: Bundle,
+    recordings: Iterable[tuple[str, Recording]],
+    say: Say,
+    choice: Choice = "auto",
+    *,
+    located: bool = True,
+) -> list[Tally]:
+    """Play named recordings through a bundle, and count.
 
+    Args:
+        bundle: The bundle.
+        recordings: One after the other; none is kept.
+        say: Takes a line for each.
+        choice: Whose labels count.
+        located: Places are asked for as well.
 
-def unseen(preset: str, sessions: int, minutes: float) -> Iterator[Session]:
-    """Simulate sessions of a preset whose seeds training never saw."""
-    for seed in range(sessions):
-        yield simulate(
-            seed, minutes, domain=EVALUATION, pointer=is_pointer(seed), model=PRESETS[preset]
-        )
-
-
-@dataclass(slots=True)
-class Report:
-    """Figures over all sessions; each list has one entry per event.
-
-    Attributes:
-        events: The event metric on the debounced stream.
-        recognised: Whether the mean probability over the event names it.
-        frames: (right, all) frames.
-        location_errors: Per press: median touch against the true one, mean over axes, grid units.
-        off_site_errors: The same for presses more than a quarter pitch from any taxel.
-        idle_minutes: Time without gestures.
-        confusion: True class by recognised class, events.
+    Raises:
+        ValueError: A recording is of another sensor, or nobody said what happened in it.
     """
+    networks, labels = Batched(bundle), bundle.labels
+    tallies = []
+    for name, recording in recordings:
+        known = know(recording, labels, name, choice)
+        if located:
+            stream = run(bundle, networks, recording, known)
+        else:
+            refuse(recording, bundle)
+            felt = feel(recording.frames, bundle.preprocess)
+            answers = networks.probabilities(felt.windows)
+            stream = answered(known, felt, answers, labels, bundle.debounce)
+        tallies.append(tally(stream, labels))
+        say(f"{name}: {tallies[-1].hits} of {tallies[-1].events} events")
+    return tallies
 
-    events: Score = field(default_factory=Score)
-    recognised: list[bool] = field(default_factory=list)
-    frames: list[tuple[int, int]] = field(default_factory=list)
-    location_errors: list[float] = field(default_factory=list)
-    off_site_errors: list[float] = field(default_factory=list)
-    idle_minutes: float = 0.0
-    confusion: NDArray[np.int64] = field(
-        default_factory=lambda: np.zeros((len(LABELS), len(LABELS)), dtype=np.int64)
+
+def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Result:
+    """Return the figures of a set of sessions, resampled by session.
+
+    Args:
+        name: Of the set.
+        labels: The bundle's, "null" first.
+        tallies: One a session; at least one.
+    """
+    answered = np.sum([t.answered for t in tallies], axis=0)
+    named = np.sum([t.named for t in tallies], axis=0)
+    events, hits = [t.events for t in tallies], [t.hits for t in tallies]
+    spoken = [int(t.answers.sum()) for t in tallies]
+    recognised = [t.recognised for t in tallies]
+    idle = [t.idle_minutes for t in tallies]
+    missed = [int(t.answered[1:, 0].sum()) for t in tallies]
+    latencies = [t.latencies_s for t in tallies]
+    contacts = [t.contact_latencies_s for t in tallies]
+    users = sorted({t.user for t in tallies})
+    groups = [[t for t in tallies if t.user == user] for user in users]
+    return Result(
+        name=name,
+        labels=tuple(labels),
+        sessions=len(tallies),
+        users=len(users),
+        events=sum(events),
+        minutes=sum(t.minutes for t in tallies),
+        idle_minutes=sum(idle),
+        f1=intervals.f1(hits, spoken, events),
+        precision=intervals.share(hits, spoken),
+        recall=intervals.share(hits, events),
+        missed=intervals.share(missed, events),
+        wrong=intervals.rate([t.wrong for t in tallies], events),
+        duplicates=intervals.rate([t.duplicates for t in tallies], events),
+        false_alarms_per_min=intervals.rate([t.false_alarms for t in tallies], idle),
+        latency_s=intervals.median(latencies),
+        latency_p95_s=_quantile(latencies),
+        contact_latency_s=intervals.median(contacts),
+        contact_latency_p95_s=_quantile(contacts),
+        event_accuracy=intervals.share(recognised, events),
+        new_user_accuracy=intervals.share(
+            [sum(t.recognised for t in group) for group in groups],
+            [sum(t.events for t in group) for group in groups],
+        ),
+        frame_accuracy=intervals.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
+        turn_accuracy=intervals.share(*np.array([t.turns for t in tallies]).T),
+        answered=_table(answered),
+        named=_table(named),
+        classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
+        calibration=_calibration(tallies),
+        location=_location(tallies),
+        by_session=tuple(_row(t.name, [t]) for t in tallies),
+        by_user=tuple(_row(u or "unknown", g) for u, g in zip(users, groups, strict=True)),
     )
 
-    @property
-    def event_accuracy(self) -> float:
-        """Share of events that the mean probability names rightly."""
-        return float(np.mean(self.recognised))
 
-    @property
-    def frame_accuracy(self) -> float:
-        """Share of frames whose most probable class is the true one, mean over sessions."""
-        return float(np.mean([right / total for right, total in self.frames]))
+def summarise_broken(
+    on: str, fault: str, labels: Sequence[str], tallies: Sequence[Tally]
+) -> Broken:
+    """Return the figures of a set of sessions on which something is broken.
 
-    @property
-    def location_error(self) -> float:
-        """Mean error of a press, grid units."""
-        return float(np.mean(self.location_errors))
-
-    def table(self) -> list[tuple[str, str]]:
-        """Return the figures as (name, value) rows for people."""
-        score = self.events
-        latency = np.array(score.latencies_s) if score.latencies_s else np.array([np.nan])
-        millimetres = 10.0 * self.location_error
-        off_site = float(np.mean(self.off_site_errors))
-        return [
-            ("events", f"{score.intended}"),
-            ("event accuracy", f"{self.event_accuracy:.4f}"),
-            ("frame accuracy", f"{self.frame_accuracy:.4f}"),
-            ("stream F1", f"{score.f1:.4f}"),
-            ("hits", f"{score.hits / score.intended:.2%}"),
-            ("wrong", f"{score.wrong / score.intended:.2%}"),
-            ("duplicates", f"{score.duplicates / score.intended:.2%}"),
-            ("false alarms per idle minute", f"{score.false_alarms / self.idle_minutes:.3f}"),
-            ("latency p50 / p95", f"{np.median(latency):.2f} / {np.quantile(latency, 0.95):.2f} s"),
-            ("location error per press", f"{self.location_error:.3f} grid ({millimetres:.1f} mm)"),
-            ("location error off the sites", f"{off_site:.3f} grid"),
-        ]
+    Args:
+        on: Name of the set.
+        fault: What is broken.
+        labels: The bundle's, "null" first.
+        tallies: One a session; at least one.
+    """
+    found = summarise(on, labels, tallies)
+    return Broken(
+        on,
+        fault,
+        faulty.meaning(fault),
+        found.events,
+        found.event_accuracy,
+        found.f1,
+        found.false_alarms_per_min,
+        found.location.error.value if found.location else np.nan,
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class Stream:
-    """What the pipeline made of one session, frame by frame."""
-
-    session: Session
-    probabilities: NDArray[np.float32]
-    touches: NDArray[np.float64]
-
-
-def run(bundle: Bundle, sessions: Iterable[Session], say: Callable[[str], None]) -> list[Stream]:
-    """Run sessions through the bundle's pipeline."""
-    recognizer = Recognizer(bundle)
-    streams = []
-    for number, session in enumerate(sessions, 1):
-        pipeline = Pipeline(bundle, recognizer, bundle.mapping)
-        steps = [
-            pipeline.step(frame, float(t))
-            for frame, t in zip(session.frames, session.time_s, strict=True)
-        ]
-        touches = [step.touch or (np.nan, np.nan) for step in steps]
-        streams.append(
-            Stream(session, np.stack([s.probabilities for s in steps]), np.array(touches))
-        )
-        say(f"session {number}: {len(session.events)} events")
-    return streams
+def _class(number: int, label: str, tallies: Sequence[Tally]) -> ClassFigures:
+    events = [int(t.answered[number].sum()) for t in tallies]
+    hits = [int(t.answered[number, number]) for t in tallies]
+    return ClassFigures(
+        label,
+        sum(events),
+        intervals.share(hits, events),
+        intervals.share(hits, [int(t.answers[number]) for t in tallies]),
+        intervals.share([int(t.named[number, number]) for t in tallies], events),
+    )
 
 
-def debounced(stream: Stream, settings: DebounceSettings) -> list[Answer]:
-    """Return the gestures that a debouncer makes of a stream."""
-    debouncer = Debouncer(LABELS, settings)
-    answers = []
-    for t, probabilities in zip(stream.session.time_s, stream.probabilities, strict=True):
-        label = debouncer.step(probabilities)
-        if label is not None:
-            answers.append(Answer(float(t), label))
-    return answers
+def _calibration(tallies: Sequence[Tally]) -> Calibration:
+    probabilities = np.concatenate([t.sure[0] for t in tallies])
+    label = np.concatenate([t.sure[1] for t in tallies])
+    found = scores.calibration(np.log(np.maximum(probabilities, 1e-12)), label, 1.0)
+    return Calibration(found.error_after, found.bins)
 
 
-def report(streams: Sequence[Stream], settings: DebounceSettings) -> Report:
-    """Return the figures of these streams with this debouncer."""
-    result = Report()
-    for stream in streams:
-        session = stream.session
-        result.events.add(judge(session.events, debounced(stream, settings)))
-        best = stream.probabilities.argmax(axis=1)
-        result.frames.append((int((best == session.label).sum()), len(best)))
-        for number, event in enumerate(session.events):
-            frames = session.event == number
-            if not frames.any():
-                continue
-            guess = 1 + int(stream.probabilities[frames, 1:].mean(axis=0).argmax())
-            true = LABELS.index(event.kind)
-            result.confusion[true, guess] += 1
-            result.recognised.append(guess == true)
-            if event.kind == PRESS:
-                _locate(result, stream, frames)
-        busy = sum(event.release_s - event.onset_s for event in session.events)
-        result.idle_minutes += (len(best) * float(np.median(np.diff(session.time_s))) - busy) / 60.0
-    return result
+def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
+    each = [np.abs(t.places[:, 2:]).mean(axis=1) for t in tallies]
+    all_ = np.concatenate(each)
+    if not len(all_):
+        return None
+    off = [np.abs(t.places[:, :2] - np.rint(t.places[:, :2])) for t in tallies]
+    away = [one.max(axis=1) > ON_SITE for one in off]
+    half, most = np.quantile(all_, (0.5, 0.95)).tolist()
+    return LocationFigures(
+        intervals.mean(each),
+        intervals.mean([e[~a] for e, a in zip(each, away, strict=True)]),
+        intervals.mean([e[a] for e, a in zip(each, away, strict=True)]),
+        half,
+        most,
+        tuple((float(a), float(b), float(c), float(d)) for t in tallies for a, b, c, d in t.places),
+    )
 
 
-def tune(streams: Sequence[Stream]) -> tuple[DebounceSettings, Score]:
-    """Choose the debouncer on development streams: best F1 within the latency limit."""
-    best: tuple[float, float, DebounceSettings, Score] | None = None
-    for smoothing, on, off in itertools.product(SMOOTHING, ON, OFF):
-        settings = DebounceSettings(smoothing, on, off)
-        score = Score()
-        for stream in streams:
-            score.add(judge(stream.session.events, debounced(stream, settings)))
-        latency = float(np.median(score.latencies_s)) if score.latencies_s else np.inf
-        if latency > LATENCY_LIMIT_S and best is not None:
-            continue
-        rank = (round(score.f1, 4), -latency)
-        if best is None or rank > best[:2]:
-            best = (*rank, settings, score)
-    assert best is not None
-    return best[2], best[3]
+def _row(name: str, tallies: Sequence[Tally]) -> Row:
+    """Return the same figures of some of the sessions, without intervals."""
+    events, hits = sum(t.events for t in tallies), sum(t.hits for t in tallies)
+    spoken = sum(int(t.answers.sum()) for t in tallies)
+    latencies = np.concatenate([t.latencies_s for t in tallies])
+    places = np.concatenate([t.places for t in tallies])
+    return Row(
+        name,
+        len(tallies),
+        events,
+        _ratio(2 * hits, spoken + events),
+        _ratio(sum(t.recognised for t in tallies), events),
+        float(np.mean([_ratio(*t.frames) for t in tallies])),
+        _ratio(sum(t.false_alarms for t in tallies), sum(t.idle_minutes for t in tallies)),
+        float(np.median(latencies)) if len(latencies) else np.nan,
+        float(np.abs(places[:, 2:]).mean()) if len(places) else np.nan,
+    )
 
 
-def _locate(result: Report, stream: Stream, frames: NDArray[np.bool_]) -> None:
-    """Add one press: the touch at its last frame is the median over all of it."""
-    touches = stream.touches[frames]
-    known = np.isfinite(touches[:, 0])
-    if not known.any():
-        return
-    truth = np.nanmedian(stream.session.touch[frames], axis=0)
-    error = float(np.abs(touches[known][-1] - truth).mean())
-    result.location_errors.append(error)
-    if np.abs(truth - np.rint(truth)).max() > 0.25:
-        result.off_site_errors.append(error)
+def _quantile(lists: Sequence[NDArray[np.float64]]) -> float:
+    together = np.concatenate(lists)
+    return float(np.quantile(together, 0.95)) if len(together) else np.nan
+
+
+def _table(matrix: Counts) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(int(count) for count in row) for row in matrix)
+
+
+def _ratio(top: float, bottom: float) -> float:
+    return float(top / bottom) if bottom else np.nan

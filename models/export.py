@@ -6,7 +6,7 @@ are compared.
 """
 
 import io
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 
 from controller import bundle
+from controller.bundle import Bundle
 from controller.debounce import DebounceSettings
 from controller.preprocess import PreprocessSettings
 from models.networks import GAIN, GestureNet, LocationNet
@@ -37,59 +38,87 @@ class ExportError(ValueError):
     """The exported networks do not answer like the trained ones."""
 
 
-def write_bundle(
-    path: Path,
-    gesture: GestureNet,
-    location: LocationNet,
-    *,
-    manifest: dict[str, Any],
-    windows: NDArray[np.float32],
-    images: NDArray[np.float32],
-) -> float:
-    """Export, compare and write; return the greatest difference between the two engines.
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One network as a bundle holds it.
+
+    Attributes:
+        onnx: The network; empty where there is none.
+        npz: Its weights; likewise.
+        questions: Golden questions.
+        answers: Its answers to them.
+    """
+
+    onnx: bytes
+    npz: bytes
+    questions: NDArray[np.float32]
+    answers: NDArray[np.float32]
+
+
+def gesture_part(net: GestureNet, windows: NDArray[np.float32]) -> tuple[Part, float]:
+    """Return CNN-3D as a part, and the greatest difference between the two engines.
 
     Args:
-        path: Where the bundle goes.
-        gesture: CNN-3D, trained.
-        location: CNN-2D, trained.
-        manifest: What bundle.toml says (`manifest`).
+        net: Trained; its smallest weights become 0.
         windows: Real windows for the comparison; the first `GOLDEN` become golden vectors.
-        images: Real press images, likewise.
 
     Raises:
         ExportError: The engines differ by more than `AGREE`.
     """
-    flush(gesture)
-    flush(location)
+    flush(net)
     with torch.no_grad():
-        probabilities = torch.softmax(gesture(torch.from_numpy(windows)), dim=1).numpy()
-        touches = location(torch.from_numpy(images)).numpy()
-    gesture_onnx, gesture_weights = gesture_model(gesture, windows.shape[1:])
-    location_onnx, location_weights = location_model(location, images.shape[1:])
-    worst = max(
-        float(np.abs(_run(gesture_onnx, windows) - probabilities).max()),
-        float(np.abs(_run(location_onnx, images) - touches).max()),
+        answers = torch.softmax(net(torch.from_numpy(windows)), dim=1).numpy()
+    onnx_file, weights = gesture_model(net, windows.shape[1:])
+    return _part(onnx_file, weights, windows, answers)
+
+
+def location_part(net: LocationNet, images: NDArray[np.float32]) -> tuple[Part, float]:
+    """Return CNN-2D as a part, likewise; `images` are real images of touches."""
+    flush(net)
+    with torch.no_grad():
+        answers = net(torch.from_numpy(images)).numpy()
+    onnx_file, weights = location_model(net, images.shape[1:])
+    return _part(onnx_file, weights, images, answers)
+
+
+def parts_of(loaded: Bundle) -> tuple[Part, Part]:
+    """Return the networks of another bundle, as they are: the gestures', the location's."""
+    golden = loaded.golden
+    return (
+        Part(loaded.gesture_onnx, loaded.gesture_npz, golden.windows, golden.probabilities),
+        Part(loaded.location_onnx, loaded.location_npz, golden.images, golden.touches),
     )
-    if worst > AGREE:
-        raise ExportError(f"PyTorch and ONNX Runtime differ by {worst:.1e}, more than {AGREE:.0e}")
+
+
+def no_location(rows: int, columns: int) -> Part:
+    """Return the part of a bundle that locates nothing."""
+    images = np.empty((0, rows, columns), dtype=np.float32)
+    return Part(b"", b"", images, np.empty((0, 2), dtype=np.float32))
+
+
+def write_bundle(path: Path, manifest: dict[str, Any], gesture: Part, location: Part) -> None:
+    """Write a bundle, complete or not at all.
+
+    Raises:
+        BundleError: It would be refused when it is read.
+    """
     golden = {
-        "windows": windows[:GOLDEN],
-        "probabilities": probabilities[:GOLDEN],
-        "images": images[:GOLDEN],
-        "touches": touches[:GOLDEN],
+        "windows": gesture.questions,
+        "probabilities": gesture.answers,
+        "images": location.questions,
+        "touches": location.answers,
     }
     bundle.write(
         path,
         manifest=tomli_w.dumps(manifest).encode(),
         parts={
-            "gesture.onnx": gesture_onnx,
-            "gesture.npz": _npz(gesture_weights),
-            "location.onnx": location_onnx,
-            "location.npz": _npz(location_weights),
+            "gesture.onnx": gesture.onnx,
+            "gesture.npz": gesture.npz,
+            "location.onnx": location.onnx,
+            "location.npz": location.npz,
             "golden.npz": _npz(golden),
         },
     )
-    return worst
 
 
 def manifest(
@@ -148,7 +177,9 @@ class _Graph:
     def __init__(self, net: nn.Module) -> None:
         state = {name: tensor.detach() for name, tensor in net.state_dict().items()}
         self._net = net
-        self.weights: Weights = {name: t.numpy().astype(np.float32) for name, t in state.items()}
+        self.weights: Weights = {
+            name: np.ascontiguousarray(t.numpy(), dtype=np.float32) for name, t in state.items()
+        }
         self._constants: dict[str, NDArray[Any]] = {}
         self._nodes: list[onnx.NodeProto] = []
 
@@ -206,6 +237,16 @@ class _Graph:
         model.ir_version = IR_VERSION
         onnx.checker.check_model(model, full_check=True)
         return model.SerializeToString(deterministic=True), self.weights
+
+
+def _part(
+    model: bytes, weights: Weights, questions: NDArray[np.float32], answers: NDArray[np.float32]
+) -> tuple[Part, float]:
+    """Compare the engines, and return the part with its first questions as golden ones."""
+    worst = float(np.abs(_run(model, questions) - answers).max())
+    if not worst <= AGREE:  # NaN is refused as well
+        raise ExportError(f"PyTorch and ONNX Runtime differ by {worst:.1e}, more than {AGREE:.0e}")
+    return Part(model, _npz(weights), questions[:GOLDEN], answers[:GOLDEN]), worst
 
 
 def _run(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:

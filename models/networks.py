@@ -3,7 +3,7 @@
 Structure by the paper, section 4.1 and figure 6: two convolutions and two dense hidden
 layers, relu, *same* padding; softmax and tanh at the end. Kernel sizes and widths are only
 drawn there; ours are small, and CNN-3D halves the time axis before its dense layers, because
-their weights, not the convolutions, cost the time.
+their weights, not the convolutions, cost the time. The paper's does not.
 """
 
 from typing import Final
@@ -25,11 +25,14 @@ class GestureNet(nn.Module):
         classes: int,
         channels: tuple[int, int] = (12, 24),
         hidden: tuple[int, int] = (64, 32),
+        *,
+        halves_time: bool = True,
     ) -> None:
         super().__init__()
+        step = 2 if halves_time else 1
         self.conv1 = nn.Conv3d(1, channels[0], 3, padding=1)
-        self.conv2 = nn.Conv3d(channels[0], channels[1], 3, padding=1, stride=(2, 1, 1))
-        self.dense1 = nn.Linear(channels[1] * ((window + 1) // 2) * rows * columns, hidden[0])
+        self.conv2 = nn.Conv3d(channels[0], channels[1], 3, padding=1, stride=(step, 1, 1))
+        self.dense1 = nn.Linear(channels[1] * -(-window // step) * rows * columns, hidden[0])
         self.dense2 = nn.Linear(hidden[0], hidden[1])
         self.out = nn.Linear(hidden[1], classes)
 

@@ -12,16 +12,17 @@ import signal
 import threading
 import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from controller.recordings import recording, writer
+from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
@@ -34,6 +35,7 @@ _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has infl
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
+Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
 
 
@@ -46,6 +48,7 @@ class DataSet:
         minutes: Length of a session.
         protocol: "free" or "blocks".
         preset: Quality of the orbs.
+        hand: Whose touches they are: a "person"'s, or a "pointer"'s on a screen.
         rate_hz: Frames per second.
         rows: Taxel rows.
         columns: Taxel columns.
@@ -58,6 +61,7 @@ class DataSet:
     minutes: float = 6.0
     protocol: Protocol = "free"
     preset: str = "nominal"
+    hand: Hand = "person"
     rate_hz: float = 10.0
     rows: int = 5
     columns: int = 5
@@ -97,19 +101,21 @@ class DataSet:
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
-    def session(self, user: int, number: int) -> recording.Recording:
-        """Simulate one session; users and sessions count from 0."""
+    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
+        """Simulate one session; users and sessions count from 0, faults are there throughout."""
         model, repertoire = self.model(), self.repertoire()
         played = simulate(
             np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number)),
             self.minutes,
             style=person(self.seed, user),
+            pointer=self.hand == "pointer",
             rate_hz=self.rate_hz,
             model=model,
             protocol=self.protocol,
             inflation=_INFLATION,
             gestures=self.gestures,
             repertoire=repertoire,
+            faults=faults,
         )
         origin = recording.Origin(
             device_id=f"simulated-{self.seed}-{user + 1}-{number + 1}",

@@ -1,163 +1,278 @@
-"""Train both networks from examples: augmented, seeded, one thread, best epoch kept."""
+"""From folders of recordings to a proven bundle, with its card and its figures beside it."""
 
-import copy
+import hashlib
+import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Literal
 
 import numpy as np
 import torch
-from torch import nn
 
-from models.augment import Augmentation
-from models.dataset import Examples
-from models.networks import GestureNet, LocationNet
+from controller import bundle
+from controller.bundle import Bundle
+from controller.debounce import DebounceSettings
+from controller.recordings.recording import software
+from models import (
+    advice,
+    base,
+    checkpoint,
+    export,
+    learn,
+    reading,
+    splitting,
+    touches,
+    training_card,
+)
+from models.augment import Symmetry
+from models.checkpoint import CheckpointError
+from models.dataset import refuse_test_seed
+from models.fit import prepare_torch
+from models.learn import Work
+from models.reading import Choice, Data
+from models.recipe import RECIPES, Recipe
+from models.results import Training
+from models.touches import Touches
 
-Progress = Callable[[str], None]
+Task = Literal["both", "gesture", "location"]
+Say = Callable[[str], None]
+
+PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, where somebody says how many
+COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
+# Until `models tune` finds better: few false alarms at little delay on simulated sessions.
+DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
 
 @dataclass(frozen=True, slots=True)
-class Recipe:
-    """How networks are trained.
+class Request:
+    """What somebody asked for.
 
     Attributes:
-        epochs: Passes over the examples, CNN-3D and CNN-2D.
-        batch: Examples per step.
-        rate: Highest learning rate; it falls to zero along a cosine.
-        l2: Penalty on squared weights of convolutions and dense layers: paper, section 4.2.
-        null_share: Share of the null windows that each epoch draws; idling teaches little.
-        seed: Of initial weights, order and augmentation.
-        augmentation: How windows are varied.
-        location: How press images are varied: less, because noise hides where a press is.
+        paths: Folders and files.
+        out: The bundle.
+        task: What is trained; "": whatever the data teach.
+        recipe: "default" or "paper".
+        labels: Whose labels are learned.
+        base: The bundle that gives the network that is not trained; None: the one that ships,
+            where it fits.
+        split: "session", "user", "time", or "": what fits.
+        seed: Of everything random.
+        epochs: Of CNN-3D; 0: the recipe's.
+        window: Images in a window; 0: those of a second.
+        advised: Learning curves are measured, and advice is given.
+        command: What was typed.
     """
 
-    epochs: tuple[int, int] = (16, 96)
-    batch: int = 150
-    rate: float = 1e-3
-    l2: tuple[float, float] = (5e-4, 1e-5)
-    null_share: float = 0.5
+    paths: tuple[Path, ...]
+    out: Path
+    task: Task | Literal[""] = ""
+    recipe: str = "default"
+    labels: Choice = "auto"
+    base: Path | None = None
+    split: str = ""
     seed: int = 0
-    augmentation: Augmentation = field(default_factory=Augmentation)
-    location: Augmentation = field(
-        default_factory=lambda: Augmentation(offset=0.002, noise=0.0, dropout=0.05)
+    epochs: int = 0
+    window: int = 0
+    advised: bool = True
+    command: str = ""
+
+
+def train(request: Request, say: Say) -> Training:
+    """Train what was asked for; write the bundle, its card and its figures.
+
+    Args:
+        request: What was asked for.
+        say: Takes lines of progress.
+
+    Raises:
+        ValueError: It cannot be done; one sentence.
+    """
+    refuse_test_seed(request.seed, "this training")
+    if not request.out.resolve().parent.is_dir():
+        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    device = prepare_torch(request.seed)
+    recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
+    data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
+    found = touches.find(data.examples, recipe.averaged, request.seed)
+    gesture, location = _tasks(request.task, data, found)
+    lender = base.choose(request.base, data, gesture=gesture, location=location)
+    split = splitting.split(data, request.split, request.seed)
+    how = recipe.sentences(gesture=gesture, location=location)
+    plan = _plan(request, data, split, recipe, how)
+    for line in _announcement(plan, lender, gesture=gesture, location=location):
+        say(line)
+    say(f"on {device}, one thread" if device.type == "cpu" else "on a GPU")
+    folder = _claim(request, recipe, data)
+    work = Work(data, split, recipe, request.seed, device, folder)
+    if gesture:
+        learned, net = learn.gestures(work)
+        plan = replace(plan, gesture=learned)
+        first, worst = export.gesture_part(net, _windows(data, split, request.seed))
+        say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
+    else:
+        assert lender is not None
+        first = export.parts_of(lender)[0]
+    second = _second(lender, data)
+    if location:
+        placed, place_net = learn.places(work, found)
+        plan = replace(plan, location=placed)
+        second, worst = export.location_part(place_net, _images(found, request.seed))
+        say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
+    if gesture:
+        plan = advice.advise(plan, work, measured=request.advised, say=say)
+    manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
+    export.write_bundle(request.out, manifest, first, second)
+    plan = replace(plan, debounce=manifest["debounce"])
+    training_card.write(request.out, bundle.read(request.out), plan)
+    shutil.rmtree(folder)
+    return plan
+
+
+def _tasks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
+    """Return whether CNN-3D is trained, and CNN-2D."""
+    if task in ("both", "location") and not len(found.images):
+        raise ValueError(
+            "no recording knows where a touch is; record some with: controller teach "
+            "--protocol locations, or train --task gesture"
+        )
+    label = data.examples.label[data.examples.ends]
+    several = len(np.unique(label[label >= 0])) > 1
+    if task in ("both", "gesture") and not several:
+        raise ValueError("all windows are of one class; record others, null among them")
+    return task in ("both", "gesture") or not task, task in ("both", "location") or (
+        not task and bool(len(found.images))
     )
 
 
-def train_gesture(
-    train: Examples, check: Examples, labels: Sequence[str], recipe: Recipe, say: Progress
-) -> GestureNet:
-    """Train CNN-3D and return it as it was in its best epoch on the check sessions."""
-    torch.manual_seed(recipe.seed)
-    generator = torch.Generator().manual_seed(recipe.seed)
-    rng = np.random.default_rng(recipe.seed)
-    rows, columns = train.images.shape[1:]
-    net = GestureNet(train.window, rows, columns, len(labels))
-    label = train.label[train.ends]
-    null, touched = train.ends[label == 0], train.ends[label != 0]
-    count = len(touched) + round(recipe.null_share * len(null))
-    optimizer, schedule = _optimizer(net, recipe, recipe.epochs[0] * -(-count // recipe.batch))
-    loss_of = nn.CrossEntropyLoss()
-    best, best_loss = copy.deepcopy(net), float("inf")
-    for epoch in range(recipe.epochs[0]):
-        net.train()
-        some = rng.choice(null, count - len(touched), replace=False)
-        order = rng.permutation(np.concatenate([touched, some]))
-        for start in range(0, count, recipe.batch):
-            ends = order[start : start + recipe.batch]
-            windows, target = recipe.augmentation.windows(
-                torch.from_numpy(train.windows(ends)),
-                torch.from_numpy(train.label[ends]),
-                labels,
-                generator,
-            )
-            loss = loss_of(net(windows), target) + _penalty(net, recipe)
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
-        loss_value, accuracy = _check_gesture(net, check)
-        say(
-            f"CNN-3D epoch {epoch + 1:2d}/{recipe.epochs[0]}: "
-            f"unseen sessions' loss {loss_value:.4f}, frame accuracy {accuracy:.3f}"
-        )
-        if loss_value < best_loss:
-            best, best_loss = copy.deepcopy(net), loss_value
-    return best.eval()
-
-
-def train_location(train: Examples, check: Examples, recipe: Recipe, say: Progress) -> LocationNet:
-    """Train CNN-2D on the frames of presses; return its best epoch on the check sessions."""
-    torch.manual_seed(recipe.seed)
-    generator = torch.Generator().manual_seed(recipe.seed)
-    rng = np.random.default_rng(recipe.seed)
-    net = LocationNet(*train.images.shape[1:])
-    use, held = _presses(train), _presses(check)
-    optimizer, schedule = _optimizer(net, recipe, recipe.epochs[1] * -(-len(use) // recipe.batch))
-    check_images = torch.from_numpy(check.images[held])
-    check_touch = torch.from_numpy(check.touch[held])
-    best, best_error = copy.deepcopy(net), float("inf")
-    for epoch in range(recipe.epochs[1]):
-        net.train()
-        order = rng.permutation(use)
-        for start in range(0, len(order), recipe.batch):
-            index = order[start : start + recipe.batch]
-            images, touches = recipe.location.images(
-                torch.from_numpy(train.images[index]),
-                torch.from_numpy(train.touch[index]),
-                generator,
-            )
-            off = net(images) - touches
-            # Huber: the first and last frames of a press are faint, and must not rule.
-            loss = nn.functional.smooth_l1_loss(off, torch.zeros_like(off), beta=0.3)
-            loss = loss + _penalty(net, recipe)
-            optimizer.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
-            optimizer.step()
-            schedule.step()
-        net.eval()
-        with torch.no_grad():
-            error = float((net(check_images) - check_touch).abs().mean())
-        say(
-            f"CNN-2D epoch {epoch + 1:2d}/{recipe.epochs[1]}: "
-            f"unseen sessions' frame error {error:.3f} grid units"
-        )
-        if error < best_error:
-            best, best_error = copy.deepcopy(net), error
-    return best.eval()
-
-
-def _presses(examples: Examples) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    return np.flatnonzero(np.isfinite(examples.touch[:, 0]))
-
-
-def _optimizer(
-    net: nn.Module, recipe: Recipe, steps: int
-) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    optimizer = torch.optim.Adam(net.parameters(), lr=recipe.rate)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, max_lr=recipe.rate * 2, total_steps=steps, pct_start=0.1
+def _plan(
+    request: Request, data: Data, split: splitting.Split, recipe: Recipe, how: Sequence[str]
+) -> Training:
+    """Return what is known before anything is learned."""
+    vocabulary, shape = data.vocabulary, data.examples.images.shape[1:]
+    return Training(
+        name=request.out.name,
+        command=request.command,
+        software=software(),
+        recipe=recipe.name,
+        how=tuple(how),
+        rows=shape[0],
+        columns=shape[1],
+        pitch_mm=data.pitch_mm,
+        rate_hz=data.settings.rate_hz,
+        unit=data.unit,
+        labels=vocabulary.labels,
+        vocabulary=vocabulary.name,
+        split=split.words,
+        symmetries=tuple(Symmetry.of(vocabulary, *shape).sentences(vocabulary.labels))
+        if recipe.gesture.augmentation.symmetric
+        else (),
+        sessions=tuple(
+            replace(row, held_out=bool(held))
+            for row, held in zip(data.rows, split.held, strict=True)
+        ),
+        classes=advice.counts(data, split),
+        gesture=None,
+        location=None,
+        notes=data.notes,
     )
-    return optimizer, schedule
 
 
-def _penalty(net: nn.Module, recipe: Recipe) -> torch.Tensor:
-    """L2 on weights, not on biases: paper, eq. (5) and (6)."""
-    total = torch.zeros(())
-    for module in net.modules():
-        if isinstance(module, nn.Conv2d | nn.Conv3d):
-            total = total + recipe.l2[0] * module.weight.square().sum()
-        elif isinstance(module, nn.Linear):
-            total = total + recipe.l2[1] * module.weight.square().sum()
-    return total
+def _announcement(
+    plan: Training, lender: Bundle | None, *, gesture: bool, location: bool
+) -> Sequence[str]:
+    """Return what will be done, in lines."""
+    minutes = sum(row.seconds for row in plan.sessions) / 60.0
+    doubtful = sum(row.verdict != "good" for row in plan.sessions)
+    labellers = sorted({row.labeller for row in plan.sessions})
+    count = len(plan.sessions)
+    lines = [
+        *plan.notes,
+        f"{count} recording{'s' if count > 1 else ''}, {minutes:.0f} minutes, "
+        f"{plan.rows}×{plan.columns} taxels at {plan.rate_hz:g} Hz in {plan.unit}; "
+        f"{' and '.join(labellers)} labels",
+    ]
+    if doubtful:
+        lines.append(f"doubtful: {doubtful}; controller recordings check says why")
+    lines += [
+        f"  {row.label}: {f'{row.examples} examples, ' if row.examples else ''}{row.seconds:.0f} s"
+        for row in plan.classes
+    ]
+    lines += [plan.split, *plan.symmetries]
+    lines.append(f"recipe {plan.recipe}")
+    lines += [f"  {line}" for line in plan.how]
+    if lender is not None:
+        which = "gesture" if location and not gesture else "location"
+        lines.append(f"the {which} network is that of the bundle {lender.hash[:12]}")
+    elif not location:
+        lines.append("nothing tells where a touch is, and the bundle will not say")
+    return lines
 
 
-def _check_gesture(net: GestureNet, check: Examples) -> tuple[float, float]:
-    net.eval()
-    losses, right = 0.0, 0
-    with torch.no_grad():
-        for start in range(0, len(check.ends), 2000):
-            ends = check.ends[start : start + 2000]
-            target = torch.from_numpy(check.label[ends])
-            logits = net(torch.from_numpy(check.windows(ends)))
-            losses += float(nn.functional.cross_entropy(logits, target, reduction="sum"))
-            right += int((logits.argmax(dim=1) == target).sum())
-    return losses / len(check.ends), right / len(check.ends)
+def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
+    """Return the folder of checkpoints: of this training, or new.
+
+    Raises:
+        CheckpointError: It is another training's.
+    """
+    folder = request.out.with_name(f"{request.out.name}.training")
+    own = hashlib.sha256(
+        repr((recipe, data.digest, data.vocabulary, data.settings, software())).encode()
+        + repr((request.task, request.labels, request.split, request.seed, request.base)).encode()
+        + torch.__version__.encode()
+    ).hexdigest()
+    mark = folder / "training.npz"
+    found = checkpoint.load(mark)
+    if found is not None and found[1].get("of") != own:
+        raise CheckpointError(
+            f"{folder} holds an interrupted training of other data or options; repeat its "
+            "command, or remove it"
+        )
+    folder.mkdir(exist_ok=True)
+    if found is None:
+        checkpoint.save(mark, {}, {"of": own})
+    return folder
+
+
+def _windows(data: Data, split: splitting.Split, seed: int) -> Any:
+    """Return real windows for the comparison of the engines."""
+    held = split.windows.check if len(split.windows.check) else split.windows.train
+    ends = data.examples.ends[held]
+    rng = np.random.default_rng((seed, 4))
+    return data.examples.windows(rng.choice(ends, min(COMPARED, len(ends)), replace=False))
+
+
+def _images(found: Touches, seed: int) -> Any:
+    rng = np.random.default_rng((seed, 5))
+    return found.images[rng.permutation(len(found.images))[:COMPARED]]
+
+
+def _second(lender: Bundle | None, data: Data) -> export.Part:
+    if lender is not None:
+        return export.parts_of(lender)[1]
+    return export.no_location(*data.examples.images.shape[1:])
+
+
+def _manifest(
+    plan: Training, data: Data, lender: Bundle | None, *, located: bool, gesture: bool
+) -> dict[str, Any]:
+    """Return what bundle.toml says."""
+    made = {
+        "software": plan.software,
+        "command": plan.command,
+        "data": f"{len(plan.sessions)} recordings, SHA-256 {data.digest[:16]}",
+        "split": plan.split,
+    }
+    if lender is not None:
+        made["with"] = lender.hash[:16]
+    if gesture or lender is None:
+        labels, settings, debounce = plan.labels, data.settings, DEBOUNCE
+        table = base.mapping(data.vocabulary, lender, located=located)
+    else:
+        labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
+        table = base.table_of(lender)
+    content = export.manifest(
+        labels, (plan.rows, plan.columns), plan.pitch_mm, settings, debounce, table, made
+    )
+    assert content["debounce"] == asdict(debounce)
+    return content

@@ -198,7 +198,24 @@ def test_a_recording_that_changes_while_a_data_set_is_read_is_told(data: Path) -
 def test_two_units_are_two_kinds(data: Path) -> None:
     counts = replace(SESSION, origin=replace(SESSION.origin, unit="counts"))
     (data / "sub-09_ses-01_run-01.npz").write_bytes(writer.pack(counts))
-    with pytest.raises(ValueError, match=r"10 Hz in pF .* 10 Hz in counts .* train on one kind"):
+    with pytest.raises(ValueError, match=r"10 Hz in pF, .* 10 Hz in counts; train on one kind"):
+        read_training([data])
+
+
+def test_a_recording_of_fewer_labels_fits_among_others_and_of_other_labels_does_not(
+    data: Path,
+) -> None:
+    few = replace(SESSION, origin=replace(SESSION.origin, labels=("null", "twist_cw")))
+    twisted = np.where(np.arange(300) < 200, 0, 1).astype(np.int16)
+    few = replace(few, label=twisted, button=unlabelled(300)["button"])
+    path = data / "sub-09_ses-01_run-01.npz"
+    path.write_bytes(writer.pack(few))
+    recordings = read_training([data])
+    assert recordings.labels == SESSION.origin.labels
+    assert set(Source.of(recordings[3], "true", recordings.labels).label.tolist()) == {0, 3}
+    other = replace(few, origin=replace(few.origin, labels=("null", "wave")))
+    path.write_bytes(writer.pack(other))
+    with pytest.raises(ValueError, match="has the labels null, wave, another has null, press"):
         read_training([data])
 
 

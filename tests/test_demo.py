@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from controller.protocol import Command, Truth
+from controller.protocol import Command, Truth, Welcome
 from host import demo
 from host.demo import Meter, Record
 from host.player import COMMAND_OF, MANUAL, Player
 from host.receiver import Delivered
-from tetris.engine import Game
+from tetris.engine import Action, Game
 
 
 def command(name: str) -> Delivered:
@@ -58,6 +58,42 @@ def test_the_player_means_only_what_the_manual_says_and_waits_for_its_hand() -> 
         game.update(now)
     assert meant.count("") >= 100 / 60 * 2  # stray touches: at least two a minute
     assert set(meant) - {""} <= set(MANUAL)
+
+
+ANNOUNCED = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw")
+SHIPPED = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+
+
+def holds(labels: tuple[str, ...], commands: tuple[str, ...]) -> set[str]:
+    """Return the gestures by which a player holds with an orb that announces these."""
+    player, game, now, made = Player(3, 200.0), Game(3), 0.0, set()
+    player.meet(Welcome(1, 1, "x", "x", True, 5, 5, 10.0, 10.0, 1000, 2000, labels, commands))
+    game.update(0.0)
+    while now < 190.0:
+        decision = player.decide(game, now)
+        if decision is not None:
+            performance, name = decision
+            if name == "hold":
+                assert game.can_hold
+                made.add(performance.label)
+                game.update(now, [Action.HOLD])
+            elif name:
+                game.update(now, [next(a for a, c in COMMAND_OF.items() if c == name)])
+            now += 0.9
+            player.left(performance.number, now)
+        now += 1 / 60
+        game.update(now)
+    return made
+
+
+def test_the_player_holds_by_a_gesture_that_its_orb_was_taught() -> None:
+    assert holds((*SHIPPED, "knock"), (*ANNOUNCED, "hold")) == {"knock"}
+
+
+def test_the_player_does_not_guess_what_a_gesture_means() -> None:
+    assert holds(SHIPPED, ANNOUNCED) == set()
+    assert holds((*SHIPPED, "knock"), (*ANNOUNCED, "pause")) == set()
+    assert holds((*SHIPPED, "knock", "wave"), (*ANNOUNCED, "hold")) == set()
 
 
 def test_the_player_begins_nothing_that_cannot_be_answered_in_time() -> None:

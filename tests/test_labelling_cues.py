@@ -98,6 +98,56 @@ def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -
     assert ends() == ends()
 
 
+QUICK = Pace(0.5, 2.0, 0.5, 0.0, still_s=0.4)
+
+
+def quick(*labels: str) -> Cues:
+    return Cues([Ask(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False)
+
+
+def phases(session: Cues, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:
+    """Return when which phase begins, with a touch in these frames, ten a second."""
+    seen: list[tuple[float, str]] = []
+    for k in range(frames):
+        session.step(k / 10, felt=k in touched)
+        if (phase := session.at(k / 10).phase.value) != (seen[-1][1] if seen else ""):
+            seen.append((k / 10, phase))
+    return seen
+
+
+def test_go_is_over_when_the_touch_has_been_over_for_a_while() -> None:
+    assert phases(quick("press"), {8, 9, 10, 12, 13}) == [
+        (0.0, "get ready"), (0.5, "go"), (1.7, "rest"), (2.2, "done"),
+    ]  # fmt: skip
+
+
+def test_go_lasts_while_nothing_was_felt_and_while_the_touch_lasts() -> None:
+    assert phases(quick("press"), set(), 26)[-1] == (2.5, "rest")
+    assert phases(quick("press"), set(range(8, 60)), 26)[-1] == (2.5, "rest")
+
+
+def test_what_is_left_of_the_touch_before_does_not_end_the_next_one() -> None:
+    session = quick("press", "pinch")
+    seen = phases(session, {*range(6, 34), 38, 39, 40}, 60)
+    # The first touch lasts beyond its go and its rest; go of the second begins at 3.5 s, still
+    # touched until 3.3 s, and ends by the touch at 3.8 s.
+    assert seen[-3:] == [(3.5, "go"), (4.4, "rest"), (4.9, "done")]
+    lingering = phases(quick("press", "pinch"), set(range(6, 38)), 60)
+    assert lingering[-2:] == [(3.5, "go"), (5.5, "rest")]
+
+
+def test_the_next_example_is_said_beforehand_and_stays_the_next() -> None:
+    rng = np.random.default_rng(1)
+    session = Cues([Ask("press"), Ask("pinch"), Ask("twist_cw")], PACE, rng)
+    for k in range(30):
+        session.step(k / 10, felt=False)
+        assert session.at(k / 10).then == "pinch"
+    assert session.step(3.0, felt=False)  # nothing was felt, so press is asked for again
+    assert session.at(3.0).then == "pinch"
+    play(session, 3.1, 30.0)
+    assert session.at(30.0).then == ""
+
+
 # --- what does not count --------------------------------------------------------------------------
 
 

@@ -187,11 +187,15 @@ def test_a_damaged_recording_is_told_and_not_replaced(
 # --- seeds that are for tests, and training from recordings ----------------------------------
 
 
-def test_no_training_accepts_a_test_seed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    command = ["train", "--out", str(tmp_path / "x.orb"), "--seed", str(TEST_SEEDS.start)]
-    assert "seeds 900000 to 999999 are for tests only" in refused(capsys, main(command))
+def test_a_pointer_touches_as_a_mouse_does_and_nothing_else_is_different(tmp_path: Path) -> None:
+    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
+    for hand in ("person", "pointer"):
+        assert make(tmp_path / hand, *one, "--hand", hand) == 0
+    hand_s, mouse_s = (
+        reader.load(tmp_path / hand / simulate.name(0, 0)) for hand in ("person", "pointer")
+    )
+    assert hand_s.origin == mouse_s.origin
+    assert not np.array_equal(hand_s.frames, mouse_s.frames)
 
 
 def test_no_training_accepts_a_recording_with_a_test_seed(tmp_path: Path) -> None:

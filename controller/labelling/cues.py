@@ -17,6 +17,7 @@ from controller.labelling.plan import BLOCKS, Ask, Pace, Plan
 FELT_FRAMES: Final = 2  # make a touch; noise leaves the gate in one of a thousand
 NULL_LABEL: Final = "null"  # asks for no touch
 GAP_S: Final = 1.0  # without a frame for longer, nobody was there to see the cue
+_INSTANT_S: Final = 1e-6  # times are sums, and not quite exact
 
 
 class Phase(Enum):
@@ -40,6 +41,7 @@ class Cue:
         left_s: Until the phase ends.
         more: How many more of each label are wanted; 0 is enough.
         paused: Time stands still.
+        then: Label of the next example, so that people can prepare; "" if there is none.
     """
 
     phase: Phase
@@ -48,6 +50,7 @@ class Cue:
     left_s: float = 0.0
     more: dict[str, int] = field(default_factory=dict)
     paused: bool = False
+    then: str = ""
 
     @property
     def left(self) -> int:
@@ -111,6 +114,9 @@ class Cues:
         self._ask: Ask | None = None  # the present example
         self._last_s = self._from_s = self._until_s = 0.0  # the last frame; this phase
         self._felt = 0  # frames of this example in which something touched
+        self._anew = 0  # those of a touch that began since the last example
+        self._felt_s = 0.0  # the last of them
+        self._clear = False  # the sensor was seen untouched since the last example
         self._paused = False
 
     @classmethod
@@ -141,8 +147,7 @@ class Cues:
             self._until_s += passed_s
             why = "there was a pause" if paused else "frames were missed"
             return self._restart(t_s, why) if self._phase is Phase.GO else []
-        if self._phase is Phase.GO and t_s <= self._until_s:
-            self._felt += felt
+        self._feel(t_s, felt=felt)
         voids: list[Void] = []
         while self._phase is not Phase.DONE and t_s >= self._until_s:
             voids += self._turn()
@@ -161,6 +166,7 @@ class Cues:
             max(self._until_s - t_s, 0.0),
             {label: waiting.count(label) for label in self._labels},
             self._paused,
+            self._queue[0].label if self._queue else "",
         )
 
     def drop(self, from_s: float, to_s: float) -> list[Void]:
@@ -180,17 +186,34 @@ class Cues:
             self._until_s = self._last_s + self._pace.get_ready_s
         return voids
 
+    def _feel(self, t_s: float, *, felt: bool) -> None:
+        """Take note of a touch; go is over early when it has been over for a while.
+
+        What is left of the touch before, as soft skin returns slowly, is none.
+        """
+        self._clear |= not felt
+        if self._phase is not Phase.GO or t_s > self._until_s:
+            return
+        if felt:
+            self._felt += 1
+            self._anew += self._clear
+            self._felt_s = t_s
+        elif self._pace.still_s and self._anew >= FELT_FRAMES:
+            still_s = t_s - self._felt_s
+            self._until_s = t_s if still_s > self._pace.still_s - _INSTANT_S else self._until_s
+
     def _turn(self) -> list[Void]:
         """Go from a phase that is over to the next one."""
         now_s, ask = self._until_s, self._ask
         if self._phase is Phase.GET_READY:
-            self._felt = 0
+            self._felt = self._anew = 0
             self._enter(Phase.GO, now_s, self._pace.go_s)
             return []
         if self._phase is Phase.REST or ask is None:
             self._next(now_s)
             return []
         began_s, pace = self._from_s, self._pace
+        self._clear = False
         self._enter(Phase.REST, now_s, pace.rest_s + float(self._rng.uniform(0.0, pace.jitter_s)))
         if self._felt >= FELT_FRAMES or ask.label == NULL_LABEL:
             self._counted.append((ask, began_s, now_s))
@@ -215,7 +238,8 @@ class Cues:
 
     def _again(self, ask: Ask) -> None:
         """Ask for an example once more."""
-        at = int(self._rng.integers(len(self._queue) + 1)) if self._shuffled else 0
+        last = len(self._queue)  # what comes next was said already, and stays
+        at = min(1, last) + int(self._rng.integers(max(last, 1))) if self._shuffled else 0
         self._queue.insert(at, ask)
 
     def _enter(self, phase: Phase, from_s: float, seconds: float) -> None:

@@ -46,6 +46,7 @@ class Labeller:
     """Joins button, keys and cues, frame by frame.
 
     Attributes:
+        labels: What there is, "null" first.
         keys: What the keys say.
         cues: What is asked for; None without a plan.
     """
@@ -62,7 +63,7 @@ class Labeller:
         """
         self.keys = Keys(len(labels))
         self.cues = cues
-        self._labels = tuple(labels)
+        self.labels = tuple(labels)
         self._button_label = button_label
         self._named: str | None = None  # what the button means while it is down; None: it is up
         self._holds = Holds()
@@ -157,7 +158,7 @@ class Labeller:
         return self._index(asked.label) if asked.phase is Phase.GO else 0
 
     def _index(self, label: str) -> int:
-        return self._labels.index(label) if label in self._labels else UNKNOWN
+        return self.labels.index(label) if label in self.labels else UNKNOWN
 
 
 def _alike(one: Cue, other: Cue | None) -> bool:

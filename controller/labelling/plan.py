@@ -54,12 +54,16 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How long the phases of one example take, seconds; a rest takes up to `jitter_s` longer."""
+    """How long the phases of one example take, seconds; a rest takes up to `jitter_s` longer.
+
+    Go is over before its time when something was felt, and then nothing for `still_s`; 0: never.
+    """
 
     get_ready_s: float = 1.0
     go_s: float = 2.0
     rest_s: float = 1.5
     jitter_s: float = 0.5
+    still_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

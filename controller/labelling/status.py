@@ -7,6 +7,7 @@ from typing import Final, TextIO
 
 from controller.labelling.cues import Cue, Phase
 from controller.labelling.labeller import Said
+from controller.pipeline import Step
 
 _WIDTH: Final = 80  # where the terminal does not say
 _NARROWEST: Final = 20
@@ -50,6 +51,23 @@ class Status:
             self._stream.flush()
         except OSError:  # the terminal has gone; the session goes on
             self._stream = None
+
+
+class StatusLine:
+    """The line for every frame of a session."""
+
+    def __init__(self, status: Status, labels: Sequence[str], *, keyboard: bool) -> None:
+        """Show on `status`, with what the keys do if there is a keyboard."""
+        self._status, self._labels, self._keyboard = status, labels, keyboard
+
+    def show(self, said: Said, step: Step, problem: str) -> None:
+        """Show a frame."""
+        line = describe(said, step.t_s, self._labels, keyboard=self._keyboard)
+        self._status.show(f"DISK PROBLEM  {line}" if problem else line)
+
+    def clear(self) -> None:
+        """Leave an empty line, for whoever writes next."""
+        self._status.clear()
 
 
 def describe(said: Said, t_s: float, labels: Sequence[str], *, keyboard: bool) -> str:

@@ -34,6 +34,9 @@ class SensorOptions:
         path: The recording to replay.
         preset: Quality of the virtual orb.
         faults: What is broken on it.
+        gestures: Files of further gestures that its own hand can do.
+        user: Who its hand is; "" the first one.
+        day: Which of their sessions, by a name; "" the first one.
     """
 
     rate_hz: float | None = None
@@ -41,6 +44,9 @@ class SensorOptions:
     path: Path | None = None
     preset: str = "nominal"
     faults: tuple[str, ...] = ()
+    gestures: tuple[Path, ...] = ()
+    user: str = ""
+    day: str = ""
 
 
 class Sensor(Protocol):

@@ -1,6 +1,8 @@
 """The virtual orb as a sensor: a simulated membrane, read and touched like a real one."""
 
+import zlib
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from controller.sensors import Geometry, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.orb import NOMINAL, OrbModel
 from controller.simulator.presets import PresetError, preset
+from controller.simulator.quantity import GestureError
+from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.virtual import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1
@@ -24,14 +28,45 @@ def create(options: SensorOptions) -> "Virtual":
     """Return the orb, hand and session of a seed.
 
     Raises:
-        SensorError: The preset or a fault does not exist.
+        SensorError: The preset or a fault does not exist, or a gesture's file holds none.
     """
     try:
         model = preset(options.preset)
         faults = [Fault.parse(text, model.rows, model.columns) for text in options.faults]
-    except (PresetError, FaultError) as error:
+        repertoire = load(options.gestures)
+    except (PresetError, FaultError, GestureError) as error:
         raise SensorError(str(error)) from None
-    return Virtual(options.seed, options.rate_hz or RATE_HZ, model, faults)
+    return Virtual(
+        options.seed,
+        options.rate_hz or RATE_HZ,
+        model,
+        faults,
+        repertoire=repertoire,
+        user=_number(options.user),
+        day=_number(options.day),
+    )
+
+
+def knows(gestures: Sequence[Path], label: str) -> bool:
+    """Return whether the orb's own hand can do a gesture.
+
+    Args:
+        gestures: Files of gestures that it can do beside those that ship.
+        label: Which.
+
+    Raises:
+        SensorError: A file holds no gesture.
+    """
+    try:
+        known = load(gestures).get(label)
+    except GestureError as error:
+        raise SensorError(str(error)) from None
+    return known is not None and not known.distractor
+
+
+def _number(name: str) -> int:
+    """Return a number for a name, always the same; 0 is no name."""
+    return zlib.crc32(name.encode())
 
 
 class Virtual:
@@ -40,9 +75,19 @@ class Virtual:
     virtual = True
 
     def __init__(
-        self, seed: int, rate_hz: float, model: OrbModel = NOMINAL, faults: Sequence[Fault] = ()
+        self,
+        seed: int,
+        rate_hz: float,
+        model: OrbModel = NOMINAL,
+        faults: Sequence[Fault] = (),
+        *,
+        repertoire: Repertoire | None = None,
+        user: int = 0,
+        day: int = 0,
     ) -> None:
-        self._orb = VirtualOrb(seed, rate_hz, model=model)
+        self._orb = VirtualOrb(
+            seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day
+        )
         self._orb.switch(faults)
         model = self._orb.model
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
@@ -84,48 +129,85 @@ class Virtual:
         """Nothing is held."""
 
 
-def show(labels: Sequence[str], geometry: Geometry, seed: int) -> Iterator[tuple[float, Perform]]:
+def show(
+    labels: Sequence[str], geometry: Geometry, seed: int, gestures: Sequence[Path] = ()
+) -> Iterator[tuple[float, Perform]]:
     """Yield (seconds, performance) without end: a hand that tries every gesture in turn.
 
     It is what somebody sees who starts a virtual orb without anything that touches it.
     Presses go everywhere, the gestures of the whole hand to the middle.
+
+    Args:
+        labels: What is tried, "null" first; what the hand does not know is left out.
+        geometry: Of the orb.
+        seed: Of the order, the places and the pauses.
+        gestures: Files of gestures that it can do beside those that ship.
     """
+    repertoire = load(gestures)
+    known = [label for label in labels[1:] if label in repertoire]
     rng = np.random.default_rng([seed, len(labels)])
     now = _FIRST_S
-    for number, label in enumerate(_shuffled(labels[1:], rng), 1):
-        yield now, Perform(number, label, *_place(label, geometry, rng))
+    for number, label in enumerate(_shuffled(known, repertoire, rng), 1):
+        yield now, Perform(number, label, *_place(label, geometry, repertoire, rng))
         now += float(rng.uniform(*_EVERY_S))
 
 
 class Obedient:
     """A hand that does what cues ask for, a while after they do: people react."""
 
-    def __init__(self, geometry: Geometry, seed: int) -> None:
-        """Draw the reactions from `seed`."""
+    def __init__(
+        self,
+        geometry: Geometry,
+        seed: int,
+        gestures: Sequence[Path] = (),
+        strays: Sequence[str] = (),
+    ) -> None:
+        """Prepare.
+
+        Args:
+            geometry: Of the orb.
+            seed: Of reactions and places.
+            gestures: Files of gestures that it can do beside those that ship.
+            strays: What it does where no gesture is asked for; nothing if empty.
+        """
         self._rng = np.random.default_rng([seed, 1])
-        self._geometry = geometry
+        self._geometry, self._repertoire = geometry, load(gestures)
+        self._strays = strays
         self._number = 0
 
     def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
         """Return when the hand does what, for a cue that changed at `t_s`; None: it rests."""
-        if cue.phase is not Phase.GO or cue.paused or cue.label == NULL_LABEL:
+        if cue.phase is not Phase.GO or cue.paused:
             return None
-        place = cue.place or _place(cue.label, self._geometry, self._rng)
+        label = cue.label
+        if label == NULL_LABEL:
+            if not self._strays:
+                return None
+            label = str(self._rng.choice(self._strays))
+        place = cue.place or _place(label, self._geometry, self._repertoire, self._rng)
         self._number += 1
         at_s = t_s + float(self._rng.uniform(*_REACTION_S))
-        return at_s, Perform(self._number, cue.label, *place)
+        return at_s, Perform(self._number, label, *place)
 
 
-def _place(label: str, geometry: Geometry, rng: np.random.Generator) -> tuple[float, float]:
+def _place(
+    label: str, geometry: Geometry, repertoire: Repertoire, rng: np.random.Generator
+) -> tuple[float, float]:
     """Return where a gesture is made: a press anywhere, those of the whole hand in the middle."""
     centre = np.array([geometry.columns - 1, geometry.rows - 1]) / 2.0
-    spread = centre if label == "press" else np.zeros(2)
+    spread = centre if _anywhere(label, repertoire) else np.zeros(2)
     x, y = centre + spread * rng.uniform(-0.9, 0.9, 2)
     return float(x), float(y)
 
 
-def _shuffled(labels: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+def _anywhere(label: str, repertoire: Repertoire) -> bool:
+    return label in repertoire and repertoire[label].place == "anywhere"
+
+
+def _shuffled(
+    labels: Sequence[str], repertoire: Repertoire, rng: np.random.Generator
+) -> Iterator[str]:
     """Yield the labels for ever; each as often as the others, presses three times as often."""
-    deck = [label for label in labels for _ in range(3 if label == "press" else 1)]
+    deck = [label for label in labels for _ in range(3 if _anywhere(label, repertoire) else 1)]
     while deck:
         yield from rng.permutation(deck).tolist()

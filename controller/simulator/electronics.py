@@ -57,6 +57,7 @@ class Electronics:
         steps_per_frame: int,
         slots: int,
         seed: np.random.SeedSequence,
+        day: int = 0,
     ) -> None:
         """Build the orb's taxels.
 
@@ -68,6 +69,7 @@ class Electronics:
             steps_per_frame: Mechanics steps in a frame.
             slots: Fingers at once.
             seed: Of what differs from orb to orb, and of the noise.
+            day: Which of this orb's sessions: other drift and noise, the same taxels.
         """
         self._model, self._rate_hz, self._per_frame = model, rate_hz, steps_per_frame
         self._rows, self._columns = grid
@@ -75,10 +77,20 @@ class Electronics:
         self._step_s = 1.0 / (rate_hz * steps_per_frame)
         self._readout = model.readout.fitted(*grid, rate_hz)
         # One generator for each noise, so that frames asked for singly or together are the same.
-        build, self._drift_noise, self._pressure_noise, self._noise, self._jitter_noise, leak = (
-            np.random.default_rng(child) for child in seed.spawn(6)
-        )
-        self._leak_generator = leak
+        build_seed, *noises = seed.spawn(6)
+        if day:
+            noises = [
+                np.random.SeedSequence(one.entropy, spawn_key=(*one.spawn_key, day))
+                for one in noises
+            ]
+        build = np.random.default_rng(build_seed)
+        (
+            self._drift_noise,
+            self._pressure_noise,
+            self._noise,
+            self._jitter_noise,
+            self._leak_generator,
+        ) = (np.random.default_rng(one) for one in noises)
         taxels = self._rows * self._columns
         self.rest_pf = build.normal(*model.rest_pf, taxels)
         fault = build.random(taxels)

@@ -46,7 +46,17 @@ class OrbSimulator:
         rate_hz: float = 10.0,
         slots: int = SLOTS,
         model: OrbModel = NOMINAL,
+        day: int = 0,
     ) -> None:
+        """Build an orb.
+
+        Args:
+            seed: Which.
+            rate_hz: Frames per second.
+            slots: Fingers at once.
+            model: Its constants.
+            day: Which of its sessions: other drift and noise.
+        """
         self.model = model
         self.steps_per_frame = ceil(MECHANICS_HZ / rate_hz - 1e-9)
         self.step_s = 1.0 / (rate_hz * self.steps_per_frame)
@@ -55,7 +65,7 @@ class OrbSimulator:
         friction = float(np.random.default_rng(surface).uniform(*model.mechanics.friction))
         self._mechanics = Mechanics(model.mechanics, grid, pitch_mm, self.step_s, slots, friction)
         self.electronics = Electronics(
-            model.electronics, grid, pitch_mm, rate_hz, self.steps_per_frame, slots, circuit
+            model.electronics, grid, pitch_mm, rate_hz, self.steps_per_frame, slots, circuit, day
         )
 
     def advance(self, point: Complex, depth_mm: Array, radius_mm: Array) -> NDArray[np.float32]:

@@ -14,15 +14,10 @@ from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
 from controller.simulator import button
 from controller.simulator.faults import Fault
-from controller.simulator.hand import (
-    DISTRACTORS,
-    SLOTS,
-    Performance,
-    draw_mood,
-    draw_style,
-    perform,
-)
+from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.repertoire import Repertoire, shipped
+from controller.simulator.style import Style
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -45,7 +40,15 @@ class VirtualOrb:
     """A sensor that is simulated: its own hand performs, and a host's fingers touch it."""
 
     def __init__(
-        self, seed: int, rate_hz: float = 10.0, domain: int = 1, model: OrbModel = NOMINAL
+        self,
+        seed: int,
+        rate_hz: float = 10.0,
+        domain: int = 1,
+        model: OrbModel = NOMINAL,
+        *,
+        repertoire: Repertoire | None = None,
+        user: int = 0,
+        day: int = 0,
     ) -> None:
         """Build an orb, its user and its session from a seed.
 
@@ -54,14 +57,20 @@ class VirtualOrb:
             rate_hz: Frames per second.
             domain: Family of seeds: 0 belongs to training, which nothing else may use.
             model: The orb's constants.
+            repertoire: What its hand can do; the gestures that ship if not given.
+            user: Who touches it, if not the first one.
+            day: Which of their sessions on this orb, if not the first one.
         """
-        root = np.random.SeedSequence([domain, seed])
-        orb, user, self._thumbs = root.spawn(3)
+        orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
         self.rate_hz, self.model = rate_hz, model
-        self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model)
+        self._repertoire = shipped() if repertoire is None else repertoire
+        self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model, day)
         self._step_hz = rate_hz * self._simulator.steps_per_frame
-        self._rng = np.random.default_rng(user)
-        self.style = draw_mood(draw_style(self._rng), self._rng)
+        style, self._rng = _come(people, user, day)
+        self.style = draw_mood(style, self._rng)
+        if user or day:
+            key = (*self._thumbs.spawn_key, user, day)
+            self._thumbs = np.random.SeedSequence(self._thumbs.entropy, spawn_key=key)
         self._running: list[_Running] = []
         self._ended: list[Truth] = []
         self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
@@ -85,11 +94,14 @@ class VirtualOrb:
         """
         model = self.model
         grid = (model.rows, model.columns, model.pitch_mm)
-        done = perform(label, (x, y), self.style, self._rng, grid=grid, step_hz=self._step_hz)
+        done = perform(
+            label, (x, y), self.style, self._rng,
+            grid=grid, step_hz=self._step_hz, repertoire=self._repertoire,
+        )  # fmt: skip
         self._running.append(_Running(number, t_s, done))
         onset, release = t_s + done.onset_s, t_s + done.release_s
         self._history.append((onset, release, label))
-        if label not in DISTRACTORS:
+        if not self._repertoire[label].distractor:
             (thumb,) = self._thumbs.spawn(1)
             self._presses.append((Event(onset, release, label), thumb))
 
@@ -105,7 +117,7 @@ class VirtualOrb:
     def label(self, t_s: float) -> str:
         """Return what the orb's own hand truly did at `t_s`: a gesture, else "null"."""
         for onset, release, label in self._history:
-            if onset <= t_s < release and label not in DISTRACTORS:
+            if onset <= t_s < release and not self._repertoire[label].distractor:
                 return label
         return "null"
 
@@ -190,3 +202,15 @@ class VirtualOrb:
         model = self.model
         centre = complex(model.columns - 1, model.rows - 1) / 2.0
         return (complex(contact.x, contact.y) - centre) * model.pitch_mm
+
+
+def _come(people: np.random.SeedSequence, user: int, day: int) -> tuple[Style, np.random.Generator]:
+    """Return somebody's style, and where this session's mood and accidents come from."""
+    if user:
+        people = np.random.SeedSequence(people.entropy, spawn_key=(*people.spawn_key, user))
+    rng = np.random.default_rng(people)
+    style = draw_style(rng)
+    if day:
+        key = (*people.spawn_key, 0, day)
+        rng = np.random.default_rng(np.random.SeedSequence(people.entropy, spawn_key=key))
+    return style, rng

@@ -17,7 +17,6 @@ import argparse
 import json
 import shutil
 import signal
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
@@ -28,13 +27,12 @@ from typing import Any, Final
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-from crash_damage import DAMAGES, Left, left
-from crash_lives import LABELS, ORIGIN, RATE_HZ, Life, control, kill, made, record, recover, seal
-
 from controller.preprocess import Frame
 from controller.recordings import reader, recovery
 from controller.recordings.recording import Recording, RecordingError
+
+from .crash_damage import DAMAGES, Left, left
+from .crash_lives import LABELS, ORIGIN, RATE_HZ, Life, control, kill, made, record, recover, seal
 
 GOAL_S: Final = 1.0  # "at most the last second is lost"
 LIFE_S: Final = 3.0  # the longest that a process lives

@@ -1,0 +1,270 @@
+"""`controller teach`: take people through examples of their gestures, and offer to train."""
+
+import argparse
+import logging
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from controller import sensors
+from controller.bundle import BundleError
+from controller.ends import complain, signals
+from controller.labelling.terminal import keyboard
+from controller.recordings.recording import RecordingError
+from controller.sensors import SensorError
+from controller.simulator.presets import PRESETS
+from controller.teaching import TeachError, after, folder, protocols, session
+from controller.teaching.board import summary
+from controller.teaching.session import Lesson, say
+from controller.vocabulary import FILE, VocabularyError
+
+OUT: Final = Path("recordings")
+MISTAKES: Final = (TeachError, BundleError, VocabularyError, RecordingError, SensorError)
+_MOST: Final = 1000  # repetitions
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller teach` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    options = parser().parse_args(argv)
+    logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
+    try:
+        if options.example is not None:
+            for path in folder.example(options.example):
+                print(path)
+            return 0
+        people = _people(options)
+        lesson = session.prepare(options)
+    except MISTAKES as error:
+        return complain(error, 2)
+    try:
+        made, interrupted = _sessions(lesson, people)
+    except _RefusedError as error:
+        return complain(str(error), 2)
+    except (RecordingError, SensorError) as error:
+        return complain(error, 1)
+    for path in made:
+        print(path, flush=True)
+    taken = folder.taken(options.out)
+    if not taken:
+        say("nothing was recorded")
+        return 1
+    ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
+    try:
+        return after.offer(
+            after.course(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
+        )
+    except KeyboardInterrupt:
+        say("interrupted; the same commands go on from here")
+        return 1
+
+
+class _RefusedError(Exception):
+    """The first session cannot begin; the message says why."""
+
+
+def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
+    """Take one person after the other through a session.
+
+    Returns:
+        The recordings, and whether somebody broke it off.
+    """
+    made: list[Path] = []
+    for number, user in enumerate(people):
+        try:
+            begun = session.begin(lesson, user)
+        except MISTAKES as error:
+            if number:
+                raise RecordingError(str(error)) from None
+            raise _RefusedError(str(error)) from None
+        if lesson.options.protocol == protocols.USERS:
+            say(f"{user}: take a seat")
+        if begun.model is None:
+            say("there is no model for this sensor yet")
+        with signals() as ends, keyboard() as keys:
+            made += session.run(begun, keys, lambda: bool(ends))
+        for line in summary(begun.tally):
+            say(line)
+        if ends:
+            return made, True
+    return made, False
+
+
+def _people(options: argparse.Namespace) -> Iterator[str]:
+    """Return who is taught by, one after the other.
+
+    Raises:
+        TeachError: Nobody said who, and nobody can be asked.
+    """
+    names = options.user.split(",") if options.user else []
+    if options.protocol != protocols.USERS:
+        if len(names) > 1:
+            raise TeachError("several users take turns with --protocol users")
+        return iter(names or [""])
+    if names:
+        return iter(names)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise TeachError("say who takes turns: --user ada,ben")
+    return _asked()
+
+
+def _asked() -> Iterator[str]:
+    """Ask who is next until nobody is."""
+    while True:
+        try:
+            name = _ask("Who is next? (letters and digits; nothing ends) ").strip()
+        except (EOFError, KeyboardInterrupt):
+            say("")
+            return
+        if not name:
+            return
+        if name.isascii() and name.isalnum():
+            yield name
+        else:
+            say(f"{name!r} names files; use letters (a to z) and digits")
+
+
+def _ask(question: str) -> str:
+    """Ask on standard error, as results go to standard output; return the answer."""
+    print(question, end="", file=sys.stderr, flush=True)
+    return input()
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    grammar = argparse.ArgumentParser(
+        prog="controller teach",
+        description="Gather examples of your own gestures: get ready, go, rest, until there is "
+        "enough of all. Hold 1 to 9 to label by hand; space pauses, backspace drops the last "
+        "seconds. Then train, tune and evaluate. All of it: docs/teach.md.",
+        epilog="Try it without hardware (seconds): controller teach --example mine, then "
+        "controller teach --sensor virtual --out mine --speed 0",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = grammar.add_argument
+    add(
+        "--sensor",
+        metavar="NAME",
+        default="virtual",
+        help=f"what is touched: {', '.join(sensors.names())} (default: virtual, whose own hand "
+        "does what the cues ask for)",
+    )
+    add(
+        "--labels",
+        metavar="FILE",
+        type=Path,
+        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)",
+    )
+    add(
+        "--protocol",
+        choices=tuple(protocols.REPETITIONS),
+        default=protocols.GESTURES,
+        help="gestures in any order; locations: on every site of the grid and between them; "
+        "users: one person after the other (default: gestures)",
+    )
+    add(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=OUT,
+        help=f"folder for the recordings; no file in it is ever replaced (default: {OUT})",
+    )
+    add(
+        "--user",
+        metavar="ID",
+        default="",
+        help="who touches the sensor: letters and digits; with --protocol users: ada,ben",
+    )
+    add(
+        "--session",
+        metavar="ID",
+        default=time.strftime("%Y%m%dT%H%M%S"),
+        help="which of the user's sessions: letters and digits (default: date and time)",
+    )
+    add(
+        "--repetitions",
+        metavar="N",
+        type=_repetitions,
+        default=0,
+        help=f"examples of each gesture, or of each place (default: "
+        f"{protocols.REPETITIONS[protocols.GESTURES]}, of places "
+        f"{protocols.REPETITIONS[protocols.LOCATIONS]})",
+    )
+    add(
+        "--bundle",
+        metavar="FILE",
+        type=Path,
+        help="the present model, whose opinion is shown (default: the one that ships, if it fits)",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=_number,
+        help="sensor scans per second (default: the sensor's own)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        default=1,
+        help="of the order, and which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--preset",
+        metavar="NAME",
+        default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
+    )
+    add(
+        "--fault",
+        metavar="FAULT",
+        action="append",
+        default=[],
+        help="break the virtual orb, as often as you like: docs/simulator.md",
+    )
+    add(
+        "--speed",
+        metavar="X",
+        type=_speed,
+        default=1.0,
+        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
+    )
+    add("--bell", action="store_true", help="ring the terminal's bell at every go")
+    add("--yes", action="store_true", help="train, tune and evaluate without a question")
+    add(
+        "--example",
+        metavar="DIR",
+        type=Path,
+        help=f"only write {FILE} to begin with, the paper's gestures and a new one, into DIR",
+    )
+    return grammar
+
+
+def _repetitions(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
+    return int(words)
+
+
+def _seed(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
+    return int(words)
+
+
+def _number(words: str) -> float:
+    value = _speed(words)
+    if value == 0.0:
+        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
+    return value
+
+
+def _speed(words: str) -> float:
+    try:
+        value = float(words)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1e6:
+        raise argparse.ArgumentTypeError(f"{words} must be a number from 0")
+    return value

@@ -1,0 +1,27 @@
+"""The commands of the training machine: one file each, found by its name (`models NAME`).
+
+A command's file has
+
+    SUMMARY      what it does, in a few words
+    DESCRIPTION  the same in sentences
+    EXAMPLE      a first thing to try
+    add(parser)  its options
+    run(arguments) -> int  does it; the exit status
+
+and imports at its top only what every machine has: PyTorch and the like inside `run`, after
+`models.extras.require`.
+"""
+
+import importlib
+import pkgutil
+from types import ModuleType
+
+
+def names() -> list[str]:
+    """Return the names of all commands, in alphabetical order."""
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+
+
+def load(name: str) -> ModuleType:
+    """Return a command's file."""
+    return importlib.import_module(f"{__name__}.{name}")

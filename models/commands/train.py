@@ -1,0 +1,130 @@
+"""`models train`: from folders of recordings to a proven bundle."""
+
+import argparse
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Final
+
+from models import options
+
+SUMMARY: Final = "make a bundle from recordings"
+DESCRIPTION: Final = (
+    "Read recordings of any grid, rate and labels, check them, hold some sessions out, train "
+    "CNN-3D (gestures) and CNN-2D (where a press is), and write a bundle that proves itself, with "
+    "its card and figures beside it. Interrupted, the same command goes on where it was."
+)
+EXAMPLE: Final = (
+    "Try it (three minutes): models simulate --out data --users 3 --sessions 2, then models train "
+    "data --out my.orb --epochs 8"
+)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add("data", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
+    add(
+        "--task",
+        choices=("gesture", "location", "both"),
+        default="",
+        help="what to train (default: gestures, and places where the recordings know them)",
+    )
+    add(
+        "--recipe",
+        choices=("default", "paper"),
+        default="default",
+        help="the best we know, or the paper's section 4.2 to the letter (default: default)",
+    )
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels to learn from (default: auto: the first of these that names a gesture)",
+    )
+    add(
+        "--split",
+        default="",
+        metavar="BY",
+        help="hold out sessions, users or the ends of sessions: session, user, time (default: "
+        "session, or time where there are fewer than four)",
+    )
+    add(
+        "--with",
+        dest="base",
+        type=Path,
+        metavar="BUNDLE",
+        help="takes the network that is not trained from here (default: the one that ships)",
+    )
+    add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
+    add(
+        "--epochs",
+        type=options.count,
+        default=0,
+        metavar="N",
+        help="passes of CNN-3D over the examples, of CNN-2D four times as many (default: the "
+        "recipe's)",
+    )
+    add(
+        "--window",
+        type=options.whole(2, 250),
+        default=0,
+        metavar="N",
+        help="images in a window (default: those of one second)",
+    )
+    add(
+        "--no-advice",
+        dest="advised",
+        action="store_false",
+        help="do not measure how much more examples would help",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Train, and print the figures."""
+    from models import extras
+
+    extras.require("training", "torch", "onnx", "tomli_w")
+    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    from models import training_card
+    from models.train import Request, train
+
+    request = Request(
+        paths=tuple(arguments.data),
+        out=arguments.out,
+        task=arguments.task,
+        recipe=arguments.recipe,
+        labels=arguments.labels,
+        base=arguments.base,
+        split=arguments.split,
+        seed=arguments.seed,
+        epochs=arguments.epochs,
+        window=arguments.window,
+        advised=arguments.advised,
+        command=_command(arguments),
+    )
+    try:
+        result = train(request, options.say)
+    except KeyboardInterrupt:
+        print("\nmodels: interrupted; the same command goes on from here", file=sys.stderr)
+        return 1
+    print("\n".join(training_card.headline(result)).strip())
+    for line in result.advice:
+        print(f"- {line}")
+    options.say(f"wrote {request.out}, and its card and figures beside it")
+    options.say(f"next: models tune {request.out} DIR, models evaluate {request.out} DIR")
+    return 0
+
+
+def _command(arguments: argparse.Namespace) -> str:
+    """Return what was typed, with what matters and no more: the same for the same bundle."""
+    words = ["models", "train", *(str(path) for path in arguments.data)]
+    for name in ("task", "recipe", "labels", "split", "base", "seed", "epochs", "window"):
+        value = getattr(arguments, name)
+        if value not in ("", 0, None, "default", "auto"):
+            words += [f"--{'with' if name == 'base' else name}", str(value)]
+    return shlex.join([*words, "--out", arguments.out.name])

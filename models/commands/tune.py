@@ -1,0 +1,124 @@
+"""`models tune`: choose when a gesture counts, on labelled recordings."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Final
+
+from models import options
+
+SUMMARY: Final = "choose when a gesture counts, on labelled recordings"
+DESCRIPTION: Final = (
+    "Replay labelled recordings over the debouncer's thresholds, draw what is lost against how "
+    "late and how often falsely a gesture is answered, and write the cheapest choice into a new "
+    "bundle. Report on other recordings (models evaluate): a choice flatters what it was made on."
+)
+EXAMPLE: Final = (
+    "Try it (a minute): models simulate --out data --users 4 --sessions 1, then models tune "
+    "models/orbtouch.orb data --out tuned.orb"
+)
+
+SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    weight = options.number(0.0, 1e6)
+    add("bundle", type=Path, help="bundle to tune")
+    add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
+    add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels count (default: auto: the truth, else what people said)",
+    )
+    add(
+        "--lost",
+        type=weight,
+        default=1.0,
+        metavar="W",
+        help="what each per cent of F1 that is missing costs (default: 1)",
+    )
+    add(
+        "--alarm",
+        type=weight,
+        default=5.0,
+        metavar="W",
+        help="what one false alarm in an idle minute costs (default: 5)",
+    )
+    add(
+        "--wait",
+        type=weight,
+        default=1.0,
+        metavar="W",
+        help="what a second of latency costs (default: 1)",
+    )
+    add(
+        "--latest",
+        type=options.number(0.0, 60.0),
+        default=0.42,
+        metavar="S",
+        help="greatest median latency, seconds (default: 0.42)",
+    )
+    add(
+        "--alarms",
+        type=options.number(0.0, 1000.0),
+        default=0.02,
+        metavar="N",
+        help="most false alarms in an idle minute (default: 0.02)",
+    )
+    add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
+    add(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="the report that it is added to (default: beside OUT)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Choose, show, and write."""
+    from controller import bundle
+    from models import extras, scatter
+    from models.dataset import read_training
+    from models.known import know
+    from models.streams import Batched
+    from models.streams import run as play
+    from models.tune import Goal, settings_of, tune, write
+
+    if arguments.out:
+        extras.require("writing a bundle", "tomli_w")
+    loaded = bundle.read(arguments.bundle)
+    recordings = read_training(arguments.data)  # seeds that are for tests are refused
+    networks, streams = Batched(loaded), []
+    for survey, recording in zip(recordings.surveys, recordings, strict=True):
+        known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
+        streams.append(play(loaded, networks, recording, known))
+        options.say(f"{survey.path.stem}: {len(known.events)} events")
+    goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
+    command = f"models {shlex.join(sys.argv[1:])}"
+    found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
+    print(f"{found.events} events and {found.idle_minutes:.0f} idle minutes in {found.sessions} "
+          f"recordings; {found.tried} points, {len(found.front)} of them on the front")  # fmt: skip
+    print(scatter.draw(found))
+    print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
+    print(found.goal)
+    if (unseen := 3.0 / found.events) > SEEN:
+        print(f"losses below {unseen:.1%} cannot be seen in {found.events} events: record more "
+              "before you make it faster")  # fmt: skip
+    if arguments.json:
+        arguments.json.write_text(found.text() + "\n", encoding="utf-8")
+    page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
+    if page_of:
+        from models.report import page
+        from models.report.data import ReportData
+
+        page.write(page_of, ReportData(tuning=found))
+    if arguments.out:
+        said = f"on {found.sessions} recordings with {found.events} events; {found.goal}"
+        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said)
+        options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
+    return 0

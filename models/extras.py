@@ -1,0 +1,31 @@
+"""What training needs beyond the four packages that play: the [train] extra, asked for by name."""
+
+from importlib.util import find_spec
+from typing import Final
+
+# Module -> the name that pip knows it by.
+PACKAGES: Final = {
+    "torch": "torch",
+    "onnx": "onnx",
+    "tomli_w": "tomli-w",
+    "matplotlib": "matplotlib",
+    "sklearn": "scikit-learn",
+}
+
+
+def require(what: str, *modules: str) -> None:
+    """Refuse to begin what cannot be finished on this machine.
+
+    Args:
+        what: What is going to be done: "training".
+        modules: What it needs, of `PACKAGES`.
+
+    Raises:
+        ValueError: One is not installed; the message says how to get it.
+    """
+    missing = [PACKAGES[module] for module in modules if find_spec(module) is None]
+    if missing:
+        raise ValueError(
+            f"{what} needs {' and '.join(missing)}; install the extra with: "
+            "pip install -e '.[train]'"
+        )

@@ -1,0 +1,156 @@
+"""Peers in the recognition benchmark: trained once, tuned and judged as ours."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.bundle import Bundle
+from controller.debounce import DebounceSettings
+from controller.recordings.recording import Recording
+from models.evaluate import summarise
+from models.known import Known, know
+from models.metrics import Result
+from models.simulate import DataSet, generate
+from models.streams import Batched, Felt, Stream, answered, feel, replay
+from models.tally import Tally, tally
+from models.tune import Goal, settings_of, tune
+from models.unseen import People
+
+if TYPE_CHECKING:
+    from models.peers import Peer
+
+LEARN: Final = DataSet(seed=11, minutes=6.0)  # what peers learn from, on each preset
+LEARN_USERS: Final = 16
+TUNE: Final = DataSet(seed=12, minutes=5.0)  # where their thresholds are chosen
+TUNE_USERS: Final = 6
+NEEDED: Final = ("torch", "sklearn")
+OURS: Final = "ours_there"  # the bundle itself on the sessions that peers are judged on
+
+Say = Callable[[str], None]
+
+
+def judge_peers(
+    loaded: Bundle,
+    people: Mapping[str, People],
+    count: int,
+    cache: Path,
+    say: Say,
+    *,
+    again: bool,
+) -> dict[tuple[str, str], Result]:
+    """Return how every peer does: (name, preset) -> figures; none where a package is missing.
+
+    Args:
+        loaded: The bundle that they are compared with.
+        people: Who plays, by preset.
+        count: Sessions of each preset.
+        cache: Where peers are kept.
+        say: Takes lines of progress.
+        again: They are trained even if they are kept.
+    """
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        say(f"peers are missing: {' and '.join(missing)} cannot be imported")
+        return {}
+    from models import peers
+
+    folders = [cache / "peers" / preset for preset in people]
+    for preset, folder in zip(people, folders, strict=True):
+        generate(replace(LEARN, preset=preset), folder, LEARN_USERS, 1, 1, lambda line: None)
+    own = [peers.train(name, folders, cache, say, again=again) for name in peers.NAMES]
+    thresholds = {peer.name: _tuned(peer, loaded, tuple(people)) for peer in own}
+    results = {}
+    for preset, who in people.items():
+        tallies = _played(loaded, own, thresholds, who.sessions(count))
+        for name, each in tallies.items():
+            results[name, preset] = summarise(preset, loaded.labels, each)
+            say(f"{preset} {name}: F1 {results[name, preset].f1}")
+    return results
+
+
+def _tuned(peer: "Peer", loaded: Bundle, presets: Sequence[str]) -> DebounceSettings:
+    """Return the thresholds that development sessions of all presets choose for a peer."""
+    streams = []
+    for preset in presets:
+        for name, recording in People(replace(TUNE, preset=preset), TUNE_USERS).sessions(
+            TUNE_USERS
+        ):
+            known = know(recording, loaded.labels, name)
+            felt = feel(recording.frames, peer.settings)
+            streams.append(
+                answered(known, felt, peer.gesture(felt.windows), loaded.labels, loaded.debounce)
+            )
+    found = tune(peer.name, loaded.labels, loaded.debounce, streams, Goal())
+    return settings_of(found.chosen)
+
+
+def _played(
+    loaded: Bundle,
+    peers: Sequence["Peer"],
+    thresholds: Mapping[str, DebounceSettings],
+    sessions: Iterable[tuple[str, Recording]],
+) -> dict[str, list[Tally]]:
+    """Let all play the same sessions."""
+    networks = _Keeping(loaded)
+    tallies: dict[str, list[Tally]] = {OURS: [], **{peer.name: [] for peer in peers}}
+    for name, recording in sessions:
+        known = know(recording, loaded.labels, name)
+        felt = feel(recording.frames, loaded.preprocess)
+        ours = replay(loaded, networks, recording, known, felt)
+        tallies[OURS].append(tally(ours, loaded.labels))
+        for peer in peers:
+            same = peer.settings == loaded.preprocess
+            seen = felt if same else feel(recording.frames, peer.settings)
+            answers = peer.gesture(seen.windows)
+            stream = answered(known, seen, answers, loaded.labels, thresholds[peer.name])
+            stream = replace(stream, touches=_places(peer, ours, networks, seen))
+            tallies[peer.name].append(tally(stream, loaded.labels))
+    return tallies
+
+
+class _Keeping(Batched):
+    """A bundle's networks that keep the images they were asked about."""
+
+    images: NDArray[np.float32]
+
+    def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
+        """Return where images are touched."""
+        self.images = images
+        return super().touches(images)
+
+
+def _places(peer: "Peer", ours: Stream, networks: _Keeping, seen: Felt) -> NDArray[np.float64]:
+    """Return where a peer says that touches are, (n, 2).
+
+    It sees the very images of touches that our network does; the paper's sees each frame of a
+    press, and says the median.
+    """
+    touches = np.full(ours.touches.shape, np.nan)
+    if peer.place is None:
+        return touches
+    if peer.averaged:
+        asked = np.isfinite(ours.touches[:, 0])
+        if asked.any():
+            touches[asked] = peer.place(networks.images)
+        return touches
+    pressed = np.isfinite(ours.known.place[seen.last, 0])
+    if pressed.any():
+        touches[seen.last[pressed]] = peer.place(seen.windows[pressed, -1])
+        for frames in _events(ours.known):
+            touches[frames] = _median(touches[frames])
+    return touches
+
+
+def _events(known: Known) -> list[slice]:
+    edges = [np.searchsorted(known.t, (e.onset_s, e.release_s)) for e in known.events]
+    return [slice(int(first), int(end)) for first, end in edges]
+
+
+def _median(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    told = places[np.isfinite(places[:, 0])]
+    return np.median(told, axis=0) if len(told) else np.full(2, np.nan)

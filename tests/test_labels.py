@@ -1,0 +1,113 @@
+"""Labels as people give them, against a simulation that knows when the hand truly touched."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller import vocabulary
+from controller.recordings.recording import Mark, Recording, unlabelled
+from models import labels
+from models.places import places
+from models.simulate import DataSet
+
+PLAYED = DataSet(minutes=3.0).session(0, 0)
+NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)
+
+
+def late(recording: Recording, begin_s: float, end_s: float) -> Recording:
+    """The same recording under a button whose every edge is so late."""
+    assert recording.truth is not None
+    button = np.zeros(len(recording.t), dtype=np.int16)
+    for event in recording.truth.events:
+        if event.kind in recording.origin.labels:
+            inside = (recording.t >= event.onset_s + begin_s) & (
+                recording.t < event.release_s + end_s
+            )
+            button[inside] = recording.origin.labels.index(event.kind)
+    return replace(recording, button=button)
+
+
+@given(begin_s=st.floats(-0.2, 0.4), end_s=st.floats(-0.1, 0.4))
+@settings(max_examples=10, deadline=None)
+def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
+    begin_s: float, end_s: float
+) -> None:
+    _, found = labels.repair(late(PLAYED, begin_s, end_s), "button")
+    # A frame is the nearest that a label's edge can be told.
+    assert found.begin_s == pytest.approx(begin_s + 0.05, abs=0.06)
+    assert found.end_s == pytest.approx(end_s + 0.05, abs=0.06)
+    assert found.begin_spread_s < 0.12
+
+
+@pytest.mark.parametrize("recording", [PLAYED, NOISY], ids=["nominal", "paper-snr"])
+def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button_was(
+    recording: Recording,
+) -> None:
+    repaired, found = labels.repair(recording, "button")
+    clear = repaired != -1
+    assert found.wrong == np.mean(recording.button != recording.label)
+    assert found.wrong_after == np.mean((repaired != recording.label)[clear])
+    assert found.wrong_after < found.wrong / 2
+    assert np.mean(clear) > 0.9
+
+
+def test_nobody_learns_from_frames_that_could_be_either() -> None:
+    repaired, found = labels.repair(PLAYED, "button")
+    assert found.masked == np.sum(repaired == -1)
+    edges = np.flatnonzero(np.diff(PLAYED.label) != 0) + 1
+    near = np.abs(np.flatnonzero(repaired == -1)[:, None] - edges).min(axis=1)
+    assert np.mean(near <= 1) > 0.9
+
+
+def test_a_label_under_which_nothing_is_felt_is_not_learned_from() -> None:
+    button = np.zeros(len(PLAYED.t), dtype=np.int16)
+    idle = _longest_idle(PLAYED)
+    middle = idle[len(idle) // 2 - 2 : len(idle) // 2 + 3]
+    button[middle] = 1
+    repaired, found = labels.repair(replace(PLAYED, button=button), "button")
+    assert (repaired[middle] == -1).all()
+    assert found.unfelt == 1
+    assert not (repaired > 0).any()
+
+
+def test_nothing_is_made_of_labels_that_nobody_gave() -> None:
+    silent = replace(PLAYED, button=unlabelled(len(PLAYED.t))["button"])
+    repaired, found = labels.repair(silent, "button")
+    assert (repaired == -1).all()
+    assert np.isnan(found.begin_s)
+    assert found.edges == 0
+
+
+def test_examples_are_counted_once_each_however_unclear_their_edges() -> None:
+    said = np.array([0, -1, 1, 1, -1, 0, 0, 2, 2, -1, 1, 0])
+    assert labels.examples(said, ("null", "press", "pinch")) == {"press": 2, "pinch": 1}
+
+
+def test_a_cue_says_where_a_press_is() -> None:
+    label = np.zeros(len(PLAYED.t), dtype=np.int16)
+    label[20:26] = 1
+    label[60:66] = 1
+    label[80:86] = 2
+    marks = (
+        Mark(1.5, "cue", "go press at 1,2.5"),
+        Mark(2.5, "cue", "rest"),
+        Mark(5.5, "cue", "go press at -0.5,0"),
+        Mark(7.5, "cue", "go pinch at 3,3"),
+    )
+    world = replace(PLAYED, truth=None, marks=marks)
+    place = places(world, label, vocabulary.shipped())
+    assert np.unique(place[20:26], axis=0).tolist() == [[1.0, 2.5]]
+    assert np.unique(place[60:66], axis=0).tolist() == [[-0.5, 0.0]]
+    assert np.isnan(place[80:86]).all()  # pinches have no place
+    assert np.isfinite(place[:, 0]).sum() == 12
+
+
+def _longest_idle(recording: Recording) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """The frames of the longest time in which the truth knows of no touch at all."""
+    assert recording.truth is not None
+    touched = np.array(np.isfinite(recording.truth.contact[:, :, 2]).sum(axis=1) > 0)
+    touched[:30] = True  # before rest is known
+    return max(np.split(np.arange(len(touched)), np.flatnonzero(touched)), key=len)

@@ -1,0 +1,117 @@
+"""What is held out of a training: whole sessions or users, or the end of a session."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+
+from controller.recordings import writer
+from models import reading, splits, splitting, touches
+from models.recipe import DEFAULT
+from models.simulate import DataSet
+
+pytestmark = pytest.mark.train
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> reading.Data:
+    """Two users, three sessions each."""
+    folder = tmp_path_factory.mktemp("data")
+    made = DataSet(minutes=0.5)
+    for user in range(2):
+        for number in range(3):
+            name = f"sub-0{user}_ses-0{number}_run-01.npz"
+            (folder / name).write_bytes(writer.pack(made.session(user, number)))
+    return reading.read([folder], DEFAULT, "auto", lambda _: None)
+
+
+@pytest.mark.parametrize(("by", "held"), [("", 1), ("session", 1), ("user", 3)])
+def test_what_is_held_out_is_held_out_as_a_whole(data: reading.Data, by: str, held: int) -> None:
+    split = splitting.split(data, by, seed=0)
+    assert split.held.sum() == held
+    ends, session = data.examples.ends, data.examples.session
+    assert set(session[ends[split.windows.check]]) == set(np.flatnonzero(split.held))
+    for part in (split.windows.train, split.windows.random):
+        assert not set(session[ends[part]]) & set(np.flatnonzero(split.held))
+
+
+def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: reading.Data) -> None:
+    split = splitting.split(data, "time", seed=0)
+    ends, window = data.examples.ends, data.examples.window
+    learned = np.concatenate([split.windows.train, split.windows.random])
+    session = data.examples.session
+    for number in np.unique(session):
+        before = ends[learned][session[ends[learned]] == number]
+        after = ends[split.windows.check][session[ends[split.windows.check]] == number]
+        assert after.min() - window + 1 - before.max() > window
+
+
+def test_windows_at_random_are_taken_from_those_to_learn_from(data: reading.Data) -> None:
+    parts = splitting.split(data, "", seed=0).windows
+    everything = np.concatenate([parts.train, parts.random, parts.check])
+    assert sorted(everything.tolist()) == list(range(len(data.examples.ends)))
+    assert 0.05 < len(parts.random) / (len(parts.train) + len(parts.random)) <= 0.1
+    again = splitting.split(data, "", seed=0).windows
+    np.testing.assert_array_equal(parts.random, again.random)
+
+
+def test_touches_are_split_as_their_frames_are(data: reading.Data) -> None:
+    found = touches.find(data.examples, averaged=True, seed=0)
+    split = splitting.split(data, "user", seed=0)
+    parts = splitting.touches(split, data, found, seed=0)
+    assert not parts.words
+    session = data.examples.session[found.frame]
+    assert set(session[parts.check]) <= set(np.flatnonzero(split.held))
+    assert set(session[parts.train]) <= set(np.flatnonzero(~split.held))
+    for number in np.unique(found.touch):  # one place for each touch
+        assert len(np.unique(found.place[found.touch == number], axis=0)) == 1
+
+
+def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
+    data: reading.Data,
+) -> None:
+    split = splitting.split(data, "session", seed=0)
+    alone = int(np.flatnonzero(~split.held)[0])
+    touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)
+    examples = replace(data.examples, touch=touch.astype(np.float32))
+    found = touches.find(examples, averaged=True, seed=0)
+    parts = splitting.touches(split, replace(data, examples=examples), found, seed=0)
+    assert "the last 6th of the touches is held out" in parts.words
+    assert len(parts.check)
+    learned = [*parts.train, *parts.random]
+    assert not set(found.touch[parts.check]) & set(found.touch[learned])
+    assert found.frame[parts.check].min() > found.frame[learned].max()
+
+
+def test_a_few_sessions_are_too_dear_to_do_without_one(data: reading.Data) -> None:
+    few = replace(data, session=np.array([0, 0, 0, 1, 1, 1]))
+    assert "the last of 6 blocks of every session" in splitting.split(few, "", seed=0).words
+    assert "1 of 2 sessions held out" in splitting.split(few, "session", seed=0).words
+
+
+def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: reading.Data) -> None:
+    nowhere = replace(data.examples, touch=np.full_like(data.examples.touch, np.nan))
+    assert not len(touches.find(nowhere, averaged=True, seed=0).images)
+    assert not len(touches.find(nowhere, averaged=False, seed=0).images)
+
+
+def test_a_split_that_leaks_is_refused_by_name(data: reading.Data) -> None:
+    with pytest.raises(splits.LeakError, match="would be that of memory"):
+        splitting.split(data, "windows", seed=0)
+
+
+def test_a_recording_that_runs_at_another_rate_is_left_out_and_said(tmp_path: Path) -> None:
+    made = DataSet(minutes=0.5)
+    for number in range(2):
+        one = made.session(0, number)
+        if number:
+            one = replace(one, t=one.t * 1.05)
+        (tmp_path / f"{number}.npz").write_bytes(writer.pack(one))
+    found = reading.read([tmp_path], DEFAULT, "auto", lambda _: None)
+    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
+    assert found.notes == (
+        "1.npz is left out: it runs at 9.52 Hz, more than 2 % off the 10 Hz that it was meant for",
+    )

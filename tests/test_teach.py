@@ -1,0 +1,267 @@
+"""Teaching sessions, from the first cue to the recording; a scripted hand does what it is told."""
+
+import os
+import select
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import bundle, vocabulary
+from controller.__main__ import main
+from controller.recordings import reader
+from controller.teaching import command, folder, session
+
+FAST = ("teach", "--sensor", "virtual", "--speed", "0")
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    """A folder with the example: the paper's gestures and a knock."""
+    folder.example(tmp_path / "mine")
+    return tmp_path / "mine"
+
+
+def spans(column: np.ndarray, number: int) -> int:
+    """How often a label is said."""
+    return int((np.diff((column == number).astype(int), prepend=0) == 1).sum())
+
+
+# --- sessions -------------------------------------------------------------------------------------
+
+
+def test_a_scripted_hand_is_taught_five_gestures_and_a_new_one(
+    mine: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    who = ("--out", str(mine), "--user", "ada", "--session", "1", "--repetitions", "2")
+    assert main([*FAST, *who]) == 0
+    printed = capsys.readouterr()
+    path = mine / "sub-ada_ses-1_run-01.npz"
+    assert printed.out.splitlines() == [str(path)]
+    for line in ("knock: enough (2)", "  knock: 2 examples", "models train"):
+        assert line in printed.err
+    taught = reader.load(path)
+    labels = taught.origin.labels
+    assert labels == ("null", "press", "pinch", "twist_cw", "twist_ccw", "knock")
+    about = taught.origin
+    assert (about.user, about.session, about.protocol) == ("ada", "1", "gestures")
+    assert about.bundle == bundle.read(bundle.default_path()).hash
+    assert [spans(taught.label, number) for number in range(1, 6)] == [2] * 5
+    for number in range(1, 6):
+        done = taught.label == number
+        assert (taught.cue[done] == number).mean() > 0.8  # the hand does it while it is asked for
+    asked = [mark.text for mark in taught.marks if mark.text.startswith("go ")]
+    assert sorted(asked) == sorted(f"go {label}" for label in labels for _ in range(2))
+    assert not taught.excluded.any()
+    assert taught.rest is not None
+    z = np.abs(taught.frames / taught.rest - 1.0).mean(axis=(1, 2))
+    strays = [m.t_s for m in taught.marks if m.text == "go null"]
+    felt = [z[(taught.t >= t) & (taught.t < t + 2)].max() for t in strays]
+    assert min(felt) > 0.02  # "nothing" is not silence: it touches, but makes no gesture
+
+
+def test_no_session_repeats_another_and_no_file_is_replaced(mine: Path) -> None:
+    again = [*FAST, "--out", str(mine), "--session", "1", "--repetitions", "1"]
+    assert main(again) == main(again) == 0
+    first, second = (reader.load(mine / f"sub-unknown_ses-1_run-0{n}.npz") for n in (1, 2))
+    size = min(len(first.frames), len(second.frames))
+    assert (first.frames[:size] != second.frames[:size]).mean() > 0.9
+    assert first.origin.device_id == second.origin.device_id  # it is the same orb on another day
+    assert first.rest is not None
+    assert second.rest is not None
+    assert np.abs(first.rest / second.rest - 1.0).max() < 0.1
+    orders = [[m.text for m in one.marks if m.text.startswith("go ")] for one in (first, second)]
+    assert orders[0] != orders[1]
+
+
+def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
+    out = tmp_path / "places"
+    assert main([*FAST, "--out", str(out), "--protocol", "locations", "--repetitions", "1"]) == 0
+    (path,) = out.glob("*.npz")
+    taught = reader.load(path)
+    asked = [m for m in taught.marks if m.text.startswith("go press at ")]
+    assert len(asked) == 25 + 16
+    away = []
+    for mark in asked:
+        x, y = (float(part) for part in mark.text.rpartition(" ")[2].split(","))
+        inside = (taught.t > mark.t_s) & (taught.t < mark.t_s + 2.0) & (taught.label == 1)
+        away.append(np.hypot(*(np.nanmedian(taught.touch[inside], axis=0) - (x, y))))
+    assert np.median(away) < 0.35  # the hand aims within 1 to 2 mm of 10
+    assert vocabulary.read(out / "gestures.toml").entries == vocabulary.shipped().entries
+
+
+def test_users_take_turns_each_with_a_hand_of_their_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "all"
+    who = ("--protocol", "users", "--user", "ada,ben", "--session", "1", "--repetitions", "1")
+    assert main([*FAST, "--out", str(out), *who]) == 0
+    names = ["sub-ada_ses-1_run-01.npz", "sub-ben_ses-1_run-01.npz"]
+    printed = capsys.readouterr()
+    assert [Path(line).name for line in printed.out.splitlines()] == names
+    assert "ben: take a seat" in printed.err
+    one, other = (reader.load(out / name) for name in names)
+    assert (one.origin.user, other.origin.user) == ("ada", "ben")
+    assert one.origin.device_id == other.origin.device_id
+
+
+def test_without_a_model_for_the_sensor_it_is_taught_all_the_same(
+    mine: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    who = ("--out", str(mine), "--session", "1", "--repetitions", "1", "--rate", "20")
+    assert main([*FAST, *who]) == 0
+    assert "there is no model for this sensor yet" in capsys.readouterr().err
+    taught = reader.load(mine / "sub-unknown_ses-1_run-01.npz")
+    assert (taught.origin.rate_hz, taught.origin.bundle) == (20.0, "")
+    assert not taught.commands
+    assert spans(taught.label, 5) == 1
+
+
+# --- mistakes -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("argv", "complaint"),
+    [
+        (["--sensor", "knob"], "there is no sensor 'knob'"),
+        (["--labels", "absent.toml"], "cannot read absent.toml"),
+        (["--preset", "best"], "'best'"),
+        (["--user", "a/b"], "must be 1 to 64 letters"),
+        (["--user", "ada,ben"], "--protocol users"),
+        (["--protocol", "users"], "say who takes turns: --user ada,ben"),
+        (["--sensor", "replay", "--speed", "0"], "--speed is for --sensor virtual"),
+        (["--bundle", "absent.orb"], "absent.orb"),
+        (["--fault", "rust"], "rust"),
+    ],
+)
+def test_a_mistake_is_one_sentence(
+    tmp_path: Path, argv: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["teach", "--out", str(tmp_path / "out"), *argv]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("controller: ")
+    assert complaint in line
+
+
+@pytest.mark.parametrize(
+    ("argv", "complaint"),
+    [
+        (["--repetitions", "0"], "a whole number from 1 to 1000"),
+        (["--speed", "-1"], "must be a number from 0"),
+        (["--rate", "0"], "must be a number above 0, in hertz"),
+        (["--seed", "x"], "a whole number from 0"),
+    ],
+)
+def test_an_option_that_is_none_is_refused(
+    argv: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["teach", *argv])
+    assert ended.value.code == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_a_named_model_must_fit_the_sensor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = [*FAST, "--out", str(tmp_path), "--rate", "20", "--bundle", str(bundle.default_path())]
+    assert main(argv) == 2
+    assert "is for 10 Hz, the sensor has 20 Hz; leave out --bundle" in capsys.readouterr().err
+
+
+def test_the_virtual_hand_must_know_what_it_is_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wave = tmp_path / "wave.toml"
+    wave.write_text('[[gesture]]\nlabel = "wave"\n')
+    assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
+    assert "hand cannot do 'wave'; write file = \"wave.toml\"" in capsys.readouterr().err
+    wave.write_text('[[gesture]]\nlabel = "brush"\n')  # which ships, but is no gesture
+    assert main([*FAST, "--out", str(tmp_path / "out"), "--labels", str(wave)]) == 2
+
+
+def test_an_example_is_written_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["teach", "--example", str(tmp_path)]) == 0
+    assert [Path(line).name for line in capsys.readouterr().out.splitlines()] == [
+        "gestures.toml", "knock.toml",
+    ]  # fmt: skip
+    assert main(["teach", "--example", str(tmp_path)]) == 2
+
+
+# --- in a terminal --------------------------------------------------------------------------------
+
+if sys.platform != "win32":
+    import fcntl
+    import pty
+    import struct
+    import termios
+
+    # Makes the terminal the controlling one, as it is for a login, and teaches; [train] is there.
+    PROGRAM = """
+import fcntl, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+from controller.__main__ import main
+from controller.teaching import after
+after.trainable = lambda: True
+sys.exit(main(sys.argv[1:]))
+"""
+
+    def test_in_a_terminal_people_see_what_to_do_and_are_asked_in_the_end(mine: Path) -> None:
+        screen, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 80, 0, 0))
+        before = termios.tcgetattr(slave)
+        argv = ["teach", "--speed", "0", "--out", mine, "--session", "1", "--repetitions", "1"]
+        child = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *map(str, argv)],
+            stdin=slave, stdout=subprocess.PIPE, stderr=slave,
+            env={**os.environ, "TERM": "xterm", "PYTHONIOENCODING": "utf-8"},
+            start_new_session=True,
+        )  # fmt: skip
+        try:
+            seen = _until(screen, b"\x1b[c")
+            os.write(screen, b"\x1b[?62c")  # an ordinary terminal
+            seen += _until(screen, b"[y/N] ")
+            os.write(screen, b"n\n")
+            seen += _until(screen, b"models evaluate")
+            out, _ = child.communicate(timeout=PATIENCE_S)
+            after_it = termios.tcgetattr(slave)
+        finally:
+            child.kill()
+            os.close(screen)
+            os.close(slave)
+        text = seen.decode()
+        for words in ("hands off: the sensor finds its rest", "knock with two fingers side by side",
+                      "0/1   1 more", "1/1   enough", "understood", "space: pause"):  # fmt: skip
+            assert words in text
+        assert child.returncode == 0
+        assert out.decode().split() == [str(mine / "sub-unknown_ses-1_run-01.npz")]
+        assert after_it == before
+
+    def _until(screen: int, wanted: bytes) -> bytes:
+        """Wait until the program has written something."""
+        seen = b""
+        while wanted not in seen:
+            ready, _, _ = select.select([screen], [], [], PATIENCE_S)
+            assert ready, seen[-500:]
+            seen += os.read(screen, 65536)
+        return seen
+
+
+# --- what is needed --------------------------------------------------------------------------
+
+
+def test_everything_that_training_imports_is_looked_for_and_nothing_is_imported() -> None:
+    code = "import sys; from controller.teaching import after; after.trainable(); " + (
+        "sys.exit(any(name in sys.modules for name in after.NEEDED))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_lesson_says_how_many_examples_it_wants_where_nobody_did(mine: Path) -> None:
+    options = command.parser().parse_args(["--out", str(mine)])
+    assert session.prepare(options).repetitions == 10
+    options = command.parser().parse_args(["--out", str(mine), "--protocol", "locations"])
+    assert session.prepare(options).repetitions == 2
