@@ -65,7 +65,6 @@ def test_a_dead_taxel_is_named_by_row_and_column(preset: str, place: str) -> Non
         ("short_row:1", "rows 1 and 2: equal readings"),
         ("short_column:3", "columns 3 and 4: equal readings"),
         ("saturation", "saturated, at 29.88 pF"),
-        ("air_leak", "does the sensor drift or leak air?"),
     ],
 )
 def test_what_is_broken_is_said(fault: str, sentence: str) -> None:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import astuple, replace
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -11,106 +11,15 @@ from xml.etree import ElementTree
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from reported import LABELS, WHOLE, evaluation, figure, session, training, tuning
 
-from models.intervals import Figure
-from models.metrics import (
-    Broken,
-    ClassFigures,
-    Evaluation,
-    LocationFigures,
-    Point,
-    Result,
-    Row,
-    Tuning,
-)
-from models.metrics import Calibration as Judged
+from models.metrics import LocationFigures
 from models.report import page, store, svg, words
 from models.report.data import ReportData
-from models.results import (
-    Calibration,
-    ClassRow,
-    Epoch,
-    GestureResult,
-    Honesty,
-    Lateness,
-    LocationResult,
-    SessionRow,
-    Training,
-)
+from models.results import Calibration, ClassRow, Epoch, Honesty, Lateness
 
-LABELS = ("null", "press", "pinch")
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 MEGABYTE = 1_000_000
-
-
-def session(number: int = 1, **more: object) -> SessionRow:
-    late = Lateness(0.1, 0.12, 0.05, 0.15, 40, 30, 60, 1, 8, 0.11, 0.04, 0.09, 0.005)
-    row = SessionRow(
-        f"data/sub-01_ses-{number:02d}_run-01.npz", "01", f"{number:02d}", 180.0, "good", (),
-        "button", False, {"press": 20, "pinch": 14}, late,
-    )  # fmt: skip
-    return replace(row, **more)  # type: ignore[arg-type]
-
-
-def training(**more: object) -> Training:
-    epochs = tuple(Epoch(i, 1 / i, 1 - 0.5 / i, 1.2 / i, 0.95 - 0.4 / i, 1 - 0.4 / i)
-                   for i in range(1, 9))  # fmt: skip
-    gesture = GestureResult(
-        epochs, 7, "", Honesty(0.912, 0.9, 0.92, 0.979, 0.965, 0.992, 1684, 500), 0.99,
-        ((900, 3, 0), (2, 95, 3), (0, 5, 90)), ((0, 0, 0), (0, 19, 1), (0, 0, 14)),
-        Calibration(0.9, 0.02, 0.01, ((0.55, 0.5, 20), (0.97, 0.98, 900))), 202_445,
-    )  # fmt: skip
-    location = LocationResult(
-        epochs, 8, "", Honesty(0.12, 0.11, 0.13, 0.08, math.nan, math.nan, 300, 50),
-        ((1.2, 3.1, 0.1, -0.05), (0.0, 0.0, 0.2, 0.1)), 0.1, 0.13, 58_210,
-    )  # fmt: skip
-    classes = (
-        ClassRow("null", 0, 540.0, 0.995, 0.99),
-        ClassRow("press", 80, 53.0, 0.95, 0.92, 0.95, ((20.0, 0.2), (40.0, 0.1), (80.0, 0.05)), 40,
-                 "40 more of press would help"),
-        ClassRow("pinch", 76, 62.0, 0.95, 0.97, 1.0, (), 0, "enough of pinch"),
-    )  # fmt: skip
-    made = Training(
-        "my.orb", "models train data --out my.orb", "0.1.0", "default", ("rest: followed",), 5, 5,
-        10.0, 10.0, "pF", LABELS, "mine", "1 of 3 sessions held out", ("turned: press",),
-        (session(1), session(2), session(3, held_out=True)), classes, gesture, location,
-        ("40 more of press would help",), {"on": 0.85},
-    )  # fmt: skip
-    return replace(made, **more)  # type: ignore[arg-type]
-
-
-def tuning() -> Tuning:
-    points = [
-        Point(0.6, 0.5 + i / 10, 0.2, 0.99 - i / 100, 0.99, 0.3 - i / 20, 0.3 + i / 50)
-        for i in (0, 1, 2, 3)
-    ]
-    points = [Point(*(round(value, 4) for value in astuple(point))) for point in points]
-    return Tuning("my.orb", 6, 300, 20.0, points[2], points[3], tuple(points), 770, "cost = 1")
-
-
-def figure(value: float) -> Figure:
-    return Figure(value, value - 0.01, value + 0.005)
-
-
-def evaluation(name: str = "nominal", sessions: int = 4) -> Evaluation:
-    rows = tuple(Row(f"sub-09_ses-{i:02d}_run-01", 1, 50, 0.99, 1.0, 0.95, 0.01, 0.33, 0.1)
-                 for i in range(sessions))  # fmt: skip
-    one = figure(0.98)
-    place = LocationFigures(one, one, one, 0.09, 0.3, ((1.0, 2.0, 0.1, 0.1),))
-    classes = tuple(ClassFigures(label, 60, one, one, one) for label in LABELS[1:])
-    result = Result(
-        name, LABELS, sessions, 2, 120, 24.0, 15.0, one, one, one, one, one, one, figure(0.02), one,
-        0.5, one, 0.6, one, one, one, one, ((0, 1, 0), (1, 58, 1), (0, 0, 60)),
-        ((0, 0, 0), (0, 60, 0), (0, 0, 60)), classes, Judged(0.008, ((0.97, 0.98, 900),)), place,
-        rows, rows[:2],
-    )  # fmt: skip
-    dead = [Broken(name, f"dead:{i},{j}", "a taxel", 100, one, one, one, 0.1)
-            for i in range(5) for j in range(5)]  # fmt: skip
-    return Evaluation("my.orb", "ab" * 32, {"made": "by hand"}, "models evaluate", LABELS,
-                      {"on": 0.85}, (result,), tuple(dead))  # fmt: skip
-
-
-WHOLE = ReportData(training(), tuning(), evaluation())
 
 
 class Reader(HTMLParser):

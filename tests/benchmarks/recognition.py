@@ -1,6 +1,6 @@
 """How well gestures and places are recognised, with peers: the recognition rows of the goals.
 
-    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--no-peers] [--json]
+    python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--only ours|peers] [--json]
 
 Per preset 200 sessions of 10 minutes, by 20 people on 200 orbs that no training accepts (seeds for
 tests): 36,000 events, 1,080 idle minutes with brushes and resting hands; for each dead taxel and
@@ -190,20 +190,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bundle", type=Path, default=bundles.default_path())
     parser.add_argument("--quick", action="store_true", help="few sessions, to see that it runs")
-    parser.add_argument("--no-peers", dest="peers", action="store_false")
+    parser.add_argument("--only", choices=("ours", "peers"), help="default: both")
+    parser.add_argument("--no-peers", dest="only", action="store_const", const="ours")
     parser.add_argument("--retrain", action="store_true", help="train the peers again")
     parser.add_argument("--cache", type=Path, default=_cache(), help="where peers are kept")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
     begun, results = time.process_time(), []
-    for preset in PRESETS:
+    for preset in PRESETS if arguments.only != "peers" else ():
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
         results += [
             {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
             for name, why in MISSING.items()
         ]
-    if arguments.peers:
+    if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
             for preset in PRESETS
