@@ -70,6 +70,8 @@ class TetrisTarget:
         reason: Why the link made the game pause; "" when it did not.
     """
 
+    size: Final = DESIGN
+
     def __init__(self, seed: int, config: Config | None = None) -> None:
         """Begin a game; its time begins with the first tick."""
         self.game = Game(seed, config or PACE)
@@ -190,6 +192,9 @@ class TetrisTarget:
             self._scene = _Scene(size)
         self.orb.hint = self._hint()
         self._scene.draw(surface, self, self._now_s)
+
+    def close(self) -> None:
+        """Nothing outside the window has to be let go."""
 
     def _hint(self) -> str:
         if not self._touchable:
