@@ -1,8 +1,10 @@
 """Which keys are down, step by step on a clock of our own; and at any moment, whatever happens."""
 
+from collections.abc import Callable
+
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from host.keys.mapping import KeyMap
 from host.keys.pressed import WORD_S, Pressed
@@ -165,14 +167,15 @@ def test_allowed_chord_allows_no_other_key_beside_it() -> None:
 
 
 def test_disarming_and_another_profile_lift_everything() -> None:
-    for end in (
+    ends: tuple[Callable[[Pressed], None], ...] = (
         lambda p: p.disarm("now"),
         lambda p: p.switch("desk"),
         lambda p: p.command("menu", 1.1),
         lambda p: p.command("pause", 1.1),
         lambda p: p.switch_on(),
         lambda p: p.release(),
-    ):
+    )
+    for end in ends:
         pressed = armed()
         pressed.command("hold", 1.0)
         pressed.command("down", 1.0)
@@ -196,8 +199,8 @@ COMMANDS = (*MAP.profiles["game"], "unheard_of")
 class AnyMoment(RuleBasedStateMachine):
     """Commands, snapshots, arming, profiles, losses and time in any order."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    @initialize()
+    def begin(self) -> None:
         self.pressed = Pressed(MAP)
         self.now_s = 0.0
         self.down: set[str] = set()  # as the kernel would see it

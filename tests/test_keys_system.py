@@ -69,9 +69,13 @@ class Screen:
         def find() -> Any:
             for window in self._display.screen().root.query_tree().children:
                 with contextlib.suppress(XError):  # some last for moments only
-                    if window.get_wm_name() == title and window.get_attributes().map_state == 2:
+                    viewable = window.get_attributes().map_state == X.IsViewable
+                    names = window.get_wm_name(), window.get_full_text_property(name)
+                    if viewable and title in names:
                         return window
             return None
+
+        name = self._display.intern_atom("_NET_WM_NAME")
 
         window = until(find)
         window.set_input_focus(X.RevertToParent, X.CurrentTime)
@@ -223,16 +227,20 @@ def test_keys_chords_and_texts_arrive_in_an_x_program(
 def test_drops_arrive_in_the_game_s_window(screen: Screen, orb: Orb, player: Player) -> None:
     command = [sys.executable, "-m", "tetris", "--seed", "1", "--json"]
     game = subprocess.Popen(command, env=screen.environment, stdout=subprocess.PIPE, text=True)
-    window = screen.focus("Tetris")
-    orb.say("tap menu")
-    player.until("armed by the orb")
-    for _ in range(3):
-        orb.say("tap drop")
-        until(screen.down)
-        until(lambda: not screen.down())
-    screen.ask_to_close(window)
-    result = json.loads(game.communicate(timeout=PATIENCE_S)[0])
-    assert result["pieces"] == 3
+    try:
+        window = screen.focus("Tetris")
+        orb.say("tap menu")
+        player.until("armed by the orb")
+        for _ in range(3):
+            orb.say("tap drop")
+            until(screen.down)
+            until(lambda: not screen.down())
+        screen.ask_to_close(window)
+        result = json.loads(game.communicate(timeout=PATIENCE_S)[0])
+        assert result["pieces"] == 3
+    finally:
+        game.kill()
+        game.communicate()
 
 
 def held(screen: Screen, orb: Orb, player: Player) -> None:

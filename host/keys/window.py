@@ -16,6 +16,7 @@ _STRIP: Final = 96  # design units below the panel
 _MARGIN: Final = 12
 _RIGHT_BUTTON: Final = 3
 _BUTTONS: Final = (1, _RIGHT_BUTTON)
+_LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
 _LETTERS: Final = 38  # a line of the strip
 
 
@@ -78,15 +79,15 @@ class OrbWindow:
     ) -> None:
         """Draw the orb, and below it whether it is armed and what there is to know of it."""
         self._drawn = surface.get_rect()
-        unit = sprites.Scale(
-            max(0.05, min(self._drawn.width / SIZE[0], self._drawn.height / SIZE[1]))
-        )
+        factor = min(self._drawn.width / SIZE[0], self._drawn.height / SIZE[1])
+        unit = sprites.Scale(max(_LEAST, factor))
         surface.fill(theme.BACKGROUND)
-        inner = self._drawn.inflate(-2 * unit.px(_MARGIN), -2 * unit.px(_MARGIN))
+        page = pygame.Rect(0, 0, unit.px(SIZE[0]), unit.px(SIZE[1]))
+        page.center = self._drawn.center
+        inner = page.inflate(-2 * unit.px(_MARGIN), -2 * unit.px(_MARGIN))
         strip = pygame.Rect(inner.left, 0, inner.width, unit.px(_STRIP))
         strip.bottom = inner.bottom
         inner.height -= strip.height + unit.px(_MARGIN)
-        inner.height = max(inner.height, 1)
         self._panel.place(inner, self.touch.pad)
         self._panel.draw(surface, self.orb, now_s)
         unit.card(surface, strip)
