@@ -1,12 +1,7 @@
 """The keyboard as a target: what comes over the link, and which strokes become of it."""
 
-import contextlib
-import json
 import os
-import signal
-import subprocess
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
@@ -36,7 +31,6 @@ MAP = parse(
     },
     "keyboard",
 )
-DEVICE = Path(__file__).with_name("played_device.py")
 
 
 class Wire:
@@ -248,38 +242,3 @@ def test_mapping_or_back_end_that_cannot_be_used_is_one_sentence(tmp_path: Path)
         with pytest.raises(targets.TargetError, match=words) as refused:
             targets.load(name, options)
         assert "\n" not in str(refused.value)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM to catch")
-def test_dry_run_prints_what_would_be_pressed_until_it_is_ended(tmp_path: Path) -> None:
-    keys = tmp_path / "keys.toml"
-    keys.write_text('[profile.a]\nmenu = {arm = true}\ndown = {key = "ctrl+down", mode = "hold"}\n')
-    with contextlib.ExitStack() as stack:
-        orb = stack.enter_context(started(str(DEVICE), "listen://127.0.0.1:0"))
-        assert orb.stdin is not None
-        assert orb.stdout is not None
-        url = json.loads(orb.stdout.readline())["listening"]
-        options = ["--target", "keyboard", "--headless", "--dry-run", "--keys", str(keys)]
-        host = stack.enter_context(started("-m", "host", *options, "--link", url))
-        assert host.stdout is not None
-        orb.stdin.write("hold down\ntap menu\nhold down\n")
-        assert [host.stdout.readline() for _ in range(2)] == ["press ctrl\n", "press down\n"]
-        host.send_signal(signal.SIGTERM)
-        assert host.stdout.read() == "release down\nrelease ctrl\n"
-        assert host.wait() == 128 + signal.SIGTERM
-
-
-@contextlib.contextmanager
-def started(*command: str) -> Iterator[subprocess.Popen[str]]:
-    with subprocess.Popen(
-        [sys.executable, *command],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        bufsize=1,
-    ) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
