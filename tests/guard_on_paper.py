@@ -30,9 +30,9 @@ class Paper:
 
 
 def main() -> None:
-    print("ready uinput", flush=True)
     keys = sys.argv[sys.argv.index("--") + 1 :]
     with Path(sys.argv[1]).open("a") as file:
+        print("ready uinput", flush=True)
         serve(Paper(file), keys, lambda: os.read(0, 4096), lambda a: print(a, flush=True), now_ms)
 
 

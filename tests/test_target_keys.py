@@ -42,6 +42,7 @@ class Wire:
         self.refusal = ""
         self.starts = 0
         self.closed = False
+        self.interrupted = False  # by a signal, when it has made the next strokes
 
     def start(self) -> str:
         self.starts += 1
@@ -51,6 +52,9 @@ class Wire:
 
     def send(self, strokes: Iterable[Stroke]) -> None:
         self.made += [f"{'+' if one.down else '-'}{one.key}" for one in strokes]
+        if self.interrupted:
+            self.interrupted = False
+            raise SystemExit
 
     def check(self) -> str:
         trouble, self.trouble = self.trouble, ""
@@ -160,6 +164,16 @@ def test_end_lifts_everything() -> None:
     assert bench.wire.made == ["+down", "-down"]
     assert bench.wire.closed
     assert bench.heard == [True, False]
+
+
+def test_end_in_the_middle_of_a_stroke_makes_none_twice() -> None:
+    bench = Bench()
+    bench.arm()
+    bench.wire.interrupted = True
+    with pytest.raises(SystemExit):
+        bench.tick(said("down"))
+    bench.target.close()
+    assert bench.wire.made == ["+down", "-down"]
 
 
 @pytest.mark.parametrize("size", [(390, 720), (200, 300), (1280, 720), (1, 1)])

@@ -74,8 +74,7 @@ class KeysTarget:
         if self.pressed.armed:
             self._ready()
         self._tell(was_armed)
-        self._sender.send(self.pressed.output)
-        self.pressed.output.clear()
+        self._make_strokes()
         self.orb.advance(now_s)
 
     def hot_key(self, key: str) -> None:
@@ -95,7 +94,7 @@ class KeysTarget:
         self._closed, was_armed = True, self.pressed.armed
         try:
             self.pressed.disarm("at the end")
-            self._sender.send(self.pressed.output)
+            self._make_strokes()
         finally:
             self._sender.close()
             if self.terminal is not None:
@@ -137,6 +136,11 @@ class KeysTarget:
                     self.pressed.word(now_s)
                 else:  # the wire may have lost the State that said so
                     self.pressed.state((), now_s)
+
+    def _make_strokes(self) -> None:
+        # Taken first: a signal may end us in the middle, and none may be made twice.
+        strokes, self.pressed.output = self.pressed.output, []
+        self._sender.send(strokes)
 
     def _ready(self) -> None:
         """See to it that there is somebody to press the keys, now that it is armed."""

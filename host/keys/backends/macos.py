@@ -46,7 +46,7 @@ def create(kind: Kind) -> MacOS:
     try:
         from pynput.keyboard import Controller, KeyCode
     except ModuleNotFoundError:
-        raise BackendError("pynput is missing; pip install 'orbtouch[keys]'") from None
+        raise BackendError("pynput is missing; pip install pynput") from None
     if not _trusted():
         raise BackendError(
             "macOS lets no key be pressed yet; allow your terminal in System Settings, Privacy & "

@@ -50,7 +50,7 @@ def create(kind: Kind) -> X11:
     try:
         from pynput.keyboard import Controller, KeyCode
     except ModuleNotFoundError:
-        raise BackendError("pynput is missing; pip install 'orbtouch[keys]'") from None
+        raise BackendError("pynput is missing; pip install pynput") from None
     except Exception as error:  # without a display its import fails, each time in another way
         raise BackendError(f"no X server can be reached: {_first_line(error)}") from error
     return X11(Controller(), KeyCode)
