@@ -4,6 +4,7 @@ import argparse
 import logging
 import math
 import secrets
+import signal
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -11,12 +12,14 @@ from pathlib import Path
 
 from host import loop, targets
 from host.device import OwnDevice
+from host.keys import backends
 from host.receiver import Receiver
 from host.targets import TargetError, TargetOptions
 from host.transport import LinkError, open_transport
 from tetris.window.display import DisplayError
 
 _DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
 
 
@@ -43,9 +46,15 @@ def main(argv: list[str] | None = None) -> int:
 
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
-    target = targets.load(options.target, TargetOptions(seed))
-    surface = loop.window(headless=options.headless)
+    wish = TargetOptions(seed, options.keys, options.backend, options.dry_run)
     with ExitStack() as stack:
+        for name in ("SIGTERM", "SIGHUP"):
+            if number := getattr(signal, name, None):  # Windows has no SIGHUP
+                stack.callback(signal.signal, number, signal.signal(number, _end))
+        target = targets.load(options.target, wish)
+        stack.callback(target.close)
+        unseen = options.headless and options.target in _UNSEEN
+        surface = None if unseen else loop.window(headless=options.headless, size=target.size)
         if options.link is None:
             own = OwnDevice(seed, options.orb)
             stack.callback(own.close)
@@ -54,7 +63,17 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             receiver = Receiver(lambda: open_transport(options.link))
         stack.callback(receiver.close)
         receiver.start()
-        loop.play(target, receiver, surface, seconds=options.seconds, screenshot=options.screenshot)
+        if surface is None:
+            loop.serve(target, receiver, seconds=options.seconds)
+        else:
+            loop.play(
+                target, receiver, surface, seconds=options.seconds, screenshot=options.screenshot
+            )
+
+
+def _end(number: int, frame: object) -> None:
+    """End as if by oneself when the system asks for it, so that everything is let go."""
+    raise SystemExit(128 + number)
 
 
 def _demo(options: argparse.Namespace, seed: int) -> int:
@@ -84,7 +103,12 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("--json and --speed belong to the demo; add --demo")
     if options.link == "":
         parser.error("--link names no port; leave it out to play with a virtual orb")
-    if options.headless and not options.demo and options.seconds is None:
+    acts = options.target in _UNSEEN
+    if not acts and (options.keys or options.dry_run or options.backend != backends.AUTO):
+        parser.error("--keys, --backend and --dry-run need --target keyboard or gamepad")
+    if acts and options.headless and options.screenshot:
+        parser.error("--screenshot needs a window; leave out --headless")
+    if options.headless and not (options.demo or acts) and options.seconds is None:
         parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
     if options.speed is None:
         options.speed = 1.0
@@ -125,8 +149,22 @@ def _parser() -> argparse.ArgumentParser:
         type=_seed,
         help="which game, and which virtual orb; the same again (default: new ones)",
     )
+    add(
+        "--keys",
+        metavar="FILE",
+        type=Path,
+        help="what commands press, for the targets keyboard and gamepad (docs/keys.md)",
+    )
+    add(
+        "--backend",
+        metavar="NAME",
+        choices=(backends.AUTO, *backends.NAMES),
+        default=backends.AUTO,
+        help=f"what presses them: {', '.join(backends.NAMES)} (default: the best there is)",
+    )
+    add("--dry-run", action="store_true", help="print what would be pressed, and press nothing")
     add("--demo", action="store_true", help="let the virtual orb's own hand play")
-    add("--headless", action="store_true", help="open no window; needs --demo or --seconds")
+    add("--headless", action="store_true", help="open no window; Tetris needs --demo or --seconds")
     add(
         "--seconds",
         metavar="N",

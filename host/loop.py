@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -15,6 +15,7 @@ from host.transport import LinkError
 from tetris.window.display import DisplayError, open_window
 
 FRAMES_PER_S = 60
+TICK_S = 0.01  # without a window, what comes over the link is taken at once
 SIZE = (1280, 720)  # the window's first; it can be resized
 
 
@@ -30,6 +31,13 @@ class Orb(Protocol):
 
     def send(self, message: Message) -> object:
         """Send without waiting."""
+
+
+class Bell(Orb, Protocol):
+    """One that also tells when there is something to poll."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when there is, or after the timeout."""
 
 
 def play(
@@ -68,10 +76,7 @@ def play(
             else:
                 target.handle(event, now_s)
         received = orb.poll()
-        for item in received:
-            if isinstance(item, Refused) and not connected:
-                raise LinkError(item.reason)
-            connected = connected or isinstance(item, Connected)
+        connected = _connected(received, connected)
         target.tick(now_s, received)
         for message in target.outgoing(now_s):
             orb.send(message)
@@ -83,6 +88,39 @@ def play(
         save(surface, screenshot)
 
 
+def serve(
+    target: Target,
+    orb: Bell,
+    *,
+    seconds: float | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Let a target act without a window, for some seconds or until the program is ended.
+
+    Raises:
+        LinkError: The first connection failed; later ones are tried again and again.
+    """
+    began_s = clock()
+    now_s, connected = 0.0, False
+    while seconds is None or now_s < seconds:
+        orb.wait(TICK_S)
+        now_s = clock() - began_s
+        received = orb.poll()
+        connected = _connected(received, connected)
+        target.tick(now_s, received)
+        for message in target.outgoing(now_s):
+            orb.send(message)
+
+
+def _connected(received: Sequence[Received], before: bool) -> bool:
+    """Return whether there ever was a connection; raise if the first one failed."""
+    for item in received:
+        if isinstance(item, Refused) and not before:
+            raise LinkError(item.reason)
+        before = before or isinstance(item, Connected)
+    return before
+
+
 def _toggle_fullscreen() -> pygame.Surface:
     """Fill the screen, or go back to a window; pygame's own toggle does nothing on Wayland."""
     if pygame.display.is_fullscreen():
@@ -90,7 +128,7 @@ def _toggle_fullscreen() -> pygame.Surface:
     return pygame.display.set_mode((0, 0), pygame.FULLSCREEN)
 
 
-def window(*, headless: bool = False) -> pygame.Surface:
+def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
     """Open the window; headless, a surface of the same size that nobody sees.
 
     Raises:
@@ -99,7 +137,7 @@ def window(*, headless: bool = False) -> pygame.Surface:
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
-        return open_window(SIZE, "OrbTouch")
+        return open_window(size, "OrbTouch")
     except DisplayError as error:
         raise DisplayError(
             f"{error}; to let the demo play without a window, add --demo --headless"

@@ -34,6 +34,9 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--headless"], "add --demo or --seconds"),
         (["--demo", "--link", "COM7"], "leave out --link"),
         (["--link", ""], "leave it out to play with a virtual orb"),
+        (["--dry-run"], "need --target keyboard or gamepad"),
+        (["--keys", "mine.toml"], "need --target keyboard or gamepad"),
+        (["--target", "keyboard", "--headless", "--screenshot", "a.png"], "needs a window"),
         (["--screenshot", "play.txt"], "must end in .png"),
         (["--screenshot", "no/such/folder/play.png"], "a folder that exists"),
     ],
@@ -49,7 +52,8 @@ def test_wrong_usage_is_answered_with_what_would_be_right(
 
 def test_unknown_target_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--target", "chess"]) == 2
-    assert capsys.readouterr().err == "host: there is no target 'chess'; there are: tetris\n"
+    told = capsys.readouterr().err
+    assert told == "host: there is no target 'chess'; there are: gamepad, keyboard, tetris\n"
 
 
 def test_port_that_is_not_there_is_one_sentence(

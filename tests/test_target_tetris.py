@@ -191,7 +191,7 @@ def test_window_of_any_size_can_be_drawn_in_every_phase(size: tuple[int, int]) -
 
 
 def test_targets_are_found_by_name() -> None:
-    assert targets.names() == ("tetris",)
+    assert targets.names() == ("gamepad", "keyboard", "tetris")
     assert isinstance(targets.load("tetris"), TetrisTarget)
     with pytest.raises(targets.TargetError, match="there is no target 'chess'"):
         targets.load("chess")

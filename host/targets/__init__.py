@@ -4,6 +4,7 @@ import importlib
 import pkgutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 import pygame
@@ -17,17 +18,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TargetOptions:
-    """What a target may want to know when it is made."""
+    """What a target may want to know when it is made.
+
+    Attributes:
+        seed: Which game.
+        keys: The mapping from commands to keys; the target's own if None.
+        backend: What presses keys; "auto": the best there is.
+        dry_run: Print what would be pressed.
+    """
 
     seed: int = 0
+    keys: Path | None = None
+    backend: str = "auto"
+    dry_run: bool = False
 
 
 class TargetError(ValueError):
-    """There is no target of that name."""
+    """There is no target of that name, or it cannot be used here."""
 
 
 class Target(Protocol):
     """Something to play with. All times are seconds of one clock that never turns back."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Its window's first size, pixels."""
 
     @property
     def orb(self) -> OrbView:
@@ -45,6 +60,9 @@ class Target(Protocol):
     def draw(self, surface: pygame.Surface) -> None:
         """Draw everything as it was at the last tick."""
 
+    def close(self) -> None:
+        """Let go of everything; called once, however the program ends."""
+
 
 def names() -> tuple[str, ...]:
     """Return the targets there are."""
@@ -55,7 +73,7 @@ def load(name: str, options: TargetOptions | None = None) -> Target:
     """Make a target: `create(options)` of the module of that name.
 
     Raises:
-        TargetError: There is no such module.
+        TargetError: There is no such module, or it cannot be used here.
     """
     if name not in names():
         raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")

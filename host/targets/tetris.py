@@ -15,7 +15,7 @@ from host.orb_view import LinkState, OrbView
 from host.panel import Projection
 from host.pause_menu import PauseMenu
 from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.scene import Scene
+from host.scene import DESIGN, Scene
 from host.targets import TargetOptions
 from host.touch import Pad, Touch
 from tetris.engine import Action, Config, Event, Game, Phase
@@ -71,6 +71,8 @@ class TetrisTarget:
         keys: The player's keyboard.
         reason: Why the link made the game pause; "" when it did not.
     """
+
+    size: Final = DESIGN
 
     def __init__(
         self, seed: int, config: Config | None = None, settings: Settings | None = None
@@ -233,6 +235,9 @@ class TetrisTarget:
         self._scene.draw(
             surface, self.game, self.orb, self.touch.pad, self._now_s, self.reason, menu
         )
+
+    def close(self) -> None:
+        """Nothing outside the window has to be let go."""
 
     def _hint(self) -> str:
         if not self._touchable:

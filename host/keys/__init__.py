@@ -1,0 +1,1 @@
+"""From commands to keys: what a mapping names is pressed in the program that has the focus."""

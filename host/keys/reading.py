@@ -1,0 +1,256 @@
+"""The table command -> key, chord, text or pad button, read from TOML.
+
+arm_key = "f9"                     # in our window or terminal
+
+[everywhere]                       # holds in every profile
+menu = { arm = true }              # a gesture that arms and disarms
+pause = { profile = "slides" }
+
+[profile.game]                     # the first profile is the one to begin with
+left = "left"                      # tap a key
+down = { key = "down", mode = "hold" }
+
+[profile.slides]
+drop = { text = "Thank you" }
+"""
+
+import math
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from host.keys.mapping import (
+    DOWN_S,
+    EVERY_S,
+    Arm,
+    Entry,
+    KeyMap,
+    KeyMapError,
+    Kind,
+    Mode,
+    Press,
+    Switch,
+    Text,
+)
+from host.keys.table import ALIASES, KEYS, PAD, Chord, danger, typed
+
+_DOWN_MS: Final = (10, 1000)
+_EVERY_MS: Final = (50, 5000)
+_MOST_LETTERS: Final = 100  # of a text; while it is typed, commands wait for nobody
+_MAX_BYTES: Final = 64 * 1024
+_COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_HOT_KEYS: Final = ("f6", "f7", "f8", "f9", "f10", "f12", *"abcdefghijklmnopqrstuvwxyz0123456789")
+_TOP: Final = ("allow", "arm_key", "profile_key", "everywhere", "profile")
+_DOES: Final = ("key", "pad", "text", "arm", "profile")
+
+
+def parse(table: dict[str, Any], kind: Kind) -> KeyMap:
+    """Return the mapping that a TOML table describes.
+
+    Args:
+        table: As in this module's docstring.
+        kind: What is to be pressed: keys, or the buttons of a pad.
+
+    Raises:
+        KeyMapError: An entry cannot be understood, or is not allowed.
+    """
+    for name in table:
+        if name not in _TOP:
+            raise KeyMapError(f"{name!r} is unknown; a mapping has {', '.join(_TOP)}")
+    profiles = _table("profile", table.get("profile", {}))
+    if not profiles:
+        raise KeyMapError("it has no profile; write [profile.NAME] above the commands")
+    allowed = tuple(_chord("allow", chord, KEYS) for chord in _list("allow", table))
+    parser = _Parser(kind, allowed, tuple(profiles))
+    common = parser.entries("everywhere", table.get("everywhere", {}))
+    key_map = KeyMap(
+        {
+            name: {**common, **parser.entries(f"profile.{name}", entries)}
+            for name, entries in profiles.items()
+        },
+        _hot_key("arm_key", table, "f9"),
+        _hot_key("profile_key", table, "f8"),
+        allowed,
+    )
+    if key_map.arm_key == key_map.profile_key:
+        raise KeyMapError(f"arm_key and profile_key are both {key_map.arm_key!r}; choose two keys")
+    for name in ("arm_key", "profile_key"):
+        if getattr(key_map, name) in key_map.keys:
+            raise KeyMapError(
+                f"{name} is {getattr(key_map, name)!r}, which the mapping also presses; "
+                "choose another, so that no command can press it"
+            )
+    return key_map
+
+
+def read(path: Path, kind: Kind) -> KeyMap:
+    """Return the mapping in a TOML file, for `--keys`.
+
+    Raises:
+        KeyMapError: The file cannot be read, is no TOML, or its table cannot be used.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MAX_BYTES + 1)
+        if len(data) > _MAX_BYTES:
+            raise KeyMapError(f"has more than {_MAX_BYTES} bytes; is it a mapping?")
+        text = data.decode()
+        table = tomllib.loads(text)
+    except OSError as error:
+        raise KeyMapError(f"cannot read {path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise KeyMapError(f"{path} is no text in UTF-8; is it a mapping?") from None
+    except (ValueError, RecursionError) as error:
+        raise KeyMapError(f"{path}: {error} (docs/keys.md)") from None
+    try:
+        return parse(table, kind)
+    except KeyMapError as error:
+        line = _line(text, str(error))
+        raise KeyMapError(f"{path}{line}: {error} (docs/keys.md)") from None
+
+
+@dataclass(frozen=True, slots=True)
+class _Parser:
+    """Reads entries for one kind of target."""
+
+    kind: Kind
+    allowed: tuple[Chord, ...]
+    profiles: tuple[str, ...]
+
+    def entries(self, where: str, table: Any) -> dict[str, Entry]:
+        entries = {}
+        for command, value in _table(where, table).items():
+            at = f"[{where}] {command}"
+            if not _COMMAND.fullmatch(command):
+                raise KeyMapError(f"{at}: a command is a name in small letters, such as drop")
+            entries[command] = self.entry(at, value)
+        return entries
+
+    def entry(self, at: str, value: Any) -> Entry:
+        if isinstance(value, str):
+            value = {"key" if self.kind == "keyboard" else "pad": value}
+        if not isinstance(value, dict) or len(does := [k for k in _DOES if k in value]) != 1:
+            raise KeyMapError(f"{at}: it must have one of {', '.join(_DOES)}")
+        known = {*does, *(("mode", "down_ms", "every_ms") if does[0] in ("key", "pad") else ())}
+        for name in value:
+            if name not in known:
+                raise KeyMapError(f"{at}: {name!r} has no place beside {does[0]!r}")
+        return self._does(at, does[0], value)
+
+    def _does(self, at: str, what: str, value: dict[str, Any]) -> Entry:
+        wrong = {"keyboard": ("pad",), "gamepad": ("key", "text")}[self.kind]
+        if what in wrong:
+            other = "gamepad" if self.kind == "keyboard" else "keyboard"
+            raise KeyMapError(f"{at}: {what!r} needs --target {other}")
+        match what:
+            case "key" | "pad":
+                return self._press(at, what, value)
+            case "text":
+                return Text(tuple(self._letters(at, value["text"])))
+            case "arm":
+                if value["arm"] is not True:
+                    raise KeyMapError(f"{at}: arm is {value['arm']!r}; write arm = true")
+                return Arm()
+        if value["profile"] not in self.profiles:
+            raise KeyMapError(
+                f"{at}: there is no profile {value['profile']!r}; "
+                f"there are: {', '.join(self.profiles)}"
+            )
+        return Switch(value["profile"])
+
+    def _press(self, at: str, what: str, value: dict[str, Any]) -> Press:
+        chord = _chord(at, value[what], KEYS if what == "key" else PAD)
+        if risk := danger(chord, self.allowed):
+            wanted = "+".join(chord)
+            raise KeyMapError(
+                f"{at}: {risk} reaches past the program that has the focus; if {wanted} is meant, "
+                f'write allow = ["{wanted}"] at the top of the file'
+            )
+        try:
+            mode = Mode(value.get("mode", "tap"))
+        except ValueError:
+            modes = ", ".join(mode.value for mode in Mode)
+            raise KeyMapError(f"{at}: mode is {value['mode']!r}, not one of {modes}") from None
+        if "every_ms" in value and mode is not Mode.REPEAT:
+            raise KeyMapError(f'{at}: every_ms needs mode = "repeat"')
+        if "down_ms" in value and mode not in (Mode.TAP, Mode.REPEAT):
+            raise KeyMapError(f"{at}: down_ms has no meaning in mode {mode.value!r}")
+        down_s = _seconds(at, "down_ms", value, _DOWN_MS, DOWN_S)
+        every_s = _seconds(at, "every_ms", value, _EVERY_MS, max(EVERY_S, 2 * down_s))
+        if down_s >= every_s:
+            raise KeyMapError(f"{at}: every_ms must be more than down_ms")
+        return Press(chord, mode, down_s, every_s)
+
+    def _letters(self, at: str, text: Any) -> Iterator[Chord]:
+        if not isinstance(text, str) or not 0 < len(text) <= _MOST_LETTERS:
+            raise KeyMapError(f"{at}: text has 1 to {_MOST_LETTERS} letters")
+        for char in text:
+            chord = typed(char)
+            if chord is None:
+                raise KeyMapError(f"{at}: a US keyboard has no key for {char!r}")
+            yield chord
+
+
+def _chord(at: str, words: Any, known: dict[str, Any]) -> Chord:
+    """Return the keys of a chord such as ctrl+shift+t."""
+    if not isinstance(words, str):
+        raise KeyMapError(f"{at}: {words!r} is no name of a key")
+    prefix = "pad_" if known is PAD else ""
+    names = [prefix + ALIASES.get(name, name) for name in words.lower().split("+")]
+    for name in names:
+        if name not in known:
+            what = "pad button" if known is PAD else "key"
+            raise KeyMapError(f"{at}: there is no {what} {name.removeprefix(prefix)!r}")
+    if len(set(names)) < len(names):
+        raise KeyMapError(f"{at}: {words!r} names a key twice")
+    return tuple(names)
+
+
+def _hot_key(name: str, table: dict[str, Any], default: str) -> str:
+    key = table.get(name, default)
+    if key not in _HOT_KEYS:
+        raise KeyMapError(f"{name} is {key!r}; it is f6 to f10, f12, a letter or a digit")
+    return str(key)
+
+
+def _seconds(
+    at: str, name: str, value: dict[str, Any], limits: tuple[int, int], default: float
+) -> float:
+    number = value.get(name, default * 1000)
+    least, most = limits
+    if isinstance(number, bool) or not isinstance(number, int | float) or math.isnan(number):
+        raise KeyMapError(f"{at}: {name} is {number!r}, not a number")
+    if not least <= number <= most:
+        raise KeyMapError(f"{at}: {name} is {number:g}, not {least} to {most}")
+    return float(number) / 1000
+
+
+def _table(where: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise KeyMapError(f"{where} is no table; write [{where}] above its entries")
+    return value
+
+
+def _list(name: str, table: dict[str, Any]) -> list[Any]:
+    value = table.get(name, [])
+    if not isinstance(value, list):
+        raise KeyMapError(f'{name} is no list; write {name} = ["alt+f4"]')
+    return value
+
+
+def _line(text: str, message: str) -> str:
+    """Return ", line N" of the entry that a message begins with, "" if it cannot be found."""
+    found = re.match(r"\[([^]]*)\] (\w+):|(\w+) ", message)
+    if found is None:
+        return ""
+    table, name = (found[1], found[2]) if found[1] else ("", found[3])
+    here = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        if header := re.match(r"\s*\[([^]]*)\]", line):
+            here = header[1].replace(" ", "").replace('"', "")
+        elif here == table and re.match(rf"\s*\"?{name}\"?\s*=", line):
+            return f", line {number}"
+    return ""

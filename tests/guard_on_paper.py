@@ -1,0 +1,40 @@
+"""The watchdog for tests: it writes to a file, one line each, what it would press.
+
+python tests/guard_on_paper.py FILE --backend auto --kind keyboard -- KEY ...
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import TextIO
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from host.keys.guard import now_ms, serve
+
+
+class Paper:
+    """A keyboard that remembers."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+
+    def press(self, key: str) -> None:
+        print(f"+{key}", file=self._file, flush=True)
+
+    def release(self, key: str) -> None:
+        print(f"-{key}", file=self._file, flush=True)
+
+    def close(self) -> None:
+        print("closed", file=self._file, flush=True)
+
+
+def main() -> None:
+    keys = sys.argv[sys.argv.index("--") + 1 :]
+    with Path(sys.argv[1]).open("a") as file:
+        print("ready uinput", flush=True)
+        serve(Paper(file), keys, lambda: os.read(0, 4096), lambda a: print(a, flush=True), now_ms)
+
+
+if __name__ == "__main__":
+    main()
