@@ -60,14 +60,7 @@ class VirtualPads:
         if self._sdl:
             self._sdl.SDL_JoystickOpen.restype = ctypes.c_void_p
 
-    def load_libraries() -> None:
-    """Load what the window loads with its first film, 10 to 30 MB, so that it is not growth."""
-    for name in ("PIL.Image", "PIL.GifImagePlugin", "av"):
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
-
-
-def disturb(self, chance: random.Random) -> None:
+    def disturb(self, chance: random.Random) -> None:
         """Plug one in, pull one out, or press something on one."""
         sdl = self._sdl
         if sdl is None:
