@@ -4,8 +4,8 @@
 
 A peer needs an environment of its own, for it may bring old libraries or share our package's name:
 
-    python3 -m venv /tmp/peer && /tmp/peer/bin/pip install tetris-gymnasium
-    python -m tests.benchmarks.tetris --peer tetris-gymnasium=/tmp/peer/bin/python
+    python3 -m venv peer && peer/bin/pip install tetris-gymnasium
+    python -m tests.benchmarks.tetris --peer tetris-gymnasium=peer/bin/python
 
 All figures are steps per CPU second: `steps` through `Game.update`, one input and 1/60 s each, with
 gravity, lock delay, points and events; `env` through our environment's `step`, observation
