@@ -101,7 +101,7 @@ def test_a_file_that_is_no_replay_is_refused_in_a_sentence(
 ) -> None:
     path = tmp_path / "letter.txt"
     path.write_text("Dear player,")
-    assert main(["--replay", str(path), *options]) == 1
+    assert main(["--replay", str(path), *options]) == 2
     printed = capsys.readouterr().err
     assert printed == f"tetris: {path}: this is no replay of this game\n"
 

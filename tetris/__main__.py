@@ -42,7 +42,7 @@ def main(argv: list[str] | None = None) -> int:
         return _INTERRUPTED
     except (ReplayError, FilmError) as error:
         print(f"tetris: {error}", file=sys.stderr)
-        return 1
+        return 2 if isinstance(error, ReplayError) else 1
 
 
 def _play(options: argparse.Namespace) -> int:
