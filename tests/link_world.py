@@ -91,8 +91,9 @@ class World:
         self._drawn = 0
         # the device
         self._boot = 0
-        self._asked: list[tuple[int, int]] = []  # of this boot: (frame, when)
-        self._begun = {0}  # how many were asked when a host that was not there before came
+        # By boot: what was asked (frame, when), and how much of it when a new host came.
+        self._asked: dict[int, list[tuple[int, int]]] = {}
+        self._begun: dict[int, set[int]] = {}
         self._frame = 0
         self.held: tuple[str, ...] = ()
         self.outbox = Outbox()
@@ -114,7 +115,7 @@ class World:
     def command(self) -> None:
         """The player asks for something."""
         self._frame += 1
-        self._asked.append((self._frame, self.now_ms))
+        self._asked[self._boot].append((self._frame, self.now_ms))
         command = Command("drop", "pinch", 0.9, None, self._frame)
         session = self._live
         if session is None:
@@ -156,7 +157,7 @@ class World:
 
     def restart_device(self) -> None:
         """Switch the device off and on: it forgets everything."""
-        self.outbox, self._asked, self._begun, self.held = Outbox(), [], {0}, ()
+        self.outbox, self.held = Outbox(), ()
         self.lines.clear()
         self._start_device()
         self._end_line()
@@ -231,7 +232,7 @@ class World:
         assert self.host is not None
         assert self.host.state == "live"
         assert self._met == self._boot
-        assert self.past.done == self.outbox.number == len(self._asked)
+        assert self.past.done == self.outbox.number == len(self._asked[self._boot])
         assert self.outbox.posted == ()
         assert self.outbox.missed == self.past.missed
         assert self.host.pressed == self.held
@@ -258,6 +259,7 @@ class World:
 
     def _start_device(self) -> None:
         self._boot += 1
+        self._asked[self._boot], self._begun[self._boot] = [], {0}
         if self._serial:
             self._open_line()
 
@@ -343,7 +345,7 @@ class World:
                 self.happened["resumed" if session.resumed else "begun"] += 1
                 self.lines = [session]  # its old line is closed
                 if not session.resumed:
-                    self._begun.add(len(self._asked))
+                    self._begun[self._boot].add(len(self._asked[self._boot]))
                 if self.held:
                     session.send(State(self.held), self.now_ms, self.device_ms)
             elif isinstance(request, Bye):
@@ -357,19 +359,19 @@ class World:
         for item in news:
             if isinstance(item, Connected):
                 if not item.welcome.resumed or self._met != item.welcome.boot_nonce:
-                    self._base, self._met, self._counted = item.welcome.done, self._boot, 0
-                    done = self._base
-                    assert done in self._begun, "what was asked before the host came"
-                assert item.welcome.boot_nonce == self._boot, "a device of the past"
+                    # On a serial line this may still be the device before it was restarted.
+                    self._met, self._counted = item.welcome.boot_nonce, 0
+                    self._base = done = item.welcome.done
+                    assert done in self._begun[self._met], "what was asked before the host came"
             elif isinstance(item, Missed):
                 self._counted += item.count
                 done += item.count
-                assert done <= len(self._asked), "more is missed than was asked for"
+                assert done <= len(self._asked[self._met]), "more is missed than was asked for"
                 self.happened["missed"] += item.count
             elif isinstance(item, Delivered) and isinstance(item.message, Command):
                 self._counted += 1
                 done += 1
-                frame, asked_ms = self._asked[done - 1]
+                frame, asked_ms = self._asked[self._met][done - 1]
                 assert item.message.frame == frame, "out of order, again, or invented"
                 age_ms = self.now_ms - asked_ms
                 assert age_ms <= LATE_MS + DEADMAN_MS, f"obeyed after {age_ms} ms"

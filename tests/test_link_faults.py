@@ -9,7 +9,7 @@ from link_world import TICK_MS, World
 
 TestBadWire = BadWire.TestCase
 TestBadWire.settings = settings(
-    max_examples=40,
+    max_examples=25,
     stateful_step_count=40,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
