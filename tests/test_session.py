@@ -44,6 +44,7 @@ from host.session import (
     Received,
     Refused,
     Stale,
+    pause_s,
 )
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
@@ -690,3 +691,8 @@ def test_what_the_wire_cannot_carry_is_refused_where_it_is_said() -> None:
         session.send(dataclasses.replace(DROP, name="x" * 41), 0, 0)
     assert session.outbox.number == 0
     assert session.tick(60) == []
+
+
+def test_pauses_grow_and_hosts_do_not_knock_in_step() -> None:
+    assert [pause_s(failures, 0.5) for failures in range(6)] == [0.25, 0.5, 1.0, 2.0, 2.0, 2.0]
+    assert (pause_s(0, 0.0), pause_s(0, 1.0)) == (0.1875, 0.3125)
