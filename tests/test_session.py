@@ -696,3 +696,17 @@ def test_what_the_wire_cannot_carry_is_refused_where_it_is_said() -> None:
 def test_pauses_grow_and_hosts_do_not_knock_in_step() -> None:
     assert [pause_s(failures, 0.5) for failures in range(6)] == [0.25, 0.5, 1.0, 2.0, 2.0, 2.0]
     assert (pause_s(0, 0.0), pause_s(0, 1.0)) == (0.1875, 0.3125)
+
+
+def test_the_handshake_tells_how_far_the_clocks_are_apart_so_that_no_command_is_too_old() -> None:
+    device, host = DeviceSession(welcome()), HostSession("orb", 9, 1_000)
+    for _ in range(2):
+        data = bytes(host.output)
+        host.output.clear()
+        device.receive(data, 71_000)
+        answer = bytes(device.output)
+        device.output.clear()
+        host.receive(answer, 1_040)
+    assert (host.state, host.echo.offset_ms) == ("live", 70_000 - 40)
+    device.send(DROP, 0, 71_000)
+    assert host.receive(bytes(device.output), 1_300) == [Missed(1)]
