@@ -22,6 +22,7 @@ import serial
 from fake_device import welcome
 from handmade import HELLO, JOIN, HandMadeHost, plain
 
+from controller import outbox
 from controller.links import Link, LinkError, open_link
 from controller.links.listen import PEERS, ListenLink
 from controller.links.port import PortLink
@@ -489,8 +490,9 @@ def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
 
 
 def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
+    link: ListenLink, connect: Callable[[], HandMadeHost], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
     gone, again = connect(), connect()
     gone.greet()
     assert request(link) == [HELLO]
@@ -507,8 +509,9 @@ def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
 
 
 def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
-    link: ListenLink, to: Callable[..., HandMadeHost]
+    link: ListenLink, to: Callable[..., HandMadeHost], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
     first = to(link)
     first.greet()
     assert request(link) == [HELLO]
@@ -527,3 +530,18 @@ def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
     stranger.greet(dataclasses.replace(join, host_nonce=78))
     assert stranger.message() == State(())
     assert link.outbox.posted == ()
+
+
+def test_a_host_may_greet_again_on_its_old_line_however_old_that_is(
+    link: ListenLink, to: Callable[..., HandMadeHost]
+) -> None:
+    host = to(link)
+    host.greet()
+    assert request(link) == [HELLO]
+    [peer] = link._peers
+    peer.since_ms = -60_000  # when it connected; but it has a session
+    until(lambda: peer.since_ms >= 0)
+    assert host.message() == State(())
+    assert host.greet() == welcome()
+    requests = request(link)
+    assert [*requests, *([] if HELLO in requests else request(link))][1:] == [HELLO]
