@@ -157,7 +157,8 @@ class HostSession:
             token: What the device wants to hear.
             granted: Whether we shall own the device's clock.
             key: What both sides know; b"": nothing.
-            nonce: 16 random bytes, drawn for this session; needed with a key.
+            nonce: 16 random bytes, drawn for this session; b"" will do where there is neither a
+                key nor a line that may double what is said.
             past: What sessions before this one have left; None: there was none.
 
         Raises:
