@@ -1,7 +1,7 @@
 """What a mapping says: every command's entry, profile by profile."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final, Literal
 
@@ -78,6 +78,21 @@ class KeyMap:
     def first(self) -> str:
         """The profile to begin with."""
         return next(iter(self.profiles))
+
+    def beginning(self, profile: str) -> "KeyMap":
+        """Return the mapping with a profile first; "" leaves the file's order.
+
+        Raises:
+            KeyMapError: There is no such profile.
+        """
+        if not profile:
+            return self
+        if profile not in self.profiles:
+            raise KeyMapError(
+                f"there is no profile {profile!r}; there are: {', '.join(self.profiles)}"
+            )
+        first = {profile: self.profiles[profile]}
+        return replace(self, profiles={**first, **self.profiles})
 
     @property
     def keys(self) -> frozenset[str]:

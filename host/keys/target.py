@@ -191,7 +191,7 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """
     path = options.keys or Path(__file__).with_name(f"{kind}.toml")
     try:
-        key_map = read(path, kind)
+        key_map = read(path, kind).beginning(options.profile)
         sender = _sender(kind, key_map, options)
         presses = sender.start()
     except (KeyMapError, BackendError) as error:
