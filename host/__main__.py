@@ -11,6 +11,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
+from controller import key as keys
 from host import loop, remembering, taps, targets
 from host.device import OwnDevice
 from host.keys import backends
@@ -26,6 +27,7 @@ _DEMO_S = 120.0  # how long the demo plays unless told otherwise
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
+_TROUBLE = (DisplayError, TargetError, TapError, LinkError, loop.PictureError, keys.KeyFileError)
 _VERBS = {"find": "host.find.command"}  # first words that do something else, each with a main()
 
 
@@ -45,7 +47,7 @@ def main(argv: list[str] | None = None) -> int:
         if options.demo:
             return _demo(options, seed)
         _play(options, seed)
-    except (DisplayError, TargetError, TapError, LinkError, loop.PictureError) as error:
+    except _TROUBLE as error:
         print(f"host: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -62,6 +64,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             if number := getattr(signal, name, None):  # Windows has no SIGHUP
                 stack.callback(signal.signal, number, signal.signal(number, _end))
         seeker = remembering.seek(options, memory)
+        key = b"" if options.key is None else keys.read(options.key)
         wish = TargetOptions(
             seed, options.keys, options.backend, options.dry_run, options.profile or ""
         )
@@ -71,10 +74,10 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         unseen = options.headless and options.target in _UNSEEN
         surface = None if unseen else loop.window(headless=options.headless, size=target.size)
         if seeker is not None:
-            receiver = Receiver(seeker.open)
+            receiver = Receiver(seeker.open, key=key)
             ears.append(seeker.hear)
         elif options.link is not None:
-            receiver = Receiver(lambda: open_transport(options.link))
+            receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
             remembering.offer(memory, _warn)
             own = OwnDevice(seed, options.orb)
@@ -131,6 +134,10 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("--demo plays Tetris; leave out --target")
     if not options.demo and (options.json or options.speed is not None):
         parser.error("--json and --speed belong to the demo; add --demo")
+    if options.key is not None and options.link is None and options.device is None:
+        parser.error(
+            "--key is for an orb elsewhere, ours needs none; name it with --link or --device"
+        )
     if options.link == "":
         parser.error("--link names no port; leave it out to play with a virtual orb")
     if options.device is None and options.target is None:
@@ -176,6 +183,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="the orb of this identity or name, whatever its port; host find lists them. Without "
         "--target it plays what it played last",
+    )
+    add(
+        "--key",
+        metavar="FILE",
+        type=Path,
+        help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
     )
     add(
         "--target",

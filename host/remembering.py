@@ -28,13 +28,15 @@ def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
     """
     if options.device is None:
         return None
-    seeker = Seeker(options.device, memory)
+    seeker = Seeker(options.device, memory, _path(options.key))
     [known] = memory.named(seeker.device_id)
+    if options.key is None and known.key:
+        options.key = Path(known.key)
     same = options.target in (None, known.target)
     options.target = options.target or known.target or _USUAL
     if same and options.keys is None and known.keys:
         options.keys = Path(known.keys)
-    if same and options.profile is None and _keys(options.keys) == known.keys:
+    if same and options.profile is None and _path(options.keys) == known.keys:
         options.profile = known.profile
     return seeker
 
@@ -84,7 +86,8 @@ class Note:
                     port=self._seeker.url if self._seeker else self._options.link,
                     seen=now(),
                     target=self._options.target,
-                    keys=_keys(self._options.keys),
+                    keys=_path(self._options.keys),
+                    key=_path(self._options.key),
                 )
 
     def close(self) -> None:
@@ -95,6 +98,6 @@ class Note:
             self._memory.remember(self._device_id, profile=profile)
 
 
-def _keys(path: Path | None) -> str:
-    """Return where a mapping is, from wherever the next command is typed."""
+def _path(path: Path | None) -> str:
+    """Return where a file is, from wherever the next command is typed."""
     return str(path.resolve()) if path else ""

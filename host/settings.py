@@ -8,6 +8,7 @@
     target = "keyboard"              # what it played
     keys = "/home/me/mine.toml"      # with which mapping; left out: the target's own
     profile = "slides"               # in which of its profiles
+    key = "/home/me/orb.key"         # the file with the key that it was met with; its path only
 
 The file is devices.toml in the user's configuration folder. It is never half written; a damaged one
 is put aside.
@@ -46,6 +47,7 @@ class Known:
         target: What it played last; "" if nothing yet.
         keys: Path of the mapping that it played with; "": the target's own.
         profile: The profile of that mapping; "": the first one.
+        key: Path of the key that it was met with; "": none.
     """
 
     device_id: str
@@ -56,6 +58,7 @@ class Known:
     target: str = ""
     keys: str = ""
     profile: str = ""
+    key: str = ""
 
 
 def default_path() -> Path:

@@ -8,7 +8,7 @@ import itertools
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +16,7 @@ import pytest
 from cable import Cable
 from fake_device import welcome
 
+from controller import key as keys
 from controller.links import open_link
 from host.find import command, ports, probe, search
 from host.find.ports import Port
@@ -44,11 +45,11 @@ class Desk:
     def __init__(self, stack: contextlib.ExitStack) -> None:
         self._stack = stack
 
-    def plug(self, device_id: str, name: str = "OrbTouch") -> str:
+    def plug(self, device_id: str, name: str = "OrbTouch", key: bytes = b"") -> str:
         """Put a device behind a new port, and return the port."""
         cable = Cable()
         self._stack.callback(cable.close)
-        link = open_link(cable.ends[0], orb_welcome(device_id, name))
+        link = open_link(cable.ends[0], orb_welcome(device_id, name), key=key)
         self._stack.callback(link.close)
         return cable.ends[1]
 
@@ -102,6 +103,22 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
     cable.close()
 
 
+def test_orb_that_asks_for_a_key_is_found_with_it(
+    desk: Desk, memory: Memory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "ask_all", in_process)
+    file = tmp_path / "orb.key"
+    keys.make(file)
+    port = desk.plug("orb-1", key=keys.read(file))
+    refused = probe.ask(port)
+    assert (refused.outcome, refused.device_id) == ("refused", "")
+    assert "key" in refused.why
+    assert probe.ask(port, str(file)).device_id == "orb-1"
+    memory.remember("orb-1", port=port, key=str(file))
+    assert Seeker("orb-1", memory).device_id == "orb-1"  # with the remembered one
+    assert "cannot read the key" in probe.ask(port, str(tmp_path / "none")).why
+
+
 class Mute:
     """A port behind which nobody is."""
 
@@ -150,22 +167,21 @@ def test_device_without_an_identity_is_none(desk: Desk) -> None:
 
 def test_ports_are_asked_in_processes_and_a_stuck_one_hangs_nobody(desk: Desk) -> None:
     port = desk.plug("orb-1")
-    assert [answer.device_id for answer in search.ask_all([port, port])] == ["orb-1"]
-    [stuck] = search.ask_all(["/dev/stuck"], deadline_s=0.2, command=HANGS)
+    assert [answer.device_id for answer in search.ask_all([Port(port), Port(port)])] == ["orb-1"]
+    [stuck] = search.ask_all([Port("/dev/stuck")], deadline_s=0.2, command=HANGS)
     assert stuck.outcome == "stuck"
     assert "hangs" in stuck.why
 
 
 def test_process_that_dies_while_it_asks_is_told_of() -> None:
     dies = (sys.executable, "-c", "raise SystemExit(3)")
-    [answer] = search.ask_all(["x"], command=dies)
+    [answer] = search.ask_all([Port("x")], command=dies)
     assert answer.why == "asking x failed with status 3"
 
 
-def in_process(urls: object, **options: object) -> list[Answer]:
+def in_process(asked: Iterable[Port], **options: object) -> list[Answer]:
     """Ask without processes, which the tests above have seen to work."""
-    assert isinstance(urls, list | tuple)
-    return [probe.ask(url) for url in dict.fromkeys(urls)]
+    return [probe.ask(port.url, port.key) for port in asked]
 
 
 def test_devices_are_listed_by_identity_when_their_ports_shuffle(
@@ -202,9 +218,9 @@ def test_device_that_is_where_it_was_is_found_without_opening_another_port(
 ) -> None:
     asked: list[str] = []
 
-    def listening(urls: list[str]) -> list[Answer]:
-        asked.extend(urls)
-        return in_process(urls)
+    def listening(those: list[Port]) -> list[Answer]:
+        asked.extend(port.url for port in those)
+        return in_process(those)
 
     monkeypatch.setattr(search, "ask_all", listening)
     monkeypatch.setattr(search, "listed", lambda: [Port("/dev/other", "USB")])
@@ -232,7 +248,7 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
-    answers = in_process([real, liar])
+    answers = in_process([Port(real), Port(liar)])
     assert len(command.rows(answers, [])) == 2
     assert "2 ports say that they are orb-1" in command.remarks(answers)[0]
     command.note(memory, answers)

@@ -15,7 +15,7 @@ from fake_device import welcome
 
 from controller.protocol import Command, Message, Telemetry, Welcome, quantise_image
 from host import taps
-from host.receiver import Connected, Delivered, Lost, Received, Stale
+from host.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import TapError, open_taps
 from host.taps._worker import Worker
 
@@ -43,6 +43,7 @@ SESSION: list[Received] = [
     frame(4),
     delivered(Command("drop", "pinch", 0.5, None, 4), 400),
     Stale(),
+    Missed(2),
     frame(5),
     Lost("it was cut off"),
 ]
@@ -108,6 +109,9 @@ class Slow:
     def command(self, message: Command, t_ms: int) -> None:
         self.took.append(f"command {message.name}")
 
+    def missed(self, count: int) -> None:
+        self.took.append(f"missed {count}")
+
     def link(self, state: str) -> None:
         self.took.append(state)
 
@@ -123,7 +127,17 @@ def test_tap_hears_every_change_once_and_in_order() -> None:
     worker.close()
     assert tap.took == [
         *("orb-7", "live", "frame 1", "frame 2", "gesture press", "command left"),
-        *("frame 3", "frame 4", "gesture ", "command drop", "stale", "live", "frame 5", "lost"),
+        *(
+            "frame 3",
+            "frame 4",
+            "gesture ",
+            "command drop",
+            "stale",
+            "missed 2",
+            "live",
+            "frame 5",
+            "lost",
+        ),
     ]
     assert (worker.dropped, worker.failure, tap.closed) == (0, "", True)
 
@@ -150,7 +164,7 @@ def test_tap_that_fails_is_told_of_and_the_rest_is_counted() -> None:
         worker.hear(SESSION)
     assert tap.closed
     assert "stopped: 'NoneType' object is not callable" in said[0]
-    assert "too slow for 6 messages" in said[1]
+    assert "too slow for 7 messages" in said[1]
 
 
 # -- Open Sound Control ----------------------------------------------------------------------
@@ -181,7 +195,7 @@ def test_osc_server_hears_frames_probabilities_gestures_and_commands(
     with ExitStack() as stack:
         [worker] = open_taps([url], stack, pytest.fail)
         worker.hear(SESSION)
-        messages = [heard.get(timeout=PATIENCE_S) for _ in range(20)]
+        messages = [heard.get(timeout=PATIENCE_S) for _ in range(21)]
     about, labels, commands, live, first, shares = messages[:6]
     assert about == ("/orbtouch/device", "orb-7", "Blue", 5, 5, 10.0, 10.0, 0)
     assert labels == ("/orbtouch/labels", *WELCOME.labels)
@@ -195,7 +209,7 @@ def test_osc_server_hears_frames_probabilities_gestures_and_commands(
     assert told == [
         *(("/orbtouch/gesture", "press"), ("/orbtouch/command", "left")),
         *(("/orbtouch/gesture", ""), ("/orbtouch/command", "drop")),
-        *(("/orbtouch/link", "stale"), ("/orbtouch/link", "live")),
+        *(("/orbtouch/link", "stale"), ("/orbtouch/missed", 2), ("/orbtouch/link", "live")),
     ]
     left, drop = (m for m in messages if m[0] == "/orbtouch/command")
     assert left[2:] == ("press", pytest.approx(0.2), 0.75, 1.0, 2.0)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from typing import Final
 
 from host.find import search
+from host.find.ports import Port
 from host.find.probe import Answer
 from host.settings import Known, Memory
 
@@ -34,11 +35,13 @@ def main(argv: list[str]) -> int:
     memory = Memory(warn=lambda words: print(f"host: {words}", file=sys.stderr))
     if options.forget is not None:
         return _forget(memory, options.forget)
+    ports = search.candidates(memory, everything=options.all)
     if options.ports:
-        urls = list(options.ports)
-    else:
-        urls = [port.url for port in search.candidates(memory, everything=options.all)]
-    answers = search.ask_all(urls, deadline_s=options.seconds)
+        known = {port.url: port for port in ports}
+        ports = [known.get(url, Port(url)) for url in options.ports]
+    if options.key is not None:
+        ports = [replace(port, key=options.key) for port in ports]
+    answers = search.ask_all(ports, deadline_s=options.seconds)
     note(memory, answers)
     found = rows(answers, memory.devices)
     if options.json:
@@ -48,7 +51,7 @@ def main(argv: list[str]) -> int:
         _print(found)
     for line in remarks(answers):
         print(f"host: {line}", file=sys.stderr)
-    if not urls:
+    if not ports:
         print(f"host: {_NOTHING}", file=sys.stderr)
     return 0 if any(row.seen == NOW for row in found) else 1
 
@@ -151,6 +154,9 @@ def _parser() -> argparse.ArgumentParser:
         default=search.DEADLINE_S,
         metavar="N",
         help="how long ports may take, all together (default: %(default)g)",
+    )
+    parser.add_argument(
+        "--key", metavar="FILE", help="the key that the orbs ask for (default: the remembered one)"
     )
     parser.add_argument("--forget", metavar="DEVICE", help="forget what is remembered of a device")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")

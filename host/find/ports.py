@@ -32,11 +32,13 @@ class Port:
         url: Its name.
         why: Why it may be an orb's; "" if nothing says so.
         about: What the system calls it.
+        key: The file with the key that the orb there was met with; "": none.
     """
 
     url: str
     why: str = ""
     about: str = ""
+    key: str = ""
 
 
 def listed() -> list[Port]:

@@ -1,4 +1,6 @@
-"""Ask one port who is there, and say so as one line of JSON: python -m host.find.probe URL.
+"""Ask one port who is there, and say so as one line of JSON.
+
+    python -m host.find.probe URL [KEYFILE]
 
 It is a process of its own, so that whoever asks can give up on it. It says Hello, waits for the
 answer, says Bye, and leaves.
@@ -7,20 +9,21 @@ answer, says Bye, and leaves.
 from __future__ import annotations
 
 import json
-import os
 import secrets
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Final, Literal
+from pathlib import Path
+from typing import Literal
 
-from controller.protocol import SILENCE_MS, Bye
+from controller import key as keys
+from controller.protocol import SILENCE_MS
+from controller.seal import NONCE
 from host.session import Connected, HostSession, Received, Refused
 from host.transport import Transport, open_transport
 
 Outcome = Literal["orb", "refused", "foreign", "closed", "stuck"]
-TOKEN: Final = "ORBTOUCH_TOKEN"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,29 +48,38 @@ class Answer:
     virtual: bool = False
 
 
-def ask(url: str, *, clock: Callable[[], float] = time.monotonic) -> Answer:
-    """Open a port, and ask who is there."""
+def ask(url: str, key: str = "", *, clock: Callable[[], float] = time.monotonic) -> Answer:
+    """Open a port, and ask who is there.
+
+    Args:
+        url: The port.
+        key: The file with the key that the orb may ask for; "": none.
+        clock: Seconds that never turn back.
+    """
     try:
+        secret = keys.read(Path(key)) if key else b""
         transport = open_transport(url)
-    except OSError as error:
+    except (OSError, keys.KeyFileError) as error:
         return Answer(url, "closed", str(error))
     try:
-        return converse(transport, url, clock)
+        return converse(transport, url, clock, secret)
     except OSError as error:
         return Answer(url, "foreign", f"{url} was cut off: {error}")
     finally:
         transport.close()
 
 
-def converse(transport: Transport, url: str, clock: Callable[[], float]) -> Answer:
+def converse(
+    transport: Transport, url: str, clock: Callable[[], float], key: bytes = b""
+) -> Answer:
     """Ask over an open port; it takes 2 s at most, however much is said there."""
 
     def now_ms() -> int:
         return round(clock() * 1000)
 
-    token = os.environ.get(TOKEN, "")
     began_ms = now_ms()
-    session = HostSession(url, secrets.randbelow(0x10000), began_ms, token=token)
+    sequence, nonce = secrets.randbelow(0x10000), secrets.token_bytes(NONCE)
+    session = HostSession(url, sequence, began_ms, key=key, nonce=nonce)
     news: list[Received] = []
     while not news:
         transport.write(bytes(session.output))
@@ -76,7 +88,7 @@ def converse(transport: Transport, url: str, clock: Callable[[], float]) -> Answ
         news = session.receive(data, now_ms()) if data else session.tick(now_ms())
     match news[0]:
         case Connected(welcome=welcome):
-            session.send(Bye("the host was only looking who is there"), now_ms())
+            session.close("the host was only looking who is there", now_ms())
             transport.write(bytes(session.output))
             if not welcome.device_id:
                 return Answer(url, "foreign", f"{url} answers, but says no identity")
@@ -90,7 +102,7 @@ def converse(transport: Transport, url: str, clock: Callable[[], float]) -> Answ
 
 def main() -> None:
     """Print the answer of the port that the command line names."""
-    print(json.dumps(asdict(ask(sys.argv[1]))), flush=True)
+    print(json.dumps(asdict(ask(*sys.argv[1:3]))), flush=True)
 
 
 if __name__ == "__main__":

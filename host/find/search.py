@@ -28,7 +28,9 @@ def candidates(memory: Memory, *, everything: bool = False) -> list[Port]:
         everything: Whether the user wants all other ports to be opened, too.
     """
     ports = {
-        known.port: Port(known.port, f"{known.name or known.device_id} was there before")
+        known.port: Port(
+            known.port, f"{known.name or known.device_id} was there before", key=known.key
+        )
         for known in memory.devices
         if known.port
     }
@@ -39,35 +41,35 @@ def candidates(memory: Memory, *, everything: bool = False) -> list[Port]:
 
 
 def ask_all(
-    urls: Iterable[str], *, deadline_s: float = DEADLINE_S, command: Sequence[str] = _PROBE
+    ports: Iterable[Port], *, deadline_s: float = DEADLINE_S, command: Sequence[str] = _PROBE
 ) -> list[Answer]:
     """Ask every port who is there, in processes of their own; return the answers in that order.
 
     Args:
-        urls: Names or URLs of ports.
+        ports: What to ask; each only once.
         deadline_s: For all of them together. A process that is not done by then is killed, and
             if that takes long, too, left alone.
-        command: What asks; the port's name is appended.
+        command: What asks; the port's name, and its key's file, are appended.
     """
     answers: list[Answer] = []
-    waiting = list(dict.fromkeys(urls))
+    waiting = list({port.url: port for port in ports}.values())
     while waiting:
         some, waiting = waiting[:_MOST], waiting[_MOST:]
         answers += _ask_some(some, deadline_s, command)
     return answers
 
 
-def _ask_some(urls: Sequence[str], deadline_s: float, command: Sequence[str]) -> list[Answer]:
+def _ask_some(ports: Sequence[Port], deadline_s: float, command: Sequence[str]) -> list[Answer]:
     end_s = time.monotonic() + deadline_s
     asked = []
-    for url in urls:
+    for port in ports:
         process = subprocess.Popen(
-            [*command, url],
+            [*command, port.url, port.key],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        asked.append((url, process))
+        asked.append((port.url, process))
     return [_answer(url, process, end_s, deadline_s) for url, process in asked]
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 
 from host.find import command, search
+from host.find.ports import Port
 from host.find.probe import Answer
 from host.receiver import Connected, Received
 from host.settings import Memory
@@ -21,17 +23,18 @@ class Seeker:
         url: Where the device was last.
     """
 
-    def __init__(self, words: str, memory: Memory) -> None:
+    def __init__(self, words: str, memory: Memory, key: str = "") -> None:
         """Look for a device now.
 
         Args:
             words: Its identity or its name.
             memory: Where devices were before.
+            key: The file with its key; "": the one that is remembered, if any.
 
         Raises:
             LinkError: It is nowhere, or the words mean several devices.
         """
-        self._words, self._memory = words, memory
+        self._words, self._memory, self._key = words, memory, key
         answer = self._seek()
         self.device_id, self.url = answer.device_id, answer.url
 
@@ -66,10 +69,12 @@ class Seeker:
         known = self._memory.named(self._words)
         # Where it was first: if it is there, no other port need be touched.
         first = [device.port for device in known if device.port]
-        answers = search.ask_all(first) if first else []
+        key = self._key or next((device.key for device in known), "")
+        answers = search.ask_all([Port(url, key=key) for url in first])
         if not _matching(answers, self._words):
-            others = [port.url for port in search.candidates(self._memory)]
-            answers += search.ask_all([url for url in others if url not in first])
+            others = search.candidates(self._memory)
+            rest = [replace(port, key=key) for port in others if port.url not in first]
+            answers += search.ask_all(rest)
         command.note(self._memory, answers)
         found = _matching(answers, self._words)
         if len(found) == 1:

@@ -42,6 +42,9 @@ class Tap(Protocol):
     def command(self, message: Command, t_ms: int) -> None:
         """The player has asked for something."""
 
+    def missed(self, count: int) -> None:
+        """So many commands of the player never reached us in time."""
+
     def link(self, state: str) -> None:
         """The link has become "live", "stale" or "lost"."""
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from controller.protocol import Command, Telemetry
-from host.receiver import Connected, Delivered, Lost, Received, Stale
+from host.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import Tap
 
 WAITING: Final = 256  # news that may wait for a tap, two seconds at 100 Hz
@@ -82,6 +82,8 @@ class Worker:
                 self._link("stale")
             case Lost():
                 self._link("lost")
+            case Missed(count=count):
+                self._tap.missed(count)
             case Delivered(message=message, t_ms=t_ms):
                 self._link("live")
                 if isinstance(message, Telemetry):

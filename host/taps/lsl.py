@@ -70,6 +70,9 @@ class LslTap:
         """Push a marker."""
         self._push("commands", [message.name, message.label], t_ms)
 
+    def missed(self, count: int) -> None:
+        """Nothing: what was never heard has no time."""
+
     def link(self, state: str) -> None:
         """Nothing: an inlet sees that no samples come."""
 

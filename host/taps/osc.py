@@ -84,6 +84,10 @@ class OscTap:
         place = message.touch or ()
         self._send("command", message.name, message.label, t_ms / 1000, message.probability, *place)
 
+    def missed(self, count: int) -> None:
+        """Send how many commands were lost."""
+        self._send("missed", count)
+
     def link(self, state: str) -> None:
         """Send how the link is."""
         self._send("link", state)
