@@ -13,7 +13,6 @@ import contextlib
 import gzip
 import hashlib
 import io
-import os
 import platform
 import shutil
 import subprocess
@@ -29,21 +28,21 @@ import platformdirs
 
 SUITE: Final = "bookworm"
 PYTHON: Final = "3.11"  # the suite's
-PACKAGES: Final = (
-    "linux-image-amd64 bluez bluez-test-tools dbus python3 python3-evdev udev kmod iproute2 "
-    "procps busybox-static"
-).split()
-# bumble by hand: its own list draws in USB libraries that nothing here needs.
-WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial dbus-fast".split()
-BARE_WHEELS: Final = "bumble cryptography cffi pycparser pyee typing_extensions".split()
+PACKAGES: Final = """
+    linux-image-amd64 bluez bluez-test-tools dbus python3 python3-evdev udev kmod iproute2
+    procps busybox-static
+"""
+# Bumble by hand: its own list draws in USB libraries that nothing here needs.
+WHEELS: Final = "numpy onnxruntime platformdirs pygame-ce pyserial dbus-fast"
+BARE_WHEELS: Final = "bumble cryptography cffi pycparser pyee typing_extensions"
 # linux-image-cloud-amd64 has no Bluetooth at all; this kernel has everything as modules. The
 # kernel asks for the ciphers when a controller appears, and would give up while they load.
-MODULES: Final = (
-    "virtio_pci virtio_blk virtio_rng squashfs overlay 9p 9pnet_virtio af_alg algif_hash "
-    "algif_skcipher cmac ecb aes_generic ecdh_generic drbg ctr hmac sha256_generic sha512_generic "
-    "ccm bluetooth rfcomm hidp bnep hci_vhci uinput uhid evdev joydev hid_generic"
-).split()
-EARLY: Final = "virtio_pci virtio_blk squashfs overlay".split()  # what the root itself needs
+MODULES: Final = """
+    virtio_pci virtio_blk virtio_rng squashfs overlay 9p 9pnet_virtio af_alg algif_hash
+    algif_skcipher cmac ecb aes_generic ecdh_generic drbg ctr hmac sha256_generic sha512_generic
+    ccm bluetooth rfcomm hidp bnep hci_vhci uinput uhid evdev joydev hid_generic
+"""
+EARLY: Final = "virtio_pci virtio_blk squashfs overlay"  # what the root itself needs
 TOOLS: Final = {
     "mmdebstrap": "mmdebstrap",
     "mksquashfs": "squashfs-tools",
@@ -151,8 +150,8 @@ def _install(into: Path) -> None:
     for glibc in (36, 35, 34, 31, 28, 27, 26, 24, 17):  # Debian 12 has 2.36
         pip += ["--platform", f"manylinux_2_{glibc}_x86_64"]
     pip += ["--platform", "manylinux2014_x86_64", "--platform", "linux_x86_64"]
-    _run([*pip, *WHEELS])
-    _run([*pip, "--no-deps", *BARE_WHEELS])
+    _run([*pip, *WHEELS.split()])
+    _run([*pip, "--no-deps", *BARE_WHEELS.split()])
     if f"{sys.version_info[0]}.{sys.version_info[1]}" == PYTHON:
         # Emulated, the guest would need a minute for what takes seconds here.
         _run([sys.executable, "-m", "compileall", "-q", "-s", str(into), "-p", "/opt/py",
@@ -162,7 +161,7 @@ def _install(into: Path) -> None:
 def _bootstrap(tar: Path) -> None:
     """Let mmdebstrap install a minimal Debian from this machine's own sources, if it has any."""
     command = [
-        "mmdebstrap", "--variant=minbase", f"--include={','.join(PACKAGES)}",
+        "mmdebstrap", "--variant=minbase", f"--include={','.join(PACKAGES.split())}",
         '--aptopt=APT::Install-Recommends "false"',
         "--dpkgopt=path-exclude=/usr/share/doc/*", "--dpkgopt=path-exclude=/usr/share/man/*",
         "--dpkgopt=path-exclude=/usr/share/locale/*",
@@ -183,8 +182,8 @@ def _write(tar: Path, packages: Path, done: Path) -> None:
         base = f"./usr/lib/modules/{version}"
         needed = _needed(_read(archive, f"{base}/modules.dep").decode())
         (done / "vmlinuz").write_bytes(_read(archive, kernel))
-        early = [f"{base}/{name}" for name in _closure(needed, EARLY)]
-        keep = {f"{base}/{name}" for name in _closure(needed, MODULES)}
+        early = [f"{base}/{name}" for name in _closure(needed, EARLY.split())]
+        keep = {f"{base}/{name}" for name in _closure(needed, MODULES.split())}
         first = {name.rpartition("/")[2]: _read(archive, name) for name in early}
         busybox = _read(archive, "./usr/bin/busybox")
         (done / "initrd.gz").write_bytes(gzip.compress(_initrd(busybox, first)))
@@ -287,5 +286,5 @@ def _cpio(files: list[tuple[str, int, bytes]]) -> Iterator[bytes]:
 
 if __name__ == "__main__":
     built = image()
-    sizes = {p.name: f"{os.path.getsize(p) / 1e6:.0f} MB" for p in vars(built).values()}
+    sizes = {p.name: f"{p.stat().st_size / 1e6:.0f} MB" for p in vars(built).values()}
     print(sizes)
