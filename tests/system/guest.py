@@ -58,7 +58,7 @@ class Process:
         assert self.popen.stdout is not None
         while data := os.read(self.popen.stdout.fileno(), 65536):
             text = data.decode(errors="replace")
-            for line in text.splitlines():
+            for line in filter(None, text.splitlines()):
                 print(f"[{_uptime():7.2f} {self.name}] {line}", flush=True)
             with self._news:
                 self.heard += text

@@ -28,8 +28,8 @@ def pair(guest: Guest, address: str) -> str:
     asked = digits(guest, host, "is it the same there?"), digits(guest, window, "is it the same")
     if asked[0] != asked[1]:
         raise CaseError(f"the two sides show {asked[0]} and {asked[1]}")
-    host.say("y")
     window.say("y")
+    host.say("y")
     window.expect("paired with")
     host.expect("paired with")
     host.expect("play: host --link rfcomm://")
