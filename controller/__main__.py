@@ -15,6 +15,7 @@ from typing import Final
 from controller.bundle import BundleError
 from controller.device import Device
 from controller.ends import complain, signals
+from controller.key import KeyFileError
 from controller.labelling.terminal import Keyboard, keyboard
 from controller.links import LinkError
 from controller.links.stdout import let_go
@@ -27,10 +28,11 @@ from controller.sensors import SensorError
 from controller.vocabulary import VocabularyError
 
 MISTAKES: Final = (
-    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError
+    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError, KeyFileError
 )  # fmt: skip
 # What has a command line of its own.
 COMMANDS: Final = {
+    "key": "controller.key",
     "recordings": "controller.recordings.command",
     "teach": "controller.teaching.command",
     "pair": "controller.bluetooth.pair",
