@@ -158,6 +158,8 @@ class Preprocessor:
         rows: int,
         columns: int,
         known: Known | None = None,
+        *,
+        mend: bool = True,
     ) -> None:
         """Begin before the first frame.
 
@@ -167,6 +169,8 @@ class Preprocessor:
             columns: Likewise.
             known: What a calibration of this sensor found; play begins sooner with it, and a finger
                 that lies there from the start is noticed.
+            mend: Fill in taxels that feel nothing; else the image shows them as they are, and
+                those without a lead as untouched.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -193,6 +197,7 @@ class Preprocessor:
         self._busy_run = 0  # frames since the sensor was quiet
         self._busy = round(_BUSY * self._adopt)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
+        self._mend = mend and self._soft
         self._filler = Filler(rows, columns)
         self._answers = Answers(rows, columns, settings.rate_hz)
         if known is not None:
@@ -223,13 +228,12 @@ class Preprocessor:
         rest = self._rest_image()
         lost = dead = None
         if self._soft:
-            lost = _any(leadless(frame, rest))
-            dead = self._answers.dead
-        if lost is None and self._soft:
+            lost, dead = _any(leadless(frame, rest)), self._answers.dead
+        if self._soft and lost is None:
             felt = np.asarray(frame / rest, dtype=np.float64)
         else:
             felt = z_image(frame, rest, self.settings)
-        if lost is not None:
+        if lost is not None and self._mend:
             felt = 1.0 + self._filler.fill(felt - 1.0, lost)
         z = felt
         if dead is not None:
@@ -237,7 +241,7 @@ class Preprocessor:
         image = z.astype(np.float32)
         deviation = float(np.abs(image - 1.0).mean())
         quiet = deviation < self._gate()
-        if self._soft:
+        if self._mend:
             self._answers.learn(felt - 1.0, self._filler, quiet=quiet)
         if lost is not None:
             values = self._without(lost, values)

@@ -123,9 +123,13 @@ class Circuit:
 
     def release(self, pin: int) -> None:
         """Let a pin float."""
-        if self._high.pop(pin, None) is None or pin not in self._node:
+        if pin not in self._high:
             return
-        self._pass()
+        if pin not in self._node:
+            del self._high[pin]
+            return
+        self._pass()  # what is due has passed while it still drove
+        del self._high[pin]
         node = self._node[pin]
         if node in self._row_node:
             self._volts[node] += self._model.inject_pc / self._capacitance[node, node]
