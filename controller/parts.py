@@ -29,7 +29,7 @@ from controller.labelling.terminal import Keyboard
 from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
 from controller.options import PRINT
-from controller.pipeline import Pipeline
+from controller.pipeline import LATER, Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognizer import Recognizer, engine
 from controller.recordings.recorder import Recorder
@@ -284,7 +284,7 @@ def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: 
     pipeline = Pipeline(bundle, recognizer, mapping)
     if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
         state = sensor.source.state
-        if set(state) != set(pipeline.state()):
+        if set(state) | set(LATER) != set(pipeline.state()):
             _log.warning("another version of this program recorded this: it is replayed from rest")
             return pipeline
         try:

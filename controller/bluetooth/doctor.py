@@ -107,7 +107,7 @@ def judge(objects: Objects) -> list[Row]:
     if not found:
         advice = "plug one in, or wake the built-in one: sudo systemctl restart hciuart bluetooth"
         return [Row("adapter", _FAULT, "there is none", advice, "no_adapter")]
-    result = []
+    result: list[Row] = []
     for path, adapter in found.items():
         result += _adapter(path.rpartition("/")[2], adapter)
         result.append(_bonds(path.rpartition("/")[2], devices(objects, path)))
