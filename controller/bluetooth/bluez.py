@@ -112,10 +112,12 @@ class Bus:
         Raises:
             BluetoothError: It failed, or did not answer in time.
         """
-        from dbus_fast import DBusError, Message, MessageType
+        from dbus_fast import DBusError, Message, MessageFlag, MessageType
         from dbus_fast.unpack import unpack_variants
 
         message = Message(
+            # Who has stopped bluetoothd shall not see it start because somebody asks after it.
+            flags=MessageFlag.NO_AUTOSTART,
             destination=to,
             path=path,
             interface=interface,
