@@ -270,7 +270,7 @@ def bonded(device: Properties) -> bool:
 
 def explain(name: str, text: str) -> str:
     """Return what a D-Bus error means and what to do about it."""
-    return _WORDS.get(name, f"{text or name}").format(text=text or name)
+    return _WORDS[name].format(text=text or name) if name in _WORDS else text or name
 
 
 _ABSENT: Final = (
