@@ -1,6 +1,6 @@
 """A virtual air between two Bluetooth devices, in pure Python: Bumble's controllers and stack.
 
-    python tests/bumble_air.py      two ptys, joined by RFCOMM over it; prints {"ends": [near, far]}
+    python tests/bumble_air.py      two ptys, joined by RFCOMM over it; prints {"ends": [...]}
 
 `Air` is what a kernel and a radio would be: it connects RFCOMM and L2CAP by address, and tells the
 orb's side of hosts that came. Bumble's virtual controllers encrypt no classic links: that a link is
@@ -12,12 +12,15 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import json
 import os
+import queue
 import socket
 import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Coroutine
+from pathlib import Path
 from typing import Any
 
 from bumble import l2cap, rfcomm
@@ -205,42 +208,48 @@ def _element(node: ElementTree.Element) -> DataElement:
 
 
 def main() -> None:
-    """Join two ptys by RFCOMM over the air, until the standard input ends."""
-    import json
+    """Join two ptys by RFCOMM over the air, until the standard input ends.
+
+    It takes lines: "pull" lets nothing pass, "plug" does again, and each, like any other line, is
+    answered with {"bytes": [there, back], "us": the machine's monotonic clock}.
+    """
     import pty
     import select
     import sys
     import tty
-    from pathlib import Path
 
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+    tree = str(Path(__file__).resolve().parent.parent)
+    sys.path.insert(0, tree)
     from controller.bluetooth.names import CHANNEL, record
 
     air = Air(record(), CHANNEL)
-    came: list[socket.socket] = []
-    air.arrived = came.append
+    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
+    air.arrived = came.put
     sockets = [air.rfcomm(ORB, CHANNEL, 10.0)]
-    while not came:
-        time.sleep(0.001)
-    sockets.append(came[0])
-    masters, names = [], []
-    for _ in range(2):
-        master, slave = pty.openpty()
+    sockets.append(came.get(timeout=10.0))
+    pairs = [pty.openpty() for _ in sockets]
+    for _, slave in pairs:
         tty.setraw(slave)
-        masters.append(master)
-        names.append(os.ttyname(slave))
-    print(json.dumps({"ends": names}), flush=True)
-    other = {masters[0]: sockets[0], masters[1]: sockets[1]}
+    masters = [master for master, _ in pairs]
+    passed, pulled = [0, 0], False
+    print(json.dumps({"ends": [os.ttyname(slave) for _, slave in pairs]}), flush=True)
+    waiting: list[Any] = [*masters, *sockets, sys.stdin]
     while True:
-        waiting: list[Any] = [*masters, *sockets, 0]
-        readable, _, _ = select.select(waiting, [], [])
-        for here in readable:
-            if here == 0:
-                return
-            if isinstance(here, socket.socket):
+        for here in select.select(waiting, [], [])[0]:
+            if here is sys.stdin:
+                line = sys.stdin.readline().strip()
+                if not line:
+                    return
+                pulled = {"pull": True, "plug": False}.get(line, pulled)
+                clock_us = time.monotonic_ns() // 1000 & 0xFFFFFFFF
+                print(json.dumps({"bytes": passed, "us": clock_us}), flush=True)
+            elif isinstance(here, socket.socket):
                 os.write(masters[sockets.index(here)], here.recv(CHUNK))
             else:
-                other[here].sendall(os.read(here, CHUNK))
+                data, which = os.read(here, CHUNK), masters.index(here)
+                passed[which] += len(data)
+                if not pulled:
+                    sockets[which].sendall(data)
 
 
 if __name__ == "__main__":
