@@ -228,12 +228,3 @@ def test_a_url_is_read_in_full() -> None:
     url = "rfcomm://aa:11:22:33:44:55:7?local=00:AA:01:00:00:00&connect_timeout=3"
     options = {"local": "00:AA:01:00:00:00", "connect_timeout": "3"}
     assert parse(url) == ("AA:11:22:33:44:55", 7, options)
-
-
-def test_addresses_are_packed_as_the_kernel_s_header_files_say() -> None:
-    assert sockets.rfcomm_address("00:AA:01:02:03:04", 22) == bytes.fromhex(
-        "1f000403 0201aa00 1600"
-    )
-    assert sockets.l2cap_address("00:AA:01:02:03:04", 1) == bytes.fromhex(
-        "1f000100 04030201 aa000000 0000"
-    )
