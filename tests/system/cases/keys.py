@@ -35,12 +35,12 @@ def one(guest: Guest, kind: str, victim: str) -> None:
     """Hold something down, kill the victim, and wait for it to be let go."""
     near, far = guest.addresses
     orb = guest.start("orb", [sys.executable, "tests/played_device.py", f"rfcomm:{far}"])
-    orb.expect('"listening"', 60.0)
+    orb.expect('"listening"')
     keys = Path(f"/tmp/{kind}.toml")
     keys.write_text(MAPPINGS[kind])
     words = ["--target", kind, "--headless", "--backend", "uinput", "--keys", str(keys)]
     host = guest.python("host", *words, "--link", f"rfcomm://{far}?local={near}")
-    orb.expect("hello", 60.0)
+    orb.expect("hello")
     device = guest.until(lambda: find(f"OrbTouch {kind}"), f"an input device for the {kind}")
     tell(orb, "tap menu")
     host.expect("armed by the orb")
