@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from .image import Image, ImageError, image
+from .image import DEFAULT, Image, ImageError, image
 
 TREE: Final = Path(__file__).resolve().parents[2]
 PARTS: Final = ("controller", "host", "tetris", "models", "assets", "tests")
@@ -74,17 +74,18 @@ def names() -> list[str]:
     return sorted(path.stem for path in CASES.glob("[a-z]*.py"))
 
 
-def run(cases: Sequence[str], keep: Path | None = None) -> dict[str, Result]:
+def run(cases: Sequence[str], keep: Path | None = None, suite: str = DEFAULT) -> dict[str, Result]:
     """Boot once, run the cases one after the other, and return what came of each.
 
     Args:
         cases: Their names.
         keep: A folder to keep logs in; None: a temporary one.
+        suite: The release of Debian to boot.
 
     Raises:
         ImageError: There is no image, or the guest did not come up.
     """
-    built = image()
+    built = image(suite)
     with tempfile.TemporaryDirectory(prefix="orbtouch-system-") as name:
         out, repo = keep or Path(name) / "out", Path(name) / "repo"
         out.mkdir(parents=True, exist_ok=True)
