@@ -15,7 +15,7 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.bluetooth import keeper
-from controller.bluetooth.bluez import ADAPTER
+from controller.bluetooth.bluez import ADAPTER, DEVICE
 from controller.bluetooth.names import SERIAL_PATH, SERVICE_UUID
 from controller.links import LinkError, open_link
 from controller.links.rfcomm import RfcommLink
@@ -185,6 +185,16 @@ def test_the_window_opens_for_a_time_and_somebody_may_pair(
     assert fake.get("/org/bluez/hci0", ADAPTER, "PairableTimeout") == 90
     assert fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
     assert confirmation(fake, link) == ""
+
+
+def test_a_host_that_pairs_while_the_window_is_open_is_trusted(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    link.pair(90)
+    until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
+    fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
+    fake.call("/", "org.bluez.Mock", "PairDevice", "ss", "hci0", "AA:BB:CC:DD:EE:FF")
+    until(lambda: fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted"))
 
 
 def confirmation(fake: FakeBluez, link: RfcommLink) -> str:
