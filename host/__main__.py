@@ -28,7 +28,7 @@ _USUAL = "tetris"  # the target, if neither the user nor the device's past names
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
 _TROUBLE = (DisplayError, TargetError, TapError, LinkError, loop.PictureError, keys.KeyFileError)
-_VERBS = {"find": "host.find.command"}  # first words that do something else, each with a main()
+_VERBS = {"find": "host.find.command", "pair": "host.bluetooth.pair"}  # first words that do something else, each with a main()
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -117,13 +117,12 @@ def _demo(options: argparse.Namespace, seed: int) -> int:
         as_json=options.json,
         screenshot=options.screenshot,
         orb_options=options.orb,
+        link=options.link,
     )
 
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
     """Refuse combinations that make no sense, with what would."""
-    if options.demo and options.link is not None:
-        parser.error("--demo plays with a virtual orb of its own; leave out --link")
     if options.device is not None and (options.demo or options.link is not None or options.orb):
         parser.error("--device names an orb that is there; leave out --link, --demo and --")
     if options.demo and options.tap:
@@ -175,8 +174,9 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--link",
         metavar="URL",
-        help="where the orb is: a serial port's name, or a pyserial URL such as "
-        "socket://127.0.0.1:4000 (default: a virtual orb of our own)",
+        help="where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
+        "host pair), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb "
+        "of our own)",
     )
     add(
         "--device",

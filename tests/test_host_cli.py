@@ -32,7 +32,6 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--seconds", "nan", "--demo"], "must be a number"),
         (["--seed", "-3"], "whole number"),
         (["--headless"], "add --demo or --seconds"),
-        (["--demo", "--link", "COM7"], "leave out --link"),
         (["--demo", "--device", "orb-1"], "leave out --link, --demo"),
         (["--device", "orb-1", "--link", "COM7"], "leave out --link, --demo"),
         (["--demo", "--tap", "osc"], "leave out --demo"),
