@@ -66,7 +66,7 @@ def test_nothing_is_down_in_the_reports_that_release_everything() -> None:
 SCAN_CODES = {
     "enter": "RETURN", "minus": "MINUS", "equal": "EQUALS", "rctrl": "RCTRL", "ctrl": "LCTRL",
     "shift": "LSHIFT", "rshift": "RSHIFT", "alt": "LALT", "altgr": "RALT", "meta": "LGUI",
-    "rmeta": "RGUI", "apostrophe": "APOSTROPHE", "mute": "MUTE",
+    "apostrophe": "APOSTROPHE", "mute": "MUTE",
 }  # fmt: skip
 
 

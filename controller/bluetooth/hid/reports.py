@@ -8,30 +8,21 @@ from controller.bluetooth.hid.report_map import GAMEPAD, HAT_MIDDLE, KEYBOARD, K
 
 # Names of keys are places on a US keyboard, as in docs/keys.md; numbers are usages of the page
 # "Keyboard/Keypad" of the HID Usage Tables, section 10.
-KEY_USAGES: Final[dict[str, int]] = {
-    **{letter: 0x04 + n for n, letter in enumerate("abcdefghijklmnopqrstuvwxyz")},
-    **{digit: 0x1E + n for n, digit in enumerate("1234567890")},
-    **{
-        name: 0x28 + n
-        for n, name in enumerate(
-            "enter escape backspace tab space minus equal leftbracket rightbracket".split()
-        )
-    },
-    "backslash": 0x31, "semicolon": 0x33, "apostrophe": 0x34, "grave": 0x35, "comma": 0x36,
-    "period": 0x37, "slash": 0x38,
-    **{f"f{n}": 0x39 + n for n in range(1, 13)},
-    **{
-        name: 0x49 + n
-        for n, name in enumerate(
-            "insert home pageup delete end pagedown right left down up".split()
-        )
-    },
-    "mute": 0x7F, "volumeup": 0x80, "volumedown": 0x81,
-    **{
-        name: 0xE0 + n
-        for n, name in enumerate("ctrl shift alt meta rctrl rshift altgr rmeta".split())
-    },
-}  # fmt: skip
+_ROWS: Final[dict[int, tuple[str, ...]]] = {  # the usage of the first one; the others follow
+    0x04: tuple("abcdefghijklmnopqrstuvwxyz"),
+    0x1E: tuple("1234567890"),
+    0x28: ("enter", "escape", "backspace", "tab", "space"),
+    0x2D: ("minus", "equal", "leftbracket", "rightbracket", "backslash"),
+    0x33: ("semicolon", "apostrophe", "grave", "comma", "period", "slash"),
+    0x3A: tuple(f"f{n}" for n in range(1, 13)),
+    0x49: ("insert", "home", "pageup", "delete", "end", "pagedown"),
+    0x4F: ("right", "left", "down", "up"),
+    0x7F: ("mute", "volumeup", "volumedown"),
+    0xE0: ("ctrl", "shift", "alt", "meta", "rctrl", "rshift", "altgr"),
+}
+KEY_USAGES: Final = {
+    name: first + n for first, names in _ROWS.items() for n, name in enumerate(names)
+}
 
 # Button numbers count from 1, in the order in which Linux and Android name those of a gamepad:
 # linux/input-event-codes.h, BTN_GAMEPAD and those that follow (3 and 6 are C and Z).
