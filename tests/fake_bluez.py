@@ -109,6 +109,8 @@ class FakeBluez:
     async def stop(self) -> None:
         """Leave the bus, as a bluetoothd that is restarted."""
         self.bus.disconnect()
+        with contextlib.suppress(OSError, EOFError):
+            await self.bus.wait_for_disconnect()  # type: ignore[no-untyped-call]
 
     async def until(self, condition: Callable[[], Any]) -> None:
         """Wait until something is so; at most 10 s."""

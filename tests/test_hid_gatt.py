@@ -50,9 +50,14 @@ class Table:
 
     async def again(self) -> Bus:
         """Return a new connection to the bus, as for every round of the keeper."""
-        self.bus.close()
+        await self.leave()
         self.bus = await Bus.connect()
         return self.bus
+
+    async def leave(self) -> None:
+        """Leave the bus."""
+        self.bus.close()
+        await self.bus.lost()
 
     async def settle(self) -> None:
         """Return when everything that is on its way has arrived."""
@@ -96,7 +101,7 @@ async def table(
         yield it
     finally:
         await it.part.end()
-        bus.close()
+        await it.leave()
         await bluez.stop()
 
 
