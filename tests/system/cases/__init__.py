@@ -1,0 +1,1 @@
+"""One file a case: `run(guest)`, which fails by raising."""
