@@ -60,7 +60,7 @@ def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
     Raises:
         LinkError: It cannot be opened.
     """
-    scheme = "stdout" if url == "-" else url.partition("://")[0] if "://" in url else "port"
+    scheme = "stdout" if url == "-" else url.partition(":")[0] if ":" in url else "port"
     module = "controller.links.port"
     if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
         module = f"controller.links.{scheme}"

@@ -86,9 +86,8 @@ class GattPart:
         await bus.call(adapter, GATT, "RegisterApplication", "oa{sv}", APPLICATION, {})
         bus.listen(self._hear)
         self._pad.open(self)
-        known = self._pad.hosts.known.hosts
         for device in self._devices.values():
-            if device.get("Connected") and bonded(device) and device["Address"] in known:
+            if device.get("Connected") and self._is_ours(device):
                 self._pad.arrive(device["Address"])
 
     async def end(self) -> None:
@@ -144,10 +143,15 @@ class GattPart:
             raise DBusError(error.name, str(error)) from None
 
     def listened(self, name: str) -> None:
-        """Somebody has begun to listen: tell once more that nothing is down."""
+        """Somebody has begun to listen: tell once more that nothing is down.
+
+        BlueZ does not say who. A host that is not known yet is taken for one of ours as well, for
+        it may remember our report map from before we forgot it.
+        """
         log.debug("a host listens to %s", name)
-        if active := self._pad.hosts.active:
-            self._pad.arrive(active)
+        for device in tuple(self._devices.values()):
+            if device.get("Connected") and bonded(device):
+                self._pad.arrive(device["Address"])
 
     def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
         """Follow hosts and the pairing window."""
@@ -169,7 +173,7 @@ class GattPart:
         else:
             device.update(changes)
         address, there = device.get("Address", ""), bool(changes and device.get("Connected"))
-        if there and bonded(device) and address in self._pad.hosts.known.hosts:
+        if there and self._is_ours(device):
             if (address, there) != before:
                 self._pad.arrive(address)
         elif before[1] and not there:
@@ -178,6 +182,10 @@ class GattPart:
             self._offer.forget()
 
     # --- helpers ---
+
+    def _is_ours(self, device: Properties) -> bool:
+        """Return whether a host is paired and was here before; others may be here for the port."""
+        return bonded(device) and device.get("Address") in self._pad.hosts.known.hosts
 
     def _require(self, interfaces: dict[str, Properties]) -> None:
         for name in (GATT, ADVERTISING):
