@@ -33,6 +33,9 @@ MISTAKES: Final = (
 COMMANDS: Final = {
     "recordings": "controller.recordings.command",
     "teach": "controller.teaching.command",
+    "pair": "controller.bluetooth.pair",
+    "service": "controller.service.unit",
+    "status": "controller.service.status",
 }
 
 _log = logging.getLogger("controller")

@@ -25,8 +25,13 @@ _INTERRUPTED = 130  # what shells expect after Ctrl+C
 
 def main(argv: list[str] | None = None) -> int:
     """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
+    words = sys.argv[1:] if argv is None else argv
+    if words[:1] == ["pair"]:
+        from host.bluetooth import pair  # imported here, because playing needs no pairing
+
+        return pair.main(words[1:])
     parser = _parser()
-    options = parser.parse_args(argv)
+    options = parser.parse_args(words)
     _check(parser, options)
     logging.basicConfig(
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
@@ -88,13 +93,12 @@ def _demo(options: argparse.Namespace, seed: int) -> int:
         as_json=options.json,
         screenshot=options.screenshot,
         orb_options=options.orb,
+        link=options.link,
     )
 
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
     """Refuse combinations that make no sense, with what would."""
-    if options.demo and options.link is not None:
-        parser.error("--demo plays with a virtual orb of its own; leave out --link")
     if options.orb and options.link is not None:
         parser.error("what follows -- is for a virtual orb of our own; leave out --link")
     if options.demo and options.target != "tetris":
@@ -134,8 +138,9 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--link",
         metavar="URL",
-        help="where the orb is: a serial port's name, or a pyserial URL such as "
-        "socket://127.0.0.1:4000 (default: a virtual orb of our own)",
+        help="where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
+        "host pair), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb "
+        "of our own)",
     )
     add(
         "--target",

@@ -23,7 +23,7 @@ from host.loop import save, window
 from host.player import Player
 from host.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.targets.tetris import TetrisTarget, Ticked
-from host.transport import LinkError, Transport
+from host.transport import LinkError, Transport, open_transport
 from tetris.console import say
 from tetris.events import Locked
 
@@ -131,7 +131,9 @@ class Record:
 class Demo:
     """A demo game, tick by tick: the granted clock, the player, the game, the record."""
 
-    def __init__(self, seed: int, seconds: float, orb_options: Sequence[str] = ()) -> None:
+    def __init__(
+        self, seed: int, seconds: float, orb_options: Sequence[str] = (), link: str | None = None
+    ) -> None:
         self.target = TetrisTarget(seed)
         self.record = Record()
         self.meter = Meter()
@@ -139,9 +141,8 @@ class Demo:
         self.tick_number = 0
         self._player = Player(seed, seconds)
         self._device = OwnDevice(seed, orb_options)
-        self._receiver = Receiver(
-            self.meter.on(self._device.open), token=self._device.token, granted=True
-        )
+        opened = self._device.open if link is None else lambda: open_transport(link)
+        self._receiver = Receiver(self.meter.on(opened), token=self._device.token, granted=True)
 
     def __enter__(self) -> "Demo":
         """Start the orb and connect.
@@ -235,6 +236,7 @@ def run(
     as_json: bool,
     screenshot: Path | None = None,
     orb_options: Sequence[str] = (),
+    link: str | None = None,
 ) -> int:
     """Play a demo; return the exit status.
 
@@ -246,10 +248,11 @@ def run(
         as_json: Print the verdict as one JSON object, the last line.
         screenshot: Save the window's last picture here.
         orb_options: Further options of the orb's `controller`.
+        link: Where a virtual orb is that runs already; None: one of our own.
     """
     try:
         surface = None if headless and screenshot is None else window(headless=headless)
-        with Demo(seed, seconds, orb_options) as demo:
+        with Demo(seed, seconds, orb_options, link) as demo:
             _play(demo, speed, surface)
             verdict = demo.verdict()
         if surface is not None and screenshot is not None:

@@ -19,6 +19,8 @@ from urllib.parse import urlsplit
 import serial
 from serial.urlhandler import protocol_socket
 
+serial.protocol_handler_packages.append("host.bluetooth")  # for rfcomm://
+
 BAUD = 115_200  # for a real serial line; Bluetooth, USB and TCP ignore it
 OPEN_S = 3.0  # until a TCP connection counts as refused
 CHUNK = 16 * 1024  # bytes per read
@@ -60,7 +62,9 @@ class Transport(Protocol):
 
 
 def open_transport(url: str) -> Transport:
-    """Open a port by its name (/dev/ttyACM0, COM3) or pyserial URL (socket://127.0.0.1:4000).
+    """Open a port by its name (/dev/ttyACM0, COM3), or by a URL.
+
+    URLs are rfcomm://ADDRESS and what pyserial knows, such as socket://127.0.0.1:4000.
 
     Raises:
         LinkError: It cannot be opened; one sentence says why.
@@ -68,6 +72,8 @@ def open_transport(url: str) -> Transport:
     make = _Socket if url.startswith("socket://") else serial.serial_for_url
     try:
         port = make(url, baudrate=BAUD, timeout=0, write_timeout=0, exclusive=True)
+    except LinkError:
+        raise
     except Exception as error:  # pyserial lets many kinds through, termios.error among them
         raise LinkError(explain(url, error)) from error
     try:

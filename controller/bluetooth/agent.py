@@ -4,8 +4,6 @@ Outside the pairing window nobody may pair. Inside it a host may, and where some
 screen, only after both sides showed the same six digits. Services are for bonded hosts only.
 """
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Awaitable, Callable
@@ -44,7 +42,7 @@ class Agent(ServiceInterface):
         paired: The names and addresses of hosts that were let in, in order.
     """
 
-    def __init__(self, bus: Bus, confirm: Confirm = anyone) -> None:
+    def __init__(self, bus: "Bus", confirm: Confirm = anyone) -> None:
         """Begin with the window closed.
 
         Args:
@@ -57,20 +55,33 @@ class Agent(ServiceInterface):
         self._confirm = confirm
         self._closes_s = 0.0
 
-    async def register(self, capability: str) -> None:
-        """Become the agent that BlueZ asks: "NoInputNoOutput" or "DisplayYesNo"."""
+    async def register(self, capability: str, *, default: bool = True) -> None:
+        """Become an agent of BlueZ's.
+
+        Args:
+            capability: "NoInputNoOutput" or "DisplayYesNo".
+            default: Be asked about everybody, not only about those whom we pair with ourselves.
+
+        Raises:
+            BluetoothError: BlueZ does not want us.
+        """
         self._bus.export(AGENT_PATH, self)
         await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)
-        await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
+        if default:
+            await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
 
     @property
     def open(self) -> bool:
         """Whether strangers may pair now."""
         return time.monotonic() < self._closes_s
 
+    def allow(self, seconds: float) -> None:
+        """Say yes for so long; whether anybody can find us is another matter."""
+        self._closes_s = time.monotonic() + seconds
+
     async def open_window(self, adapter: str, seconds: int = WINDOW_S) -> None:
         """Let hosts find and pair with us for so long; BlueZ itself ends it, too."""
-        self._closes_s = time.monotonic() + seconds
+        self.allow(seconds)
         for name, signature, value in (
             ("DiscoverableTimeout", "u", seconds),
             ("PairableTimeout", "u", seconds),

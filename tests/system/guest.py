@@ -39,6 +39,7 @@ class Process:
     def __init__(self, name: str, command: Sequence[str], env: dict[str, str] | None) -> None:
         self.name = name
         self.lines: list[str] = []
+        self.heard = ""  # all of it, also a question that ends no line
         self._news = threading.Condition()
         self._seen = 0
         self.popen = subprocess.Popen(
@@ -55,16 +56,22 @@ class Process:
 
     def _read(self) -> None:
         assert self.popen.stdout is not None
-        for line in self.popen.stdout:
-            print(f"[{_uptime():7.2f} {self.name}] {line}", end="", flush=True)
+        while data := os.read(self.popen.stdout.fileno(), 65536):
+            text = data.decode(errors="replace")
+            for line in text.splitlines():
+                print(f"[{_uptime():7.2f} {self.name}] {line}", flush=True)
             with self._news:
-                self.lines.append(line.rstrip("\n"))
+                self.heard += text
+                self.lines = self.heard.splitlines()
                 self._news.notify_all()
         with self._news:
             self._news.notify_all()
 
     def expect(self, text: str, timeout_s: float = ANSWER_S) -> str:
-        """Return the next line that holds `text`; lines before it are passed over."""
+        """Return the next line that holds `text`; lines before it are passed over.
+
+        A line whose end has not come yet counts as well.
+        """
         end_s = time.monotonic() + timeout_s
         with self._news:
             while True:

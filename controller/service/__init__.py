@@ -1,0 +1,1 @@
+"""The device as a service of systemd: its unit, its heartbeat, and what state it is in."""

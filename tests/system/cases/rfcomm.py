@@ -1,0 +1,37 @@
+"""A whole game over kernel RFCOMM: refused, paired with digits, found, and played three ways."""
+
+from ..guest import Guest
+from ..spp import game, orb, pair, round_trips, told
+
+
+def run(guest: Guest) -> None:
+    """Pair, look the service up, and play the same game every way there is."""
+    guest.radio()
+    near, far = guest.addresses
+    reference = game(guest, None)
+    guest.saw(f"over TCP: {told(reference)}")
+    controller, url = orb(guest)
+    guest.check(url == f"rfcomm://{far}:22", f"the orb waits at {url}")
+
+    stranger = guest.python("host", "--demo", "--headless", "--seconds", "5", "--link",
+                            f"{url}?local={near}", name="stranger")  # fmt: skip
+    guest.check(stranger.wait(60.0) == 1, "an unbonded host is refused: " + stranger.lines[-1])
+
+    guest.saw(f"paired; both sides showed {pair(guest, far)}")
+    records = guest.run("sdptool", "browse", far)
+    guest.check("6f726274" in records and '"Serial Port" (0x1101)' in records,
+                "SDP (BlueZ's sdptool): our UUID and Serial Port (0x1101)")  # fmt: skip
+    guest.check("Channel: 22" in records, "on channel 22")
+
+    ways = {
+        "URL": f"rfcomm://{far}?local={near}",
+        "tty": "/dev/rfcomm0",
+        "socket": f"socket:{far}/22/{near}",
+    }
+    guest.run("rfcomm", "-i", "hci0", "bind", "0", far, "22")
+    for way in ("URL", "tty"):
+        guest.check(game(guest, ways[way]) == reference, f"the same game over RFCOMM by {way}")
+    for way, link in ways.items():
+        guest.measured(f"host to controller and back, RFCOMM by {way}", round_trips(guest, link))
+    guest.run("rfcomm", "release", "0")
+    guest.check(controller.end() == 0, "the orb ended well")

@@ -1,0 +1,87 @@
+"""Measure a link end to end: how long a grant takes to the orb's program and back.
+
+    python -m tests.system.play URL     rfcomm://..., /dev/rfcomm0, or socket:ADDRESS/CHANNEL/LOCAL,
+                                        which is Python's own Bluetooth socket
+
+It prints one line of JSON: {"seconds": [...]}.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import sys
+import time
+from typing import Any
+
+from controller.protocol import Grant, Granted
+from host.receiver import Connected, Delivered, Receiver
+from host.transport import Transport, _Selected, open_transport
+
+GRANTS = 300
+
+
+class PlainSocket:
+    """Python's own socket behind the four methods that a transport needs of a port."""
+
+    def __init__(self, words: str) -> None:
+        address, channel, local = words.split("/")
+        self._socket = socket.socket(31, socket.SOCK_STREAM, 3)
+        self._socket.bind((local, 0))
+        self._socket.connect((address, int(channel)))
+        self._socket.setblocking(False)
+        self.fileno, self.close = self._socket.fileno, self._socket.close
+
+    def read(self, size: int) -> bytes:
+        """Return what has come; the other end has gone if that is nothing."""
+        with contextlib.suppress(BlockingIOError):
+            data = self._socket.recv(size)
+            if not data:
+                raise OSError("the other end closed it")
+            return data
+        return b""
+
+    def write(self, data: bytes) -> int:
+        """Send what fits."""
+        return self._socket.send(data)
+
+
+def opened(url: str) -> Transport:
+    """Open one of the ways."""
+    if url.startswith("socket:") and not url.startswith("socket://"):
+        port: Any = PlainSocket(url.partition(":")[2])
+        return _Selected(port, url)
+    return open_transport(url)
+
+
+def main(url: str) -> None:
+    """Connect, grant, and print how long each grant took."""
+    receiver = Receiver(lambda: opened(url), granted=True)
+    receiver.connect()
+    seconds = []
+    for number in range(1, GRANTS + 1):
+        start_s = time.perf_counter()
+        receiver.send(Grant(number))  # milliseconds: no frame is due in most of these grants
+        answer(receiver, number)
+        seconds.append(time.perf_counter() - start_s)
+    receiver.close()
+    print(json.dumps({"seconds": seconds}))
+
+
+def answer(receiver: Receiver, until_ms: int) -> None:
+    """Return when the orb says that it has come so far."""
+    end_s = time.monotonic() + 10.0
+    while time.monotonic() < end_s:
+        for item in receiver.poll():
+            if isinstance(item, Delivered) and isinstance(item.message, Granted):
+                if item.message.until_ms == until_ms:
+                    return
+            elif not isinstance(item, Connected | Delivered):
+                raise SystemExit(f"the link broke: {item}")
+        receiver.wait(end_s - time.monotonic())
+    raise SystemExit("the orb does not answer")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,73 @@
+"""What the cases of the serial link share: a waiting orb, a pairing, a demo game."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from .guest import CaseError, Guest, Process
+
+SEED = "7"
+SECONDS = "12"
+
+
+def orb(guest: Guest, *options: str) -> tuple[Process, str]:
+    """Start a virtual orb that waits on hci1; return it and the URL that it tells."""
+    process = guest.python("controller", "--sensor", "virtual", "--seed", SEED,
+                           "--link", "rfcomm:hci1", *options)  # fmt: skip
+    line = process.expect('"listening"', 60.0)
+    return process, json.loads(line)["listening"]
+
+
+def pair(guest: Guest, address: str) -> str:
+    """Pair hci0 with the orb on hci1 as two people would; return the digits."""
+    window = guest.python("controller", "pair", "--adapter", "hci1", name="controller-pair")
+    window.expect("waiting for a host", 60.0)
+    host = guest.python("host", "pair", address, "--adapter", "hci0", name="host-pair")
+    asked = digits(guest, host, "is it the same there?"), digits(guest, window, "is it the same")
+    if asked[0] != asked[1]:
+        raise CaseError(f"the two sides show {asked[0]} and {asked[1]}")
+    host.say("y")
+    window.say("y")
+    window.expect("paired with")
+    host.expect("paired with")
+    host.expect("play: host --link rfcomm://")
+    if window.wait() or host.wait():
+        raise CaseError("pairing did not end well")
+    return asked[0]
+
+
+def digits(guest: Guest, process: Process, question: str) -> str:
+    """Return the six digits of a question that has no end of line yet."""
+    found = guest.until(
+        lambda: re.search(r"shows (\d{6}); " + re.escape(question), process.heard), question
+    )
+    return str(found[1])
+
+
+def game(guest: Guest, link: str | None) -> dict[str, Any]:
+    """Play a demo game with `host`; return what came of it, without the count of bytes."""
+    words = ["--demo", "--headless", "--speed", "0", "--seed", SEED, "--seconds", SECONDS, "--json"]
+    process = guest.python("host", *words, *(["--link", link] if link else []), name="host-demo")
+    if process.wait(90.0):
+        raise CaseError(f"host ended badly: {process.lines[-3:]}")
+    verdict: dict[str, Any] = json.loads(process.lines[-1])
+    del verdict["link_bytes"]
+    return verdict
+
+
+def told(verdict: dict[str, Any]) -> str:
+    """Return a game in a few words."""
+    return (
+        f"{len(verdict['commands'])} commands, {verdict['hits']} of {verdict['intended']} "
+        f"gestures understood, {verdict['pieces']} pieces"
+    )
+
+
+def round_trips(guest: Guest, link: str) -> list[float]:
+    """Return how long grants took over a link."""
+    process = guest.python(f"{__package__}.play", link, name="play")
+    if process.wait(60.0):
+        raise CaseError(f"play ended badly: {process.lines[-3:]}")
+    return list(json.loads(process.lines[-1])["seconds"])
