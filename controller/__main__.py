@@ -15,6 +15,7 @@ from typing import Final
 from controller.bundle import BundleError
 from controller.device import Device
 from controller.ends import complain, signals
+from controller.key import KeyFileError
 from controller.labelling.terminal import Keyboard, keyboard
 from controller.links import LinkError
 from controller.links.stdout import let_go
@@ -24,13 +25,15 @@ from controller.options import PRINT, parser
 from controller.parts import Parts, open_device, prepare
 from controller.recordings.recording import RecordingError
 from controller.sensors import SensorError
+from controller.service.notify import Heart
 from controller.vocabulary import VocabularyError
 
 MISTAKES: Final = (
-    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError
+    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError, KeyFileError
 )  # fmt: skip
 # What has a command line of its own.
 COMMANDS: Final = {
+    "key": "controller.key",
     "recordings": "controller.recordings.command",
     "teach": "controller.teaching.command",
     "pair": "controller.bluetooth.pair",
@@ -84,10 +87,31 @@ def _run(parts: Parts, stopped: Callable[[], bool], keyboard: Keyboard | None) -
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
     )
-    # Whoever read the lines has gone (`controller | head`): that is an end as well.
-    loop.run(lambda: stopped() or (printing and not parts.link.connected))
+    heart = Heart()
+    heart.ready()
+
+    def over() -> bool:
+        """Show systemd that the loop turns; say whether it shall go on."""
+        heart.beat()
+        heart.tell(_state(parts))
+        # Whoever read the lines has gone (`controller | head`): that is an end as well.
+        return stopped() or (printing and not parts.link.connected)
+
+    try:
+        loop.run(over)
+    finally:
+        heart.stopping()
     if loop.missed:
         _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+
+
+def _state(parts: Parts) -> str:
+    """Return how the link is, in a line."""
+    if parts.link.connected:
+        return "a host is connected"
+    ready: str = getattr(parts.link, "state", "ready")
+    where: str = getattr(parts.link, "url", parts.options.link)
+    return f"waiting for a host at {where}" if ready == "ready" else ready
 
 
 def _announce(url: str) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Protocol
 
+from controller.bluetooth.button import LongPress
 from controller.labelling.cues import Cue
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame
@@ -64,6 +65,7 @@ class Device:
         tape: Where the session is kept, if it is.
         script: What the virtual orb's own hand does unasked, in order.
         obey: Says what it does for a cue that begins at a time, if it heeds cues.
+        on_long_press: Called when the orb's own button was held for long.
     """
 
     sensor: Sensor
@@ -74,6 +76,7 @@ class Device:
     tape: Tape | None = None
     script: Iterator[Wish] = field(default_factory=lambda: iter(()))
     obey: Callable[[Cue, float], Wish | None] | None = None
+    on_long_press: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         """Begin before the first frame."""
@@ -82,6 +85,7 @@ class Device:
         self._next = next(self.script, None)
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
+        self._button = LongPress()
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
@@ -128,6 +132,8 @@ class Device:
             if self.tape is not None:
                 self.tape.mark(t_s, "lost", str(error))
             raise
+        if self.on_long_press and self._button.step(self.sensor.button(t_s), t_s):
+            self.on_long_press()
         step = self.pipeline.step(frame, t_s, number)
         if self.tape is not None:
             self._keep(self.tape, frame, step)

@@ -9,12 +9,15 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Final, Protocol, runtime_checkable
 
 from controller import bundle as bundles
+from controller import key as keys
 from controller import mapping as mappings
 from controller import sensors, vocabulary
+from controller.bluetooth.button import WINDOW_S
 from controller.bundle import Bundle
 from controller.device import Device, Wish, steady
 from controller.labelling import plan as plans
@@ -23,10 +26,10 @@ from controller.labelling.labeller import Labeller
 from controller.labelling.plan import Plan
 from controller.labelling.status import Status, StatusLine
 from controller.labelling.terminal import Keyboard
-from controller.links import Link, open_link
+from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
 from controller.options import PRINT
-from controller.pipeline import Pipeline
+from controller.pipeline import LATER, Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognizer import Recognizer, engine
 from controller.recordings.recorder import Recorder
@@ -55,6 +58,14 @@ class Teller(Protocol):
 
     def say(self, plain: Plain) -> None:
         """Take plain data, without waiting."""
+
+
+@runtime_checkable
+class Pairable(Protocol):
+    """A link that new hosts can be let into."""
+
+    def pair(self, seconds: int) -> None:
+        """Let new hosts find and pair with us for a while, without waiting."""
 
 
 @dataclass
@@ -106,10 +117,16 @@ def prepare(options: argparse.Namespace) -> Parts:
     if options.record is not None:
         runs = Runs(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
-    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
+    link = open_link(
+        options.link,
+        _welcome(bundle, mapping, sensor),
+        token=token,
+        key=b"" if options.key is None else keys.read(options.key),
+        exposed=options.unprotected,
+    )
     _log.info(
-        "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
-        software(), platform.python_version(), engine(), bundle.hash,
+        "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
+        software(), platform.python_version(), engine(), platform.platform(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
@@ -122,6 +139,10 @@ def _exclude(options: argparse.Namespace) -> None:
             raise RecordingError("a replay is a recording already; leave out --record")
         if options.rate is not None:
             raise RecordingError("a recording has its own rate; leave out --rate")
+    if options.link == PRINT and (options.key is not None or options.unprotected):
+        raise LinkError("--key and --unprotected are for hosts; say with --link where they come")
+    if options.key is not None and options.unprotected:
+        raise LinkError("an orb with a key is protected; leave out --key or --unprotected")
     if options.record is None:
         for name in ("label", "cues", "user"):
             if getattr(options, name):
@@ -207,7 +228,12 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
             obey = Obedient(sensor.geometry, options.seed, _gestures(options)).obey
         _log.info("nothing touches this orb, so its own hand %s", told)
     schedule = steady(sensor.rate_hz)
-    return Device(sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey)
+    press = None
+    if isinstance(link, Pairable) and tape is None and not sensor.virtual:
+        press = partial(link.pair, WINDOW_S)
+    return Device(
+        sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey, on_long_press=press
+    )
 
 
 def _tape(
@@ -258,7 +284,7 @@ def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: 
     pipeline = Pipeline(bundle, recognizer, mapping)
     if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
         state = sensor.source.state
-        if set(state) != set(pipeline.state()):
+        if set(state) | set(LATER) != set(pipeline.state()):
             _log.warning("another version of this program recorded this: it is replayed from rest")
             return pipeline
         try:

@@ -1,7 +1,7 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from controller.touch import TouchImage
 
 Touch = tuple[float, float]  # (x, y), grid units
 
+# What older recordings do not have in their state; they go on as if it were new.
+LATER: Final = ("preprocess.answers", "preprocess.answered")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
@@ -147,6 +149,7 @@ class Pipeline:
             ValueError: The state belongs to another bundle or sensor, or is damaged.
         """
         own = self.state()
+        state = {**{key: own[key] for key in LATER if key in own}, **state}
         if set(state) != set(own) or any(_unlike(state[key], own[key]) for key in own):
             raise ValueError("the state is of another bundle or sensor")
         remembered = [state[f"preprocess.{name}"] for name in ("rest", "recent")]

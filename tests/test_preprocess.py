@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.preprocess import Preprocessor, PreprocessSettings, z_image
+from controller.preprocess import Known, Preprocessor, PreprocessSettings, z_image
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -170,3 +170,97 @@ def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
     for frame in (*idle(2.0), *pressed(25.0)):
         prepared = stage.step(frame)
     assert prepared.deviation > 0.05
+
+
+# --- fingers that are there from the start, and for long ------------------------------------------
+
+
+def test_a_press_of_ten_minutes_is_never_absorbed() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    deviations = [stage.step(frame).deviation for frame in pressed(600.0)]
+    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
+    after = [stage.step(frame).quiet for frame in idle(2.0, seed=4)]
+    assert all(after)
+
+
+def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> None:
+    stage = fresh()
+    touched = [stage.step(frame) for frame in pressed(10.0)]
+    assert touched[-1].ready
+    assert touched[-1].quiet
+    left = [stage.step(frame) for frame in idle(5.0)]
+    assert not left[0].quiet
+    assert all(prepared.quiet for prepared in left[11:])
+    assert stage.rest == pytest.approx(REST_PF, rel=0.01)
+
+
+# --- a calibration --------------------------------------------------------------------------------
+
+
+def known() -> Preprocessor:
+    return Preprocessor(PreprocessSettings(), 5, 5, Known(REST_PF.astype(np.float32), 0.003))
+
+
+def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
+    stage = known()
+    prepared = [stage.step(frame) for frame in idle(0.5) * np.float32(0.95)]  # cooler today
+    assert [one.ready for one in prepared] == [False, False, True, True, True]
+    assert stage.window() is not None
+    assert prepared[-1].quiet
+
+
+def test_with_a_calibration_a_finger_from_the_start_is_a_touch_at_once() -> None:
+    stage = known()
+    prepared = [stage.step(frame) for frame in pressed(5.0)]
+    assert prepared[3].ready
+    assert not any(one.quiet for one in prepared)
+    assert prepared[-1].image[2, 2] == pytest.approx(0.72, abs=0.1)
+    left = [stage.step(frame) for frame in idle(10.0)]
+    assert left[-1].quiet
+    assert stage.rest == pytest.approx(REST_PF, rel=0.02)
+
+
+def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
+    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
+    stage = Preprocessor(PreprocessSettings(), 5, 5, Known(other.astype(np.float32), 0.003))
+    ready = [stage.step(frame).ready for frame in idle(2.0)]
+    assert ready.index(True) < 14
+    assert stage.rest == pytest.approx(REST_PF, rel=0.01)
+
+
+def test_a_calibration_of_another_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match="calibrate anew"):
+        Preprocessor(PreprocessSettings(), 4, 5, Known(REST_PF.astype(np.float32), 0.003))
+
+
+# --- leads ----------------------------------------------------------------------------------------
+
+
+def test_a_row_that_is_cut_off_in_a_touch_is_filled_in_and_comes_back_as_it_was() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    whole = stage.step(pressed(0.1)[0]).image
+    cut = pressed(60.0)
+    cut[:, 2] = 1.0
+    for frame in cut:
+        prepared = stage.step(frame)
+        assert np.abs(prepared.image - whole).max() < 0.15
+    assert prepared.lost is not None
+    assert np.argwhere(prepared.lost)[:, 0].tolist() == [2] * 5
+    prepared = stage.step(idle(0.1)[0])
+    assert prepared.lost is None
+    assert prepared.quiet
+
+
+def test_a_lead_that_is_mended_only_later_needs_no_new_start() -> None:
+    stage = fresh()
+    cut = idle(5.0)
+    cut[:, :, 1] = 1.0
+    for frame in cut:
+        assert not stage.step(frame).deviation > 0.01
+    last = [stage.step(frame) for frame in idle(3.0, seed=6)][-1]
+    assert last.lost is None
+    assert last.quiet

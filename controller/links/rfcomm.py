@@ -10,7 +10,7 @@ import socket
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError
 from controller.bluetooth.names import CHANNEL
-from controller.links import LinkError
+from controller.links import Access, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import Welcome
 
@@ -19,7 +19,7 @@ PEERS = 4  # connections at a time; one of them is the host, the others are told
 log = logging.getLogger(__name__)
 
 
-def create(url: str, welcome: Welcome, token: str) -> RfcommLink:
+def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
     """Offer the serial port service on an adapter, and wait for hosts.
 
     Raises:
@@ -33,7 +33,7 @@ def create(url: str, welcome: Welcome, token: str) -> RfcommLink:
         )
     if not bluez.available():
         raise LinkError("rfcomm: needs dbus-fast; pip install 'orbtouch[bluetooth]'")
-    return RfcommLink(adapter, welcome, token)
+    return RfcommLink(adapter, welcome, access)
 
 
 class RfcommLink(StreamLink):
@@ -43,14 +43,14 @@ class RfcommLink(StreamLink):
         url: Where hosts connect to: rfcomm://ADDRESS:CHANNEL.
     """
 
-    def __init__(self, adapter: str, welcome: Welcome, token: str) -> None:
+    def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
         from controller.bluetooth.keeper import Keeper
         from controller.bluetooth.rfcomm import SerialService
 
-        super().__init__(welcome, token)
+        super().__init__(welcome, access)
         self._arrived: queue.SimpleQueue[tuple[socket.socket, str, str]] = queue.SimpleQueue()
-        self._left: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._leaving: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._paths: dict[socket.socket, str] = {}  # whose device each is
         service = SerialService(self._accept, self._leave)
         self._keeper = Keeper([service], adapter)
@@ -83,7 +83,7 @@ class RfcommLink(StreamLink):
         self._ring()
 
     def _leave(self, path: str) -> None:
-        self._left.put(path)
+        self._leaving.put(path)
         self._ring()
 
     # --- the thread's side ---
@@ -95,7 +95,7 @@ class RfcommLink(StreamLink):
                 self._join(*self._arrived.get_nowait())
         with contextlib.suppress(queue.Empty):
             while True:
-                self._part(self._left.get_nowait())
+                self._part(self._leaving.get_nowait())
 
     def _join(self, connection: socket.socket, who: str, path: str) -> None:
         self._paths = {open_: its for open_, its in self._paths.items() if open_.fileno() >= 0}

@@ -65,7 +65,8 @@ def _followed(recording: Recording) -> Response:
     reads = _middle(recording) > LEAST_PF
     frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
-    stage = Preprocessor(PreprocessSettings(rate_hz=rate_hz), *frames.shape[1:])
+    settings = PreprocessSettings(rate_hz=rate_hz)
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # broken taxels shall be seen
     steps = [stage.step(frame) for frame in frames.astype(np.float32)]
     return Response(
         np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),

@@ -5,6 +5,7 @@ Rows and columns count from the top left, from 0, as in docs/simulator.md.
 
 import warnings
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -40,43 +41,83 @@ IDLES: Final = 20  # pairs of untouched frames from which noise can be told
 NAMED: Final = 6  # more taxels than that are counted, not listed
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Strange:
+    """One thing about taxels that is not as it should be.
+
+    Attributes:
+        kind: "stuck", "saturated", "loose", "short", "dead" or "noisy".
+        mask: Which taxels.
+        text: A sentence about them.
+        useless: They say nothing of touches.
+    """
+
+    kind: str
+    mask: Mask
+    text: str
+    useless: bool
+
+
 def strange(recording: Recording, response: Response) -> tuple[Mask, list[str]]:
     """Return which taxels are of no use, and sentences about all that are not as they should be."""
-    frames, unit, lines = recording.frames, recording.origin.unit, []
+    found = examine(recording.frames, recording.origin.unit, response)
+    useless = np.zeros(recording.frames.shape[1:], dtype=np.bool_)
+    for one in found:
+        if one.useless:
+            useless |= one.mask
+    return useless, [one.text for one in found]
+
+
+def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[Strange]:
+    """Return what is not as it should be about the taxels of some frames.
+
+    Args:
+        frames: As they were read, (n, rows, columns).
+        unit: Of their values.
+        response: What was felt in them.
+    """
+    found: list[Strange] = []
     stuck = frames.min(axis=0) == frames.max(axis=0)
     if unit == PICOFARAD:
         stuck |= _repeating(frames)
     elif unjudged(response) and not stuck.all():  # counts stay the same where nothing touches
         stuck[:] = False
     if stuck.any():
-        lines.append(f"{names(stuck)}: stuck, always the same reading")
+        text = f"{names(stuck)}: stuck, always the same reading"
+        found.append(Strange("stuck", stuck, text, True))
     clipped = _clipped(frames) & ~stuck
     if clipped.any():
-        lines.append(f"{names(clipped)}: saturated, at {frames.max():.4g} {unit}")
+        text = f"{names(clipped)}: saturated, at {frames.max():.4g} {unit}"
+        found.append(Strange("saturated", clipped, text, True))
     useless = stuck | clipped
     if unit == PICOFARAD:
         level = np.median(frames, axis=0).astype(np.float64)
         loose = (level < LOOSE * np.median(level)) & ~useless
         useless |= loose
         if loose.any():
-            lines.append(
+            text = (
                 f"{names(loose)}: {level[loose].mean():.2g} pF where the others read "
                 f"{np.median(level):.2g}; a lead is off"
             )
-        lines += [f"{pair}: equal readings; do they touch?" for pair in _short(level, useless)]
+            found.append(Strange("loose", loose, text, True))
+        for pair, mask in _short(level, useless):
+            text = f"{pair}: equal readings; do they touch?"
+            found.append(Strange("short", mask, text, False))
     if unjudged(response):
-        return useless, lines
+        return found
     share = _share(np.where(useless, np.nan, _answer(response)))
     dead = share < DEAD
     if dead.any():
-        lines.append(
+        text = (
             f"{names(dead)}: dead ({100 * float(np.median(share[dead])):.0f} % of the neighbours' "
             "answer)"
         )
+        found.append(Strange("dead", dead, text, True))
     noisy = _noisy(response) & ~(useless | dead)
     if noisy.any():
-        lines.append(f"{names(noisy)}: noisy; does a contact leak?")
-    return useless | dead, lines
+        text = f"{names(noisy)}: noisy; does a contact leak?"
+        found.append(Strange("noisy", noisy, text, False))
+    return found
 
 
 def names(mask: Mask) -> str:
@@ -171,8 +212,8 @@ def _noisy(response: Response) -> Mask:
     return np.asarray(noisy)
 
 
-def _short(level: Map, known: Mask) -> Iterator[str]:
-    """Yield pairs of electrodes that read the same, taxel by taxel."""
+def _short(level: Map, known: Mask) -> Iterator[tuple[str, Mask]]:
+    """Yield pairs of electrodes that read the same, taxel by taxel, and their taxels."""
     for word, lines, bad in (("rows", level, known), ("columns", level.T, known.T)):
         if min(lines.shape) < 3:
             continue
@@ -182,4 +223,6 @@ def _short(level: Map, known: Mask) -> Iterator[str]:
             if bad[i : i + 2].any() or not (apart < SAME * pair[1]).all():
                 continue
             if np.median(pair) > MORE * np.median(np.delete(lines, [i, i + 1], axis=0)):
-                yield f"{word} {i} and {i + 1}"
+                mask = np.zeros_like(bad)
+                mask[i : i + 2] = True
+                yield f"{word} {i} and {i + 1}", mask if word == "rows" else mask.T

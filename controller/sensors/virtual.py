@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.labelling.cues import NULL_LABEL, Cue, Phase
 from controller.preprocess import Frame
@@ -93,6 +94,16 @@ class Virtual:
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
         self.rate_hz = rate_hz
         self.device_id = f"virtual-{seed}"
+
+    @property
+    def model(self) -> OrbModel:
+        """The orb's constants."""
+        return self._orb.model
+
+    @property
+    def skin(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
+        return self._orb.skin
 
     def read(self, t_s: float) -> Frame:
         """Return the scan that ends at `t_s`, (rows, columns), picofarads."""

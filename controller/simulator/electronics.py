@@ -110,6 +110,8 @@ class Electronics:
         self._tail = np.zeros((2, slots, 3))  # x, y (mm), depth at those steps
         self._previous = np.array(0.3)
         self._scan = scan_times(self._rows, self._columns, self._readout)
+        # What a scan of the latest frame met: capacitances, pF, and fingers over rows, 0 ... 1.
+        self.skin = self.rest_pf.reshape(grid), np.zeros(self._rows)
         self._frames = 0
         self._since: dict[Fault, int] = {}  # fault -> frame in which it was switched on
 
@@ -142,12 +144,15 @@ class Electronics:
         when = self._slots_s(frames)
         capacitance = self._capacitance(self._at(track, when), frames)
         shape = (frames, self._rows, self._columns)
+        fingers = self._rows_touched(touched[1 + self._per_frame :: self._per_frame])
+        if frames:
+            self.skin = capacitance[-1].reshape(shape[1:]).copy(), fingers[-1]
         circuit = self._circuit()
         phase = 2 * np.pi * circuit.mains_hz * (when + self._frames / self._rate_hz)
         picofarads, self._previous = read(
             circuit,
             self._broken(capacitance).reshape(shape),
-            self._rows_touched(touched[1 + self._per_frame :: self._per_frame]),
+            fingers,
             (phase + self._mains_phase).reshape(shape),
             self._previous,
             self._noise.normal(0.0, 1.0, shape),

@@ -82,6 +82,11 @@ class VirtualOrb:
         self._pointer_depth = np.zeros(POINTERS)
         self._pointer_radius = np.full(POINTERS, 7.0)
 
+    @property
+    def skin(self) -> tuple[Array, Array]:
+        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
+        return self._simulator.electronics.skin
+
     def switch(self, faults: Iterable[Fault], on: bool = True) -> None:
         """Switch faults on or off."""
         self._simulator.electronics.switch(faults, on)

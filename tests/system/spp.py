@@ -12,10 +12,11 @@ SEED = "7"
 SECONDS = "12"
 
 
-def orb(guest: Guest, *options: str) -> tuple[Process, str]:
-    """Start a virtual orb that waits on hci1; return it and the URL that it tells."""
-    process = guest.python("controller", "--sensor", "virtual", "--seed", SEED,
-                           "--link", "rfcomm:hci1", *options)  # fmt: skip
+def orb(guest: Guest) -> tuple[Process, str]:
+    """Start a virtual orb that waits on the second adapter; return it and the URL it tells."""
+    link = f"rfcomm:{guest.addresses[1]}"
+    words = ["--sensor", "virtual", "--seed", SEED, "--link", link]
+    process = guest.python("controller", *words)
     line = process.expect('"listening"', 60.0)
     return process, json.loads(line)["listening"]
 
@@ -28,14 +29,24 @@ def pair(guest: Guest, address: str) -> str:
     asked = digits(guest, host, "is it the same there?"), digits(guest, window, "is it the same")
     if asked[0] != asked[1]:
         raise CaseError(f"the two sides show {asked[0]} and {asked[1]}")
-    host.say("y")
     window.say("y")
+    host.say("y")
     window.expect("paired with")
     host.expect("paired with")
     host.expect("play: host --link rfcomm://")
     if window.wait() or host.wait():
         raise CaseError("pairing did not end well")
     return asked[0]
+
+
+def pair_quickly(guest: Guest) -> None:
+    """Pair both adapters with nobody looking."""
+    window = guest.python("controller", "pair", "--yes", "--adapter", "hci1", name="window")
+    window.expect("waiting for a host", 60.0)
+    host = guest.python("host", "pair", guest.addresses[1], "--adapter", "hci0", "--yes")
+    window.expect("paired with", 60.0)
+    if window.wait() or host.wait():
+        raise CaseError("pairing did not end well")
 
 
 def digits(guest: Guest, process: Process, question: str) -> str:

@@ -1,0 +1,170 @@
+"""What each fault of the wiring is called, and what to do about it: one table."""
+
+from typing import Final, NamedTuple
+
+
+class Sentence(NamedTuple):
+    """How a fault is told.
+
+    Attributes:
+        found: What was found; `{}` takes the figures.
+        advice: What to do.
+    """
+
+    found: str
+    advice: str
+
+
+_SWAP: Final = "Swap the two leads at the plug, or the two numbers in the wiring file."
+
+SENTENCES: Final[dict[str, Sentence]] = {
+    # --- converter and bus
+    "no_converter": Sentence(
+        "no answer: {}",
+        "Check the converter's supply, chip select and data-out leads, and that SPI is switched on "
+        "(raspi-config).",
+    ),
+    "silent_converter": Sentence(
+        "nothing but zeros, also while every row stands at the supply",
+        "Check the data-out lead, the reference pin and the converter's ground.",
+    ),
+    "bus_errors": Sentence(
+        "{}",
+        "Shorten the bus leads, or lower the SPI clock in the wiring file.",
+    ),
+    "other_converter": Sentence(
+        "the last two bits are always zero: a 10-bit converter answers",
+        "An MCP3008 is fitted where the wiring file says MCP3208: correct one of the two.",
+    ),
+    "stuck_bit": Sentence(
+        "bit {} never changes",
+        "Lower the SPI clock; if it stays, the converter is broken: replace it.",
+    ),
+    "reference": Sentence(
+        "a row charged to the supply reads {}, where .94 of full scale is usual",
+        "The reference pin must be at the pins' own supply, 3.3 V: check that lead.",
+    ),
+    "slow": Sentence(
+        "{}",
+        "The computer is too busy: end other programs, or raise the SPI clock.",
+    ),
+    # --- rows
+    "short_rows": Sentence("it touches {}", "Look for a solder bridge, or for film that touches."),
+    "swapped_channels": Sentence(
+        "its charge arrives at the input of {}",
+        "Swap the two converter inputs, or the two channels in the wiring file.",
+    ),
+    "high_row": Sentence(
+        "at the supply, {} of full scale, whatever its pin does",
+        "Look for a bridge from this row to 3.3 V.",
+    ),
+    "pull_up": Sentence(
+        "rises to {} of full scale by itself within a fraction of a millisecond",
+        "A pull-up is switched on at its pin, or a resistor goes to 3.3 V: remove it.",
+    ),
+    "grounded_row": Sentence(
+        "at ground, whatever its pin does",
+        "Look for a bridge to ground; if there is none, its pin is broken: use another.",
+    ),
+    "no_channel": Sentence(
+        "its pin sees the charge, the converter does not",
+        "The lead from this row to its converter input is off: solder it.",
+    ),
+    "dead_row_pin": Sentence(
+        "its pin neither charges nor grounds it",
+        "The lead from this row to its pin is off, or the pin is broken.",
+    ),
+    "open_row": Sentence(
+        "{} pF a taxel, where the others have {}: the lead is off",
+        "Fasten this row's lead at the membrane.",
+    ),
+    "weak_row": Sentence(
+        "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
+        "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
+    ),
+    "damp": Sentence(
+        "it charges by itself: {} of full scale after 4 ms",
+        "Clean and dry the board: flux or moisture leaks from the supply.",
+    ),
+    "no_bleed": Sentence(
+        "it keeps its charge: {}",
+        "The 50 MOhm resistor from this row to ground is missing.",
+    ),
+    "small_bleed": Sentence(
+        "it loses its charge through {} megohms, not 50",
+        "Fit the right resistor from this row to ground; look for flux beside it.",
+    ),
+    "no_row_capacitor": Sentence(
+        "about {} pF to ground, not 150",
+        "The row's capacitor to ground is missing, or its joint is open.",
+    ),
+    "long_lead": Sentence(
+        "about {} pF to ground, not 150",
+        "Shorten this row's lead, or keep it away from ground and shields.",
+    ),
+    "noisy": Sentence(
+        "it scatters by {} counts, the others by {}",
+        "A contact crackles: fasten this row's lead and plug.",
+    ),
+    # --- columns
+    "short_columns": Sentence(
+        "it touches {}", "Look for a solder bridge, or for film that touches."
+    ),
+    "high_column": Sentence(
+        "at the supply, whatever its pin does", "Look for a bridge from this column to 3.3 V."
+    ),
+    "grounded_column": Sentence(
+        "at ground, whatever its pin does",
+        "Look for a bridge to ground; if there is none, its pin is broken: use another.",
+    ),
+    "open_column": Sentence(
+        "{} pF a taxel, where the others have {}: the lead is off",
+        "Fasten this column's lead at the membrane.",
+    ),
+    "weak_column": Sentence(
+        "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
+        "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
+    ),
+    # --- taxels
+    "short_taxel": Sentence(
+        "its row touches its column", "There is a hole in the dielectric here: patch the membrane."
+    ),
+    "leaky": Sentence(
+        "it conducts: {} times as much after 4 ms as after 0.1 ms",
+        "The dielectric is thin or damp here: dry the membrane; if it stays, patch it.",
+    ),
+    "dead": Sentence(
+        "{} pF, where the others have {}",
+        "The film is cracked here. Play goes on with a guess in its place; a new membrane cures it.",
+    ),
+    # --- the whole
+    "unplugged": Sentence(
+        "all taxels have {} pF", "The membrane's plug is out: push it in."
+    ),
+    "noise": Sentence(
+        "readings scatter by {} counts of 4096",
+        "Join the converter's grounds, shorten its leads, put 1 uF across its supply.",
+    ),
+    "mains": Sentence(
+        "readings hum by {} % at {} Hz",
+        "Keep away from mains leads and chargers; ground the computer.",
+    ),
+    # --- with a hand
+    "swapped_rows": Sentence("what touches it is felt in {}", _SWAP),
+    "swapped_columns": Sentence("what touches it is felt in {}", _SWAP),
+    "mirrored": Sentence(
+        "touches are felt mirrored, {}",
+        "The plug is in the wrong way round, or the list in the wiring file is: reverse it.",
+    ),
+    "turned": Sentence(
+        "rows feel what columns should",
+        "Rows and columns are exchanged: swap the two plugs or the two lists.",
+    ),
+    "stiff": Sentence(
+        "it feels {} % of what it should",
+        "The membrane is stiff or loose here. Play goes on with a guess in its place.",
+    ),
+    "weak": Sentence(
+        "it feels {} % of what it should", "Watch it: the film may be cracking here."
+    ),
+}

@@ -1,0 +1,64 @@
+"""What the doctor says: one row for each thing that was looked at."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from textwrap import wrap
+from typing import Final
+
+_WIDTH: Final = 100  # columns of a terminal that the table fills
+_GAP: Final = "  "
+
+
+class Verdict(StrEnum):
+    """How something is. Only a fault makes the exit status 1."""
+
+    GOOD = "good"
+    UNKNOWN = "not checked"  # nothing here to look at, or nobody there to press
+    DOUBTFUL = "doubtful"  # it works, but worth a look
+    FAULT = "FAULT"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One thing that was looked at.
+
+    Attributes:
+        name: What was looked at: "SPI bus", "row 2", "taxel (1,3)".
+        verdict: How it is.
+        found: What was measured or seen, with units; never empty.
+        advice: What to do; "" where it is good.
+        code: A word for programs, such as "open_row"; "" where it is good.
+    """
+
+    name: str
+    verdict: Verdict
+    found: str
+    advice: str = ""
+    code: str = ""
+
+    def plain(self) -> dict[str, str]:
+        """Return the row as plain data."""
+        return {key: str(value) for key, value in asdict(self).items()}
+
+
+def faulty(rows: Iterable[Row]) -> bool:
+    """Return whether anything is broken."""
+    return any(row.verdict is Verdict.FAULT for row in rows)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the rows as a table for people; advice stands under what was found."""
+    wide = max((len(row.name) for row in rows), default=0)
+    middle = max((len(row.verdict) for row in rows), default=0)
+    indent = " " * (wide + middle + 2 * len(_GAP))
+    room = max(30, _WIDTH - len(indent))
+    lines = []
+    for row in rows:
+        head = f"{row.name:<{wide}}{_GAP}{row.verdict:<{middle}}{_GAP}"
+        found = wrap(row.found, room) or [""]
+        advice = wrap(row.advice, room - 3)
+        lines.append(head + found[0])
+        lines += [indent + line for line in found[1:]]
+        lines += [indent + ("-> " if i == 0 else "   ") + line for i, line in enumerate(advice)]
+    return "\n".join(lines)

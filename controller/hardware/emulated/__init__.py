@@ -1,0 +1,1 @@
+"""Emulated hardware: mock pins and a fake converter on a simulated circuit. Needs gpiozero only."""

@@ -1,0 +1,51 @@
+"""The SPI bus, by spidev."""
+
+from typing import Any
+
+from controller.hardware import HardwareAwayError, HardwareError
+
+
+class SpiDev:
+    """One chip on a bus of this computer."""
+
+    def __init__(self, bus: int, device: int, clock_hz: int) -> None:
+        """Open it.
+
+        Raises:
+            HardwareError: The library is missing, or the bus may not be opened.
+            HardwareAwayError: There is no such bus.
+        """
+        try:
+            import spidev
+        except ImportError:
+            raise HardwareError(
+                "the converter needs spidev; pip install 'orbtouch[pi]', or try --sensor emulated"
+            ) from None
+        self._spi: Any = spidev.SpiDev()
+        where = f"/dev/spidev{bus}.{device}"
+        try:
+            self._spi.open(bus, device)
+            self._spi.max_speed_hz = clock_hz
+            self._spi.mode = 0
+        except PermissionError:
+            raise HardwareError(
+                f"{where} may not be opened; add yourself to the group spi and log in anew "
+                "(docs/hardware.md)"
+            ) from None
+        except OSError as error:
+            raise HardwareAwayError(
+                f"{where} cannot be opened: {error.strerror or error}; switch SPI on with "
+                "raspi-config (docs/hardware.md)"
+            ) from None
+
+    def transfer(self, data: bytes) -> bytes:
+        """Write bytes, and return as many that were read meanwhile.
+
+        Raises:
+            OSError: The bus fails.
+        """
+        return bytes(self._spi.xfer2(list(data)))
+
+    def close(self) -> None:
+        """Release the bus."""
+        self._spi.close()
