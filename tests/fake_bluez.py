@@ -119,11 +119,11 @@ class FakeBluez:
 
     # --- what a host does ---
 
-    def know(self, address: str, *, paired: bool = True) -> str:
+    def know(self, address: str, *, paired: bool = True, adapter: str = ADAPTER) -> str:
         """Return the path of a host's object, which is there from now on."""
-        path = f"{ADAPTER}/dev_{address.replace(':', '_')}"
+        path = f"{adapter}/dev_{address.replace(':', '_')}"
         device = {
-            "Address": address, "Alias": "a host", "Name": "a host", "Adapter": ADAPTER,
+            "Address": address, "Alias": "a host", "Name": "a host", "Adapter": adapter,
             "Paired": paired, "Bonded": paired, "Connected": False, "Trusted": False,
         }  # fmt: skip
         self.objects[path] = {"org.bluez.Device1": device}

@@ -351,3 +351,15 @@ def test_a_bluetoothd_that_does_not_want_us_is_told_in_one_sentence(play: Play) 
             await it.part.begin(await it.again(), ADAPTER)
 
     play(scene)
+
+
+def test_hosts_of_another_adapter_are_none_of_ours(play: Play) -> None:
+    async def scene(it: Table) -> None:
+        path = it.bluez.know(PHONE, adapter="/org/bluez/hci1")
+        await it.play(LAPTOP)
+        it.bluez._change(path, "org.bluez.Device1", {"Connected": True})
+        await it.settle()
+        assert it.told == [LAPTOP]
+        assert it.bluez.disconnected == []
+
+    play(scene, known=Known((LAPTOP, PHONE), LAPTOP))

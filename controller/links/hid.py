@@ -165,9 +165,11 @@ class HidLink:
 
 def _part(pad: Pad, name: str, *, classic: bool) -> Part:
     """Return what brings reports to hosts."""
+    if classic:
+        from controller.bluetooth.hid.classic import ClassicPart
+
+        return ClassicPart(pad, name)
     from controller.bluetooth.hid.gatt import GattPart
     from controller.bluetooth.hid.services import Offer
 
-    if classic:
-        raise LinkError("not yet")
     return GattPart(pad, Offer(name, memory.charge()), name)

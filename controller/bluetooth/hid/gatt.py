@@ -164,7 +164,7 @@ class GattPart:
             elif "Discoverable" in changes:
                 self._discoverable = changes["Discoverable"]
                 self._do(self._advertise())
-        if interface != DEVICE:
+        if interface != DEVICE or not path.startswith(f"{self._adapter}/"):
             return
         device = self._devices.setdefault(path, {})
         before = (device.get("Address", ""), bool(device.get("Connected")))
