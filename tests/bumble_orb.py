@@ -158,11 +158,11 @@ class GattOrb(Orb):
 
     def _read(self, name: str, connection: Connection) -> bytes:
         if name == "report_map":
-            self.pad.arrive(str(connection.peer_address))
+            self.pad.arrive(connection.peer_address.to_string(False))
         return self.offer.read(name)
 
     def _connected(self, connection: Connection) -> None:
-        address = str(connection.peer_address)
+        address = connection.peer_address.to_string(False)
         connection.on("disconnection", lambda reason: self.pad.leave(address))
         if address in self.pad.hosts.known.hosts:
             connection.on("connection_encryption_change", lambda *why: self.pad.arrive(address))
@@ -197,7 +197,7 @@ class ClassicOrb(Orb):
 
     def begin(self) -> None:
         """Both channels are open at both ends: Bumble's host loses what comes before."""
-        self.pad.arrive(str(self._channels[INTERRUPT].connection.peer_address))
+        self.pad.arrive(self._channels[INTERRUPT].connection.peer_address.to_string(False))
 
     async def closed(self) -> None:
         """Return when no channel is open at this end."""
@@ -212,7 +212,7 @@ class ClassicOrb(Orb):
 
     def _closed(self, channel: l2cap.ClassicChannel) -> None:
         if self._channels.pop(channel.psm, None) is not None:
-            self.pad.leave(str(channel.connection.peer_address))
+            self.pad.leave(channel.connection.peer_address.to_string(False))
 
     def _control(self, message: bytes) -> None:
         answer = self.talk.control(message)
