@@ -15,7 +15,7 @@ pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
-from fake_bluez import ADAPTER, FakeBluez, RefusedError, private_bus
+from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 from reference import hid
 
 from controller.bluetooth.bluez import BluetoothError, Bus

@@ -14,7 +14,7 @@ pytest.importorskip("dbus_fast", reason="the link hid: needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
-from fake_bluez import ADAPTER, FakeBluez, RefusedError, private_bus
+from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
 from controller.bluetooth.hid import memory
 from controller.bluetooth.hid.hosts import Known

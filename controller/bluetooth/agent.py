@@ -4,6 +4,7 @@ Outside the pairing window nobody may pair. Inside it a host may, and where some
 screen, only after both sides showed the same six digits. Services are for bonded hosts only.
 """
 
+import contextlib
 import logging
 import time
 from collections.abc import Awaitable, Callable
@@ -69,6 +70,11 @@ class Agent(ServiceInterface):
         await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)
         if default:
             await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
+
+    async def unregister(self) -> None:
+        """Be an agent no longer; nothing happens if BlueZ has gone."""
+        with contextlib.suppress(BluetoothError):
+            await self._bus.call(ROOT, MANAGER, "UnregisterAgent", "o", AGENT_PATH)
 
     @property
     def open(self) -> bool:

@@ -112,10 +112,12 @@ class Bus:
         Raises:
             BluetoothError: It failed, or did not answer in time.
         """
-        from dbus_fast import DBusError, Message, MessageType
+        from dbus_fast import DBusError, Message, MessageFlag, MessageType
         from dbus_fast.unpack import unpack_variants
 
         message = Message(
+            # Who has stopped bluetoothd shall not see it start because somebody asks after it.
+            flags=MessageFlag.NO_AUTOSTART,
             destination=to,
             path=path,
             interface=interface,
@@ -268,7 +270,7 @@ def bonded(device: Properties) -> bool:
 
 def explain(name: str, text: str) -> str:
     """Return what a D-Bus error means and what to do about it."""
-    return _WORDS.get(name, f"{text or name}").format(text=text or name)
+    return _WORDS[name].format(text=text or name) if name in _WORDS else text or name
 
 
 _ABSENT: Final = (

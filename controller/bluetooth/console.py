@@ -19,7 +19,10 @@ class Console:
     def _read(self) -> None:
         line = "-"
         while line:
-            line = sys.stdin.readline() if sys.stdin else ""
+            try:
+                line = sys.stdin.readline() if sys.stdin else ""
+            except (OSError, ValueError):  # it was closed
+                line = ""
             try:
                 self._loop.call_soon_threadsafe(self._lines.put_nowait, line or None)
             except RuntimeError:  # the loop has ended

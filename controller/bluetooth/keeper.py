@@ -108,6 +108,11 @@ class Keeper:
         asyncio.set_event_loop(self._loop)
         try:
             self._loop.run_until_complete(self._keep())
+        except BaseException as error:
+            self.state = "the Bluetooth thread has died"
+            log.exception("the Bluetooth thread has died")
+            if not self._first.done():
+                self._first.set_exception(error)
         finally:
             self._loop.close()
 
@@ -118,6 +123,8 @@ class Keeper:
                 try:
                     await self._round(bus)
                 finally:
+                    if self._agent is not None:
+                        await self._agent.unregister()
                     self._agent, self._adapter = None, ""
                     for part in self._parts:
                         await part.end()
@@ -171,15 +178,15 @@ class Keeper:
     async def _register(self, bus: Bus, adapter: str) -> None:
         from controller.bluetooth.agent import NO_SCREEN, Agent
 
-        agent = Agent(bus)
+        self._agent = agent = Agent(bus)
         await agent.register(self._capability or NO_SCREEN)
         await agent.close_window(adapter)
         for part in self._parts:
             await part.begin(bus, adapter)
-        self._agent, self._adapter = agent, adapter
+        self._adapter = adapter
 
     async def _pair(self, seconds: int) -> None:
-        if self._agent is not None:
+        if self._agent is not None and self._adapter:
             await self._agent.open_window(self._adapter, seconds)
 
     def _missing(self, error: BluetoothError) -> None:

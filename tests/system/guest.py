@@ -25,7 +25,7 @@ from typing import Any, Final
 
 OUT: Final = Path("/out")
 CASE_S: Final = 240.0  # a busy machine emulates slowly
-ANSWER_S: Final = 30.0  # for anything that is waited for, unless told otherwise
+ANSWER_S: Final = 60.0  # for anything that is waited for, unless told otherwise
 LIBEXEC: Final = "/usr/libexec/bluetooth/bluetoothd"
 
 

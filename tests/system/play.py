@@ -19,7 +19,7 @@ from controller.protocol import Grant, Granted
 from host.receiver import Connected, Delivered, Receiver
 from host.transport import Transport, _Selected, open_transport
 
-GRANTS = 300
+GRANTS = 150
 
 
 class PlainSocket:

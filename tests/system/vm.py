@@ -11,8 +11,7 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -84,15 +83,15 @@ def run(cases: Sequence[str], keep: Path | None = None) -> dict[str, Result]:
         ImageError: There is no image, or the guest did not come up.
     """
     built = image()
-    with _folder(keep) as folder:
-        out, repo = folder / "out", folder / "repo"
-        out.mkdir(exist_ok=True)
-        for old in out.iterdir():
-            old.unlink()
+    with tempfile.TemporaryDirectory(prefix="orbtouch-system-") as name:
+        out, repo = keep or Path(name) / "out", Path(name) / "repo"
+        out.mkdir(parents=True, exist_ok=True)
+        for case in ("console", *cases):
+            for old in out.glob(f"{case}.*"):
+                old.unlink()
         _stage(repo)
         (out / "cases").write_text(" ".join(cases))
         _boot(built, repo, out, BOOT_S + CASE_S * len(cases))
-        shutil.rmtree(repo)
         console = (out / "console.log").read_text(errors="replace")
         if "guest ready" not in console:
             raise ImageError(f"the virtual machine did not come up: {console[-400:]!r}")
@@ -132,7 +131,7 @@ def _boot(built: Image, repo: Path, out: Path, seconds: int) -> None:
     ]  # fmt: skip
     with (out / "console.log").open("wb") as console:
         machine = subprocess.Popen(
-            ["nice", *command],
+            command,
             stdin=subprocess.DEVNULL,
             stdout=console,
             stderr=subprocess.STDOUT,
@@ -144,13 +143,3 @@ def _boot(built: Image, repo: Path, out: Path, seconds: int) -> None:
         finally:
             machine.kill()
             machine.wait()
-
-
-@contextmanager
-def _folder(keep: Path | None) -> Iterator[Path]:
-    if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
-        yield keep
-        return
-    with tempfile.TemporaryDirectory(prefix="orbtouch-system-") as name:
-        yield Path(name)
