@@ -219,7 +219,8 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         tape = _tape(parts, parts.runs, sensor, pipeline, keyboard)
     script: Iterator[Wish] = iter(())
     obey = None
-    if options.link == PRINT and sensor.virtual:  # nobody else touches it
+    touched = options.link != PRINT and getattr(link, "touched", True)
+    if sensor.virtual and not touched:  # nobody else touches it
         if parts.plan is None:
             told = "shows every gesture; Ctrl-C ends it"
             script = show(bundle.labels, sensor.geometry, options.seed, _gestures(options))

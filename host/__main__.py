@@ -28,7 +28,8 @@ _USUAL = "tetris"  # the target, if neither the user nor the device's past names
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
 _TROUBLE = (DisplayError, TargetError, TapError, LinkError, loop.PictureError, keys.KeyFileError)
-_VERBS = {"find": "host.find.command", "pair": "host.bluetooth.pair"}  # first words that do something else, each with a main()
+# First words that do something else, each with a main().
+_VERBS = {"find": "host.find.command", "pair": "host.bluetooth.pair"}
 
 
 def main(argv: list[str] | None = None) -> int:

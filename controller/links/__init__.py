@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import re
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from controller.protocol import Message, ProtocolError, Welcome
+
+_JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
 
 class LinkError(OSError):
@@ -71,7 +74,8 @@ def open_link(
 
     Args:
         url: "-" prints commands; "listen://127.0.0.1:PORT" waits for a host (0: any free port, see
-            its `url`); anything else is the name of a port, or a URL that pyserial knows.
+            its `url`); anything else is the name of a port, or a URL that pyserial knows;
+            "rfcomm:+hid:" opens both.
         welcome: What the device says of itself.
         token: What a host has to know; "" lets everyone in.
         key: What every frame is sealed with, on both ends; b"": frames are not sealed.
@@ -80,13 +84,24 @@ def open_link(
     Raises:
         LinkError: It cannot be opened.
     """
-    scheme = "stdout" if url == "-" else url.partition(":")[0] if ":" in url else "port"
-    module = "controller.links.port"
-    if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
-        module = f"controller.links.{scheme}"
     try:
         access = Access(token, key, exposed)
-        link: Link = importlib.import_module(module).create(url, welcome, access)
+        link: Link = module_of(url).create(url, welcome, access)
     except ProtocolError as error:  # this Welcome, before anybody has asked for it
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link
+
+
+def module_of(url: str) -> Any:
+    """Return the module that opens a URL: the one that has its scheme's name, or `port`."""
+    if len(split(url)) > 1:
+        return importlib.import_module("controller.links.fan")
+    scheme = "stdout" if url == "-" else url.partition(":")[0] if ":" in url else "port"
+    if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
+        return importlib.import_module(f"controller.links.{scheme}")
+    return importlib.import_module("controller.links.port")
+
+
+def split(url: str) -> list[str]:
+    """Return the links that a URL names: one, or several with a plus in between."""
+    return _JOINT.split(url)
