@@ -7,12 +7,14 @@ import numpy as np
 
 from controller.hardware import HardwareAwayError
 from controller.hardware.board import Board
-from controller.hardware.inversion import Array, picofarads
+from controller.hardware.inversion import Array, Inversion
 from controller.hardware.pump import Pump, kilopascals
 from controller.hardware.scanner import Reading, Scanner
 from controller.preprocess import Frame
 
-_DARK_EVERY: Final = 600  # frames from one look at the rows' own readings to the next
+_DARK_FIRST: Final = 16  # looks at the rows' own readings before the first frame
+_DARK_EVERY: Final = 10  # frames from one later look to the next
+_DARK_WEIGHT: Final = 1 / 64  # of a later look: leakage drifts slowly, and looks are noisy
 _SILENT: Final = 0.004  # of full scale: less than any taxel that is there reads
 
 _log = logging.getLogger("controller")
@@ -35,6 +37,7 @@ class Driver:
         self.dark: Array | None = None
         self.pressure_kpa: float | None = None
         self.pump = None if board.wiring.pump is None else Pump(board.wiring.pump)
+        self._inversion = Inversion(board.wiring, 1 << board.chip.bits)
         self._frames, self._lit, self._told = 0, False, ""
 
     def frame(self, now_s: float = 0.0) -> Frame:
@@ -47,8 +50,7 @@ class Driver:
             HardwareAwayError: The converter does not answer, or no orb hangs on it.
         """
         try:
-            if self.dark is None or self._frames % _DARK_EVERY == 0:
-                self.dark = self.scanner.dark()
+            self.dark = self._darkness(self.dark)
             reading = self.scanner.scan()
             self._refuse_silence(reading, self.dark)
             self._inflate(now_s)
@@ -56,12 +58,10 @@ class Driver:
             # What does not tell its pressure is not inflated; what blinks asks to be looked at.
             self.board.knobs.pump(False)
             self._light(not self._lit)
-            self.dark = None
             raise
         self._light(True)
         self._frames += 1
-        full = 1 << self.board.chip.bits
-        frame = picofarads(self.board.wiring, reading.counts, reading.age_s, self.dark, full)
+        frame = self._inversion.picofarads(reading.counts, reading.age_s, self.dark)
         return np.asarray(frame, dtype=np.float32)
 
     def button(self) -> str | None:
@@ -72,6 +72,15 @@ class Driver:
     def close(self) -> None:
         """Stop the pump, ground all electrodes, and release the board."""
         self.board.close()
+
+    def _darkness(self, before: Array | None) -> Array:
+        """Return what the rows read by themselves, followed slowly."""
+        if before is None:
+            return self.scanner.dark(_DARK_FIRST)
+        if self._frames % _DARK_EVERY:
+            return before
+        now: Array = self.scanner.dark(1)
+        return before + _DARK_WEIGHT * (now - before)
 
     def _refuse_silence(self, reading: Reading, dark: Array) -> None:
         """Refuse a frame that no orb can give."""
