@@ -3,7 +3,8 @@
 python -m tests.benchmarks.scan [--json]
 
 Times are the emulated board's: 15 us a change of a pin and 20 us around each conversion are guesses
-for a Raspberry Pi 4 (docs/hardware.md says how to measure them on yours), bits and waits are exact.
+for a Raspberry Pi 4 (`controller --sensor orb` tells what a scan takes there); bits and waits are
+exact.
 `python_ms` is what the driver's own Python costs on this machine, where pins and bus do nothing.
 Errors are the driver's against sixty orbs of ngspice, noise is that of one count a conversion.
 """
@@ -24,6 +25,7 @@ from controller.hardware.board import Board
 from controller.hardware.converters import find
 from controller.hardware.driver import Driver
 from controller.hardware.emulated.bench import Bench
+from controller.hardware.inversion import Inversion
 from controller.hardware.wiring import SCHEMES, ConverterWiring, Electrodes, Scheme, Times, Wiring
 
 sys.path.insert(0, str(Path(__file__).parent.parent))  # tests import each other by bare names
@@ -89,10 +91,11 @@ def python_ms(wiring: Wiring) -> float:
     chip = find(wiring.converter.type)
     buses = (idle,) * len(wiring.converter.devices)
     driver = Driver(Board(wiring, idle, chip, buses, idle, lambda _: None, time.perf_counter))
-    spent = []
+    inversion, spent = Inversion(wiring, 1 << chip.bits), []
     for _ in range(200):
         began = time.process_time()
-        driver.frame()
+        reading = driver.scanner.scan()
+        inversion.picofarads(reading.counts, reading.age_s, np.zeros(wiring.rows))
         spent.append(time.process_time() - began)
     return float(np.median(spent)) * 1e3
 
