@@ -39,7 +39,9 @@ def driven(name: str, wiring: Wiring, noise_lsb: float = 1.0) -> Array:
 
 
 def wired(scheme: Scheme, chip: str = "mcp3208") -> Wiring:
-    wiring = replace(Wiring(scheme=scheme), pump=None)
+    """The default wiring without pump, and without what the bundle wants left of neighbours."""
+    circuit = CircuitWiring(ghosting=0.0)
+    wiring = replace(Wiring(scheme=scheme), pump=None, circuit=circuit)
     return replace(wiring, converter=replace(wiring.converter, type=chip))
 
 
@@ -70,14 +72,14 @@ def test_ten_bits_with_noise_read_an_image_within_a_percent() -> None:
 
 def test_a_series_capacitor_costs_accuracy() -> None:
     # C_m and a follower, as figure 4b has it: what passes is a quarter, and sags meanwhile.
-    wiring = replace(wired("taxel"), circuit=CircuitWiring(row_pf=127.0, reach=0.23))
+    wiring = replace(wired("taxel"), circuit=CircuitWiring(row_pf=127.0, reach=0.23, ghosting=0.0))
     frames = driven("coupled", wiring, noise_lsb=0.0)
     error = frames[:, 1] / frames[:, 0] - TRUE_Z
     assert 0.005 < np.sqrt(np.mean(error**2)) < 0.02
 
 
-def test_the_virtual_orbs_read_out_says_the_same_but_for_its_ghosts() -> None:
-    # controller/simulator/readout.py leaves a row's neighbours in the reading.
+def virtual() -> Array:
+    """What the virtual orb's read-out makes of the same orbs, pF, like `TRUE_PF`."""
     orbs, _, rows, columns = TRUE_PF.shape
     model = replace(ReadoutModel(), noise_lsb=0.0, mains=0.0)
     shape = (2 * orbs, rows, columns)
@@ -85,9 +87,21 @@ def test_the_virtual_orbs_read_out_says_the_same_but_for_its_ghosts() -> None:
         model, TRUE_PF.reshape(shape), np.zeros(shape[:2]), np.zeros(shape), np.array(0.2),
         np.zeros(shape),
     )  # fmt: skip
-    told = told.reshape(TRUE_PF.shape)
+    return told.reshape(TRUE_PF.shape)
+
+
+def test_the_virtual_orbs_read_out_says_the_same_but_for_its_ghosts() -> None:
+    # controller/simulator/readout.py leaves a share of a row's neighbours in the reading.
+    told = virtual()
     error = told[:, 1] / told[:, 0] - TRUE_Z
     assert np.sqrt(np.mean(error**2)) < 0.04
     assert np.abs(error).max() < 0.2
     slope = np.polyfit(TRUE_Z.ravel() - 1.0, (told[:, 1] / told[:, 0]).ravel() - 1.0, 1)[0]
     assert 0.85 < slope < 1.05
+
+
+def test_the_driver_leaves_as_much_of_the_neighbours_as_the_virtual_orb() -> None:
+    wiring = replace(wired("column"), circuit=CircuitWiring())
+    frames, told = driven("column", wiring, noise_lsb=0.0), virtual()
+    error = frames[:, 1] / frames[:, 0] - told[:, 1] / told[:, 0]
+    assert np.abs(error).max() < 0.012

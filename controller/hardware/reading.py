@@ -181,6 +181,7 @@ _SECTIONS: Final[dict[str, tuple[type, dict[str, tuple[str, Check]]]]] = {
             "row_pf": ("row_pf", _number(1.0, 10_000.0)),
             "bleed_mohm": ("bleed_mohm", _number(0.1, 10_000.0)),
             "reach": ("reach", _number(0.01, 1.0)),
+            "ghosting": ("ghosting", _number(0.0, 1.0)),
         },
     ),
     "times": (

@@ -26,7 +26,15 @@ from controller.hardware.converters import find
 from controller.hardware.driver import Driver
 from controller.hardware.emulated.bench import Bench
 from controller.hardware.inversion import Inversion
-from controller.hardware.wiring import SCHEMES, ConverterWiring, Electrodes, Scheme, Times, Wiring
+from controller.hardware.wiring import (
+    SCHEMES,
+    CircuitWiring,
+    ConverterWiring,
+    Electrodes,
+    Scheme,
+    Times,
+    Wiring,
+)
 
 sys.path.insert(0, str(Path(__file__).parent.parent))  # tests import each other by bare names
 from reference import waveforms
@@ -37,7 +45,7 @@ Array = NDArray[np.float64]
 PAPER_MS: Final = 86.0  # of its whole cycle, section 5
 FRAMES: Final = 16
 
-_SMALL: Final = replace(Wiring(), pump=None)
+_SMALL: Final = replace(Wiring(), pump=None, circuit=CircuitWiring(ghosting=0.0))
 _LARGE: Final = replace(
     _SMALL,
     electrodes=Electrodes(
