@@ -6,6 +6,7 @@ from typing import Protocol
 
 from controller.hardware import HardwareAwayError
 from controller.hardware.converters import Chip
+from controller.hardware.knobs import Knobs
 from controller.hardware.wiring import Wiring
 
 
@@ -48,6 +49,7 @@ class Board:
         pins: Its pins.
         chip: The type of its converters.
         buses: One a converter.
+        knobs: Button, LED and pump.
         wait: Waits for so many seconds.
         clock: Seconds that never go back.
     """
@@ -56,6 +58,7 @@ class Board:
     pins: Pins
     chip: Chip
     buses: tuple[Spi, ...]
+    knobs: Knobs
     wait: Callable[[float], None]
     clock: Callable[[], float]
 
@@ -66,20 +69,28 @@ class Board:
             HardwareAwayError: The bus fails, or no converter answers.
         """
         which, input_ = divmod(channel, self.chip.channels)
-        device = f"SPI {self.wiring.converter.bus}.{self.wiring.converter.devices[which]}"
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))
         except OSError as error:
-            raise HardwareAwayError(f"{device} fails: {error.strerror or error}") from None
+            raise HardwareAwayError(
+                f"{self._device(which)} fails: {error.strerror or error}"
+            ) from None
         count = self.chip.decode(answer)
         if count is None:
             raise HardwareAwayError(
-                f"no {self.wiring.converter.type} answers on {device}; check its supply and leads"
+                f"no {self.wiring.converter.type} answers on {self._device(which)}; check its "
+                "supply and leads"
             )
         return count
 
     def close(self) -> None:
         """Ground all electrodes, and release everything."""
+        self.knobs.close()
         for bus in self.buses:
             bus.close()
         self.pins.close()
+
+    def _device(self, which: int) -> str:
+        """Return what one converter's bus is called."""
+        where = self.wiring.converter
+        return f"SPI {where.bus}.{where.devices[which]}"

@@ -130,7 +130,7 @@ def begin(lesson: Lesson, user: str) -> Session:
         options.sensor,
         SensorOptions(
             options.rate, options.seed, None, options.preset, tuple(options.fault),
-            gestures=lesson.vocabulary.files, user=user, day=name,
+            gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
         ),
     )  # fmt: skip
     key = zlib.crc32(name.encode())
