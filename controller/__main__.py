@@ -33,6 +33,7 @@ MISTAKES: Final = (
 COMMANDS: Final = {
     "recordings": "controller.recordings.command",
     "teach": "controller.teaching.command",
+    "doctor": "controller.doctor.command",
 }
 
 _log = logging.getLogger("controller")

@@ -127,9 +127,10 @@ class Leads:
                 if m.held[i, k] > _HELD and m.held[k, i] > _HELD and m.held[i, i] < _HELD:
                     for one, other in ((i, k), (k, i)):
                         self._row("swapped_channels", one, f"row {other}")
-                elif min(m.row_touch[i, k], m.row_touch[k, i]) > _HELD and max(
-                    m.dark[i], m.dark[k]
-                ) < _UP:
+                elif (
+                    min(m.row_touch[i, k], m.row_touch[k, i]) > _HELD
+                    and max(m.dark[i], m.dark[k]) < _UP
+                ):
                     self._row("short_rows", i, f"row {k}")
                     self._bad_row[k] = self.bad[k] = True
         for i in range(self._columns):

@@ -138,9 +138,7 @@ SENTENCES: Final[dict[str, Sentence]] = {
         "The film is cracked here. Play goes on with a guess in its place; a new membrane cures it.",
     ),
     # --- the whole
-    "unplugged": Sentence(
-        "all taxels have {} pF", "The membrane's plug is out: push it in."
-    ),
+    "unplugged": Sentence("all taxels have {} pF", "The membrane's plug is out: push it in."),
     "noise": Sentence(
         "readings scatter by {} counts of 4096",
         "Join the converter's grounds, shorten its leads, put 1 uF across its supply.",
@@ -164,7 +162,5 @@ SENTENCES: Final[dict[str, Sentence]] = {
         "it feels {} % of what it should",
         "The membrane is stiff or loose here. Play goes on with a guess in its place.",
     ),
-    "weak": Sentence(
-        "it feels {} % of what it should", "Watch it: the film may be cracking here."
-    ),
+    "weak": Sentence("it feels {} % of what it should", "Watch it: the film may be cracking here."),
 }
