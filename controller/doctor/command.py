@@ -62,7 +62,7 @@ def parser() -> argparse.ArgumentParser:
         help=f"what to look at: {', '.join(sensors.names())} (default: virtual)")  # fmt: skip
     add("--json", action="store_true", help="print one JSON object in place of the table")
     add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
-        help="the networks that ONNX Runtime is tried with (default: the one that ships)")  # fmt: skip
+        help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
     add("--link", metavar="URL", default=PRINT,
         help="the link that is tried (default: a loopback on this machine)")  # fmt: skip
     add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "

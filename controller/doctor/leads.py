@@ -67,8 +67,9 @@ class Leads:
         self.scatter = np.median(measured.shares.std(axis=0, ddof=1), axis=1) * samples * _COUNTS
         self._reference_off = False
         for step in (
-            self._plug, self._converter, self._shorts, self._row_pins, self._column_pins, self._open,
-            self._worn, self._leaks, self._row_parts, self._dead, self._noise, self._speed,
+            self._plug, self._converter, self._shorts, self._row_pins, self._column_pins,
+            self._open, self._worn, self._leaks, self._row_parts, self._dead, self._noise,
+            self._speed,
         ):  # fmt: skip
             step()
 

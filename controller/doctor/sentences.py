@@ -135,7 +135,7 @@ SENTENCES: Final[dict[str, Sentence]] = {
     ),
     "dead": Sentence(
         "{} pF, where the others have {}",
-        "The film is cracked here. Play goes on with a guess in its place; a new membrane cures it.",
+        "The film is cracked here. Play goes on with a guess in its place.",
     ),
     # --- the whole
     "unplugged": Sentence("all taxels have {} pF", "The membrane's plug is out: push it in."),
