@@ -19,7 +19,7 @@ from controller.protocol import (
     quantise_image,
 )
 from controller.recordings.recording import UNKNOWN
-from controller.sensors import Sensor, SensorError, VirtualSensor
+from controller.sensors import Sensor, SensorAwayError, SensorError, VirtualSensor
 from controller.tape import Tape
 
 _log = logging.getLogger("controller")
@@ -82,6 +82,7 @@ class Device:
         self._next = next(self.script, None)
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
+        self._away_s: float | None = None  # since when the sensor gives no frames
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
@@ -106,14 +107,14 @@ class Device:
         except SensorError as error:
             _log.warning("performance %d ignored: %s", message.number, error)
 
-    def advance(self, rate_hz: float) -> Step:
-        """Scan the frame that is due, and send what it gave.
+    def advance(self, rate_hz: float) -> Step | None:
+        """Scan the frame that is due, and send what it gave; None: the sensor is away.
 
         Args:
             rate_hz: The rate as measured, for the telemetry.
 
         Raises:
-            SensorError: The sensor gives no frame.
+            SensorError: The sensor gives no frame any more.
         """
         assert self.due is not None
         number, t_s = self.due
@@ -124,10 +125,16 @@ class Device:
             self.tape.turn()
         try:
             frame = self.sensor.read(t_s)
+        except SensorAwayError as error:
+            self._wait(t_s, str(error))
+            return None
         except SensorError as error:
             if self.tape is not None:
                 self.tape.mark(t_s, "lost", str(error))
             raise
+        if self._away_s is not None:
+            _log.info("the sensor is back after %.1f s", t_s - self._away_s)
+            self._away_s = None
         step = self.pipeline.step(frame, t_s, number)
         if self.tape is not None:
             self._keep(self.tape, frame, step)
@@ -149,6 +156,15 @@ class Device:
         finally:
             if self.tape is not None:
                 self.tape.close()
+
+    def _wait(self, t_s: float, why: str) -> None:
+        """Pass a frame over that the sensor does not give: nothing is held meanwhile."""
+        if self._away_s is None:
+            self._away_s = t_s
+            _log.warning("%s; waiting for it", why)
+            if self.tape is not None:
+                self.tape.mark(t_s, "lost", why)
+            self._press((), round(t_s * 1000))
 
     def _play(self, t_s: float) -> None:
         """Let the virtual orb's own hand begin what it shall do by `t_s`."""

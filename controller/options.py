@@ -30,6 +30,13 @@ def parser() -> argparse.ArgumentParser:
         help=f"where frames come from: {', '.join(sensors.names())} (default: virtual)",
     )
     add(
+        "--wiring",
+        metavar="FILE",
+        type=Path,
+        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
+        "draws it)",
+    )
+    add(
         "--seed",
         metavar="N",
         type=_seed,
@@ -48,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
-        "air_leak ...: docs/simulator.md",
+        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md",
     )
     add(
         "--bundle",

@@ -141,7 +141,13 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
     sensor = sensors.load(
         name,
         SensorOptions(
-            wanted_hz, options.seed, options.replay, options.preset, faults, _gestures(options)
+            wanted_hz,
+            options.seed,
+            options.replay,
+            options.preset,
+            faults,
+            _gestures(options),
+            wiring=options.wiring,
         ),
     )
     if isinstance(sensor, Replay):

@@ -154,11 +154,11 @@ def test_help_ends_with_something_to_try(capsys: pytest.CaptureFixture[str]) -> 
     assert last == "Try it without hardware: controller --sensor virtual --link -"
 
 
-def test_the_orb_has_no_driver_yet_and_the_message_says_what_to_do(
+def test_without_an_orb_the_message_says_what_to_do(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert "try --sensor virtual" in complaint(capsys, "--sensor", "orb")
-    assert "there are replay, virtual" in complaint(capsys, "--sensor", "os.path")
+    assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb")
+    assert "there are emulated, orb, replay, virtual" in complaint(capsys, "--sensor", "os.path")
     assert "use --replay FILE" in complaint(capsys, "--sensor", "replay")
 
 

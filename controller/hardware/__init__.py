@@ -1,15 +1,15 @@
 """What a real orb hangs on: pins, converter, pump, and the circuit from picofarads to counts.
 
-Pure: wiring, schedule, inversion, converters, pump. Edges: pins (gpiozero), spi (spidev).
-`emulated` puts a simulated circuit in place of both edges, and needs no hardware.
+Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and knobs (gpiozero), spi
+(spidev). `emulated` puts a simulated circuit in place of the edges, and needs no hardware.
 """
 
-from controller.sensors import SensorError
+from controller.sensors import SensorAwayError, SensorError
 
 
 class HardwareError(SensorError):
     """The hardware cannot be used; the message says why and what to do, in one sentence."""
 
 
-class HardwareAwayError(HardwareError):
+class HardwareAwayError(HardwareError, SensorAwayError):
     """The hardware does not answer now; it may again later."""

@@ -6,6 +6,7 @@ from typing import Protocol
 
 from controller.hardware import HardwareAwayError
 from controller.hardware.converters import Chip
+from controller.hardware.knobs import Knobs
 from controller.hardware.wiring import Wiring
 
 
@@ -48,6 +49,7 @@ class Board:
         pins: Its pins.
         chip: The type of its converters.
         buses: One a converter.
+        knobs: Button, LED and pump.
         wait: Waits for so many seconds.
         clock: Seconds that never go back.
     """
@@ -56,6 +58,7 @@ class Board:
     pins: Pins
     chip: Chip
     buses: tuple[Spi, ...]
+    knobs: Knobs
     wait: Callable[[float], None]
     clock: Callable[[], float]
 
@@ -80,6 +83,7 @@ class Board:
 
     def close(self) -> None:
         """Ground all electrodes, and release everything."""
+        self.knobs.close()
         for bus in self.buses:
             bus.close()
         self.pins.close()

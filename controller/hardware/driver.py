@@ -5,45 +5,99 @@ from typing import Final
 
 import numpy as np
 
+from controller.hardware import HardwareAwayError
 from controller.hardware.board import Board
 from controller.hardware.inversion import Array, picofarads
-from controller.hardware.scanner import Scanner
+from controller.hardware.pump import Pump, kilopascals
+from controller.hardware.scanner import Reading, Scanner
 from controller.preprocess import Frame
 
 _DARK_EVERY: Final = 600  # frames from one look at the rows' own readings to the next
+_SILENT: Final = 0.004  # of full scale: less than any taxel that is there reads
 
 _log = logging.getLogger("controller")
 
 
 class Driver:
-    """Frames of one board.
+    """Frames of one board, and what stands around the orb.
 
     Attributes:
         board: Which.
         scanner: Reads it.
         dark: What the rows read by themselves, counts, (rows,); None: not read yet.
+        pressure_kpa: The orb's at the latest frame; None: nobody measures it.
+        pump: When it runs; None: there is none.
     """
 
     def __init__(self, board: Board) -> None:
         """Ground all electrodes."""
         self.board, self.scanner = board, Scanner(board)
         self.dark: Array | None = None
-        self._frames = 0
+        self.pressure_kpa: float | None = None
+        self.pump = None if board.wiring.pump is None else Pump(board.wiring.pump)
+        self._frames, self._lit, self._told = 0, False, ""
 
-    def frame(self) -> Frame:
+    def frame(self, now_s: float = 0.0) -> Frame:
         """Scan, and return picofarads, (rows, columns).
 
+        Args:
+            now_s: The time, for the pump's limits.
+
         Raises:
-            HardwareAwayError: The converter does not answer.
+            HardwareAwayError: The converter does not answer, or no orb hangs on it.
         """
-        if self.dark is None or self._frames % _DARK_EVERY == 0:
-            self.dark = self.scanner.dark()
-        reading = self.scanner.scan()
+        try:
+            if self.dark is None or self._frames % _DARK_EVERY == 0:
+                self.dark = self.scanner.dark()
+            reading = self.scanner.scan()
+            self._refuse_silence(reading, self.dark)
+            self._inflate(now_s)
+        except HardwareAwayError:
+            # What does not tell its pressure is not inflated; what blinks asks to be looked at.
+            self.board.knobs.pump(False)
+            self._light(not self._lit)
+            self.dark = None
+            raise
+        self._light(True)
         self._frames += 1
         full = 1 << self.board.chip.bits
         frame = picofarads(self.board.wiring, reading.counts, reading.age_s, self.dark, full)
         return np.asarray(frame, dtype=np.float32)
 
+    def button(self) -> str | None:
+        """Return what the label button says: "" down, "null" up; None: there is none."""
+        pressed = self.board.knobs.pressed()
+        return None if pressed is None else "" if pressed else "null"
+
     def close(self) -> None:
-        """Release the board."""
+        """Stop the pump, ground all electrodes, and release the board."""
         self.board.close()
+
+    def _refuse_silence(self, reading: Reading, dark: Array) -> None:
+        """Refuse a frame that no orb can give."""
+        full = 1 << self.board.chip.bits
+        if (reading.counts - dark[:, None]).max() < _SILENT * full:
+            raise HardwareAwayError(
+                "all electrodes read nothing; is the membrane plugged in, and the converter's "
+                "supply on?"
+            )
+        if reading.counts.min() >= full - 1:
+            raise HardwareAwayError("all electrodes read full scale; is the converter's ground on?")
+
+    def _inflate(self, now_s: float) -> None:
+        """Run the pump, or let it rest."""
+        wiring = self.board.wiring
+        if self.pump is None or wiring.pump is None:
+            return
+        count = self.board.convert(wiring.pump.channel)
+        volts = count / (1 << self.board.chip.bits) * wiring.supply_v
+        self.pressure_kpa = kilopascals(wiring.pump, volts)
+        self.board.knobs.pump(self.pump.step(now_s, self.pressure_kpa))
+        if self.pump.problem != self._told:
+            self._told = self.pump.problem
+            _log.warning("%s", self._told)
+
+    def _light(self, on: bool) -> None:
+        if on != self._lit:
+            self._lit = on
+            self.board.knobs.light(on)

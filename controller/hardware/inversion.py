@@ -35,7 +35,7 @@ def picofarads(wiring: Wiring, counts: Array, age_s: Array, dark: Array, full: i
         full: Counts of full scale, which is the supply.
     """
     row_pf, bleed_mohm = wiring.circuit.row_pf, wiring.circuit.bleed_mohm
-    share = (counts - dark[:, None]) / full
+    share = (counts - dark[:, None]) / (full * wiring.circuit.reach)
     kept = share
     for _ in range(_ROUNDS):
         total_pf = row_pf / (1.0 - np.clip(kept.sum(axis=1, keepdims=True), 0.0, _FULLEST))

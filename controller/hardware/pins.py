@@ -70,6 +70,7 @@ def raspberry() -> Any:
     # lgpio leaves a pipe in the folder where it is imported.
     os.environ.setdefault("LG_WD", tempfile.gettempdir())
     try:
+        import lgpio
         from gpiozero import GPIOZeroError
         from gpiozero.pins.lgpio import LGPIOFactory
     except ImportError as error:
@@ -78,8 +79,8 @@ def raspberry() -> Any:
         ) from None
     try:
         return LGPIOFactory()
-    except (GPIOZeroError, OSError, Exception) as error:  # lgpio has an exception of its own
+    except (GPIOZeroError, OSError, lgpio.error) as error:
         raise HardwareError(
-            f"cannot open this computer's pins: {error}; is it a Raspberry Pi, and are you in the "
-            "group gpio? (docs/hardware.md)"
+            f"cannot open this computer's pins: {error}; on a Raspberry Pi join the group gpio, "
+            "elsewhere try --sensor emulated (docs/hardware.md)"
         ) from None

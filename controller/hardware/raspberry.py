@@ -1,11 +1,14 @@
 """The board of a real orb: this computer's pins and its SPI bus."""
 
+import hashlib
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from pathlib import Path
 from typing import Final
 
 from controller.hardware.board import Board, Spi
 from controller.hardware.converters import find
+from controller.hardware.knobs import Knobs
 from controller.hardware.pins import GpioPins, raspberry
 from controller.hardware.spi import SpiDev
 from controller.hardware.wiring import Wiring
@@ -24,12 +27,14 @@ def open_board(wiring: Wiring) -> Board:
     with ExitStack() as opened:
         pins = GpioPins(raspberry(), (*electrodes.columns, *electrodes.rows))
         opened.callback(pins.close)
+        knobs = Knobs(pins.factory, wiring)
+        opened.callback(knobs.close)
         buses: list[Spi] = []
         for device in where.devices:
             buses.append(SpiDev(where.bus, device, where.clock_hz))
             opened.callback(buses[-1].close)
         opened.pop_all()
-    return Board(wiring, pins, chip, tuple(buses), wait, time.perf_counter)
+    return Board(wiring, pins, chip, tuple(buses), knobs, wait, time.perf_counter)
 
 
 def wait(seconds: float) -> None:
@@ -39,3 +44,11 @@ def wait(seconds: float) -> None:
         time.sleep(seconds - _SPIN_S)
     while time.perf_counter() < until:
         pass
+
+
+def serial() -> str:
+    """Return eight digits that tell this computer from others, "" if nothing does."""
+    for place in ("/sys/firmware/devicetree/base/serial-number", "/etc/machine-id"):
+        with suppress(OSError):
+            return hashlib.sha256(Path(place).read_bytes()).hexdigest()[:8]
+    return ""

@@ -6,7 +6,7 @@ from controller.hardware import HardwareAwayError, HardwareError
 
 
 class SpiDev:
-    """One chip on a bus of this computer."""
+    """One chip on a bus of this computer; a bus that has gone is looked for again."""
 
     def __init__(self, bus: int, device: int, clock_hz: int) -> None:
         """Open it.
@@ -21,12 +21,11 @@ class SpiDev:
             raise HardwareError(
                 "the converter needs spidev; pip install 'orbtouch[pi]', or try --sensor emulated"
             ) from None
-        self._spi: Any = spidev.SpiDev()
+        self._make, self._at, self._clock_hz = spidev.SpiDev, (bus, device), clock_hz
+        self._spi: Any = None
         where = f"/dev/spidev{bus}.{device}"
         try:
-            self._spi.open(bus, device)
-            self._spi.max_speed_hz = clock_hz
-            self._spi.mode = 0
+            self._open()
         except PermissionError:
             raise HardwareError(
                 f"{where} may not be opened; add yourself to the group spi and log in anew "
@@ -44,8 +43,22 @@ class SpiDev:
         Raises:
             OSError: The bus fails.
         """
-        return bytes(self._spi.xfer2(list(data)))
+        if self._spi is None:
+            self._open()
+        try:
+            return bytes(self._spi.xfer2(list(data)))
+        except OSError:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Release the bus."""
-        self._spi.close()
+        spi, self._spi = self._spi, None
+        if spi is not None:
+            spi.close()
+
+    def _open(self) -> None:
+        spi = self._make()
+        spi.open(*self._at)
+        spi.max_speed_hz, spi.mode = self._clock_hz, 0
+        self._spi = spi

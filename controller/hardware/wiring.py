@@ -1,6 +1,7 @@
 """How an orb is wired: which electrode hangs on which pin, and the times of a scan; pure.
 
-`reading` makes one from TOML; `default.toml` is what docs/hardware.md draws.
+`reading` makes one from TOML. What is the default here is in `default.toml`, with comments, and
+docs/hardware.md draws it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -55,10 +56,12 @@ class CircuitWiring:
     Attributes:
         row_pf: Capacitance of a row to ground: its capacitor, converter input, pin and lead.
         bleed_mohm: R_m of the paper (section 3.2), from each row to ground.
+        reach: Share of a row's voltage that comes to the converter: below 1 with C_m in series.
     """
 
     row_pf: float = 150.0
     bleed_mohm: float = 50.0
+    reach: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,12 +131,12 @@ class Wiring:
     converter: ConverterWiring = field(default_factory=ConverterWiring)
     circuit: CircuitWiring = field(default_factory=CircuitWiring)
     times: Times = field(default_factory=Times)
-    scheme: Scheme = "taxel"
+    scheme: Scheme = "column"
     order: tuple[int, ...] = ()
     supply_v: float = 3.3
     button: int | None = 16
     led: int | None = 20
-    pump: PumpWiring | None = None
+    pump: PumpWiring | None = field(default_factory=PumpWiring)
     gain: tuple[tuple[float, ...], ...] = ()
 
     @property

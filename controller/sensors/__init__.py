@@ -15,6 +15,10 @@ class SensorError(ValueError):
     """The sensor cannot be used; the message says why, in one sentence."""
 
 
+class SensorAwayError(SensorError):
+    """The sensor gives no frame now, and may again: it is worth asking for the next one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Geometry:
     """The grid of taxels; the pitch is the distance of two."""
@@ -37,6 +41,7 @@ class SensorOptions:
         gestures: Files of further gestures that its own hand can do.
         user: Who its hand is; "" the first one.
         day: Which of their sessions, by a name; "" the first one.
+        wiring: How a real or emulated orb is wired; None: as docs/hardware.md draws it.
     """
 
     rate_hz: float | None = None
@@ -47,6 +52,7 @@ class SensorOptions:
     gestures: tuple[Path, ...] = ()
     user: str = ""
     day: str = ""
+    wiring: Path | None = None
 
 
 class Sensor(Protocol):
@@ -72,7 +78,8 @@ class Sensor(Protocol):
         """Return the scan that ends at `t_s`, (rows, columns), picofarads.
 
         Raises:
-            SensorError: There is none.
+            SensorAwayError: There is none now.
+            SensorError: There will be none any more.
         """
 
     def button(self, t_s: float) -> str | None:
@@ -119,10 +126,6 @@ def load(name: str, options: SensorOptions) -> Sensor:
         SensorError: There is no such sensor, or it cannot be used.
     """
     if name not in names():
-        if name == "orb":
-            raise SensorError(
-                "the driver for a real orb is not part of this version; try --sensor virtual"
-            )
         raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
     sensor: Sensor = import_module(f"{__name__}.{name}").create(options)
     return sensor

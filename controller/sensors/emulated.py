@@ -1,20 +1,27 @@
 """The virtual orb behind a real orb's driver: mock pins, a fake converter, a simulated circuit.
 
 What `--sensor orb` does on a Raspberry Pi, every computer can try with this: the same wiring, the
-same schedule, the same picofarads. It has the virtual orb's hand, and a host may touch it.
+same schedule, the same button and pump. It has the virtual orb's hand, and a host may touch it.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from controller.hardware import HardwareError
 from controller.hardware.driver import Driver
+from controller.hardware.emulated import faults as wiring_faults
 from controller.hardware.emulated.bench import Bench, BenchModel
-from controller.hardware.wiring import Wiring
+from controller.hardware.emulated.faults import WiringFault
+from controller.hardware.reading import read, shipped
 from controller.preprocess import Frame
 from controller.sensors import SensorOptions
 from controller.sensors import virtual as virtuals
-from controller.sensors.virtual import Virtual
+from controller.sensors.orb import refuse_haste
+from controller.sensors.virtual import RATE_HZ, Virtual
+from controller.simulator.presets import PresetError, preset
+
+_FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
 
 
 def create(options: SensorOptions) -> "Emulated":
@@ -23,39 +30,76 @@ def create(options: SensorOptions) -> "Emulated":
     Raises:
         SensorError: The preset, a fault or the wiring cannot be used, or gpiozero is missing.
     """
-    return Emulated(virtuals.create(options), options.seed)
+    wiring = shipped() if options.wiring is None else read(options.wiring)
+    rate_hz = options.rate_hz or RATE_HZ
+    refuse_haste(wiring, rate_hz)
+    names = [text for text in options.faults if text.partition(":")[0].partition("=")[0]
+             in wiring_faults.KINDS]  # fmt: skip
+    others = tuple(text for text in options.faults if text not in names)
+    try:
+        model = replace(
+            preset(options.preset),
+            rows=wiring.rows, columns=wiring.columns, pitch_mm=wiring.pitch_mm,
+        )  # fmt: skip
+    except PresetError as error:
+        raise HardwareError(str(error)) from None
+    orb = virtuals.create(replace(options, faults=others), model)
+    faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
+    readout = model.electronics.readout
+    around = replace(
+        BenchModel(),
+        noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
+        finger_pf=readout.finger_pf,
+    )  # fmt: skip
+    seeds = np.random.SeedSequence([options.seed, 1])
+    bench = Bench(wiring, seeds, model=around, picofarads=orb.skin[0], faults=faults)
+    return Emulated(orb, bench, f"emulated-{options.seed}")
 
 
 class Emulated:
-    """A `VirtualSensor`, read as a real orb is."""
+    """A `VirtualSensor`, read as a real orb is.
+
+    Attributes:
+        orb: Its skin and its hand.
+        bench: What it is wired to.
+        driver: Reads it.
+    """
 
     virtual = True
 
-    def __init__(self, orb: Virtual, seed: int, wiring: Wiring | None = None) -> None:
+    def __init__(self, orb: Virtual, bench: Bench, device_id: str) -> None:
         """Wire a virtual orb to emulated hardware."""
-        self.orb = orb
-        readout = orb.model.electronics.readout
-        model = replace(
-            BenchModel(),
-            noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
-            finger_pf=readout.finger_pf,
-        )  # fmt: skip
-        skin, _ = orb.skin
-        seeds = np.random.SeedSequence([seed, 1])
-        self.bench = Bench(wiring, seeds, model=model, picofarads=skin)
-        self.driver = Driver(self.bench.board)
+        self.orb, self.bench, self.driver = orb, bench, Driver(bench.board)
         self.geometry, self.rate_hz = orb.geometry, orb.rate_hz
-        self.device_id = f"emulated-{seed}"
+        self.device_id = device_id
+        self._now_s = 0.0
         # All but reading is the virtual orb's.
         self.touch, self.perform, self.truths = orb.touch, orb.perform, orb.truths
-        self.button, self.label = orb.button, orb.label
+        self.label = orb.label
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads."""
+        """Return the scan that ends at `t_s`, (rows, columns), picofarads.
+
+        Raises:
+            HardwareAwayError: A fault keeps the driver from reading.
+        """
         self.orb.read(t_s)
-        self.bench.touch(*self.orb.skin)
-        return self.driver.frame()
+        self.bench.breathe(t_s - self._now_s)
+        self._now_s = t_s
+        skin, fingers = self.orb.skin
+        self.bench.touch(skin * self._full(), fingers)
+        return self.driver.frame(t_s)
+
+    def button(self, t_s: float) -> str | None:
+        """Return what the label button says, which the hand's owner presses: "" down, "null" up."""
+        self.bench.press(self.orb.button(t_s) != "null")
+        return self.driver.button()
 
     def close(self) -> None:
         """Release the pins."""
         self.driver.close()
+
+    def _full(self) -> float:
+        """Return C / C0 of an orb of this pressure, crudely."""
+        pump = self.bench.wiring.pump
+        return 1.0 if pump is None else _FLAT + (1.0 - _FLAT) * self.bench.kpa / pump.target_kpa

@@ -25,14 +25,18 @@ _EVERY_S = (1.8, 3.2)  # from one performance to the next
 _REACTION_S = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
-def create(options: SensorOptions) -> "Virtual":
+def create(options: SensorOptions, model: OrbModel | None = None) -> "Virtual":
     """Return the orb, hand and session of a seed.
+
+    Args:
+        options: What the command line says.
+        model: The orb, if it is none of the presets.
 
     Raises:
         SensorError: The preset or a fault does not exist, or a gesture's file holds none.
     """
     try:
-        model = preset(options.preset)
+        model = preset(options.preset) if model is None else model
         faults = [Fault.parse(text, model.rows, model.columns) for text in options.faults]
         repertoire = load(options.gestures)
     except (PresetError, FaultError, GestureError) as error:

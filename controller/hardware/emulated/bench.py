@@ -13,6 +13,7 @@ from controller.hardware.converters import find
 from controller.hardware.emulated.chip import FakeChip
 from controller.hardware.emulated.circuit import Circuit, CircuitModel
 from controller.hardware.emulated.faults import WiringFault
+from controller.hardware.knobs import Knobs
 from controller.hardware.pins import GpioPins
 from controller.hardware.wiring import Wiring
 
@@ -34,6 +35,8 @@ class BenchModel:
         finger_pf: What a firm finger adds to its row.
         pin_s: What a change of a pin costs: a guess for a Raspberry Pi 4 under Python.
         transfer_s: What a conversion costs beside its bits: another.
+        inflate_kpa_s: How fast the pump inflates the orb.
+        deflate_per_min: Share of its pressure that a sound orb loses.
     """
 
     circuit: CircuitModel = field(default_factory=CircuitModel)
@@ -43,6 +46,8 @@ class BenchModel:
     finger_pf: float = 2.0
     pin_s: float = 15e-6
     transfer_s: float = 20e-6
+    inflate_kpa_s: float = 0.3
+    deflate_per_min: float = 0.01
 
 
 class Bench:
@@ -52,6 +57,7 @@ class Bench:
         board: What a driver gets; closing it is up to whoever does.
         circuit: What it is soldered to.
         wiring: How.
+        kpa: The orb's pressure.
     """
 
     def __init__(
@@ -99,6 +105,7 @@ class Bench:
             FakeChip(find(wiring.converter.type).bits, self._eye(i))
             for i in range(len(wiring.converter.devices))
         ]
+        self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
         self._row_of = {channel: row for row, channel in enumerate(wiring.electrodes.channels)}
         self.touch(self._taxels)
         self.switch(faults)
@@ -107,6 +114,7 @@ class Bench:
             GpioPins(factory, electrodes),
             find(wiring.converter.type),
             tuple(_Bus(self, chip) for chip in self._chips),
+            Knobs(factory, wiring),
             self.circuit.advance,
             lambda: self.circuit.now_s,
         )
@@ -136,6 +144,30 @@ class Bench:
         if fingers is not None:
             self._fingers = fingers
         self.circuit.skin(self._taxels, self._model.finger_pf * self._fingers)
+
+    def press(self, down: bool) -> None:
+        """Press the label button, or let go of it."""
+        if self.wiring.button is not None:
+            pin = self.factory.pin(self.wiring.button)
+            (pin.drive_low if down or self._has("button_stuck") else pin.drive_high)()
+
+    @property
+    def lit(self) -> bool:
+        """Whether the LED shines."""
+        led = self.wiring.led
+        return led is not None and self.factory.outputs.get(led, False)
+
+    @property
+    def pumping(self) -> bool:
+        """Whether the pump runs."""
+        on = self.wiring.pump is not None and self.factory.outputs.get(self.wiring.pump.pin, False)
+        return (on or self._has("pump_stuck")) and not self._has("pump_dead")
+
+    def breathe(self, seconds: float) -> None:
+        """Let time pass for the air: it leaks, and the pump brings more."""
+        leak = self._model.deflate_per_min + self._size("air_leak", 0.0)
+        self.kpa *= float(np.exp(-leak * seconds / 60.0))
+        self.kpa += self._model.inflate_kpa_s * seconds * self.pumping
 
     def switch(self, faults: Iterable[WiringFault], on: bool = True) -> None:
         """Switch faults on or off."""
@@ -197,6 +229,11 @@ class Bench:
         """Return the voltage of an input that no row hangs on."""
         if input_ == self.wiring.converter.ground:
             return self.circuit.hold(0.0, converter)
+        pump = self.wiring.pump
+        if pump is not None and channel == pump.channel:
+            sees = 0.0 if self._has("no_pressure_sensor") else self.kpa
+            volts = 0.0 if self._has("no_pressure_sensor") else pump.zero_v
+            return self.circuit.hold(volts + pump.v_per_kpa * sees, converter)
         return self.circuit.held(converter)
 
     def _has(self, kind: str) -> bool:

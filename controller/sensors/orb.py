@@ -1,0 +1,82 @@
+"""A real orb on this computer's pins: paper, section 3.2; docs/hardware.md."""
+
+from controller.hardware import HardwareError, schedule
+from controller.hardware.driver import Driver
+from controller.hardware.raspberry import open_board, serial
+from controller.hardware.reading import read, shipped
+from controller.hardware.wiring import Wiring
+from controller.preprocess import Frame
+from controller.sensors import Geometry, SensorOptions
+
+RATE_HZ = 10.0  # paper, section 4.1
+PIN_S, TRANSFER_S = (
+    15e-6,
+    20e-6,
+)  # guesses for a Raspberry Pi 4; docs/hardware.md says how to measure
+
+
+def create(options: SensorOptions) -> "Orb":
+    """Return the orb of a wiring.
+
+    Raises:
+        HardwareError: A library is missing, something may not be opened, the wiring cannot be
+            used, or a frame takes longer than there is time for.
+        HardwareAwayError: The converter or the membrane is not there.
+    """
+    wiring = shipped() if options.wiring is None else read(options.wiring)
+    rate_hz = options.rate_hz or RATE_HZ
+    refuse_haste(wiring, rate_hz)
+    driver = Driver(open_board(wiring))
+    try:
+        driver.frame()  # whatever is missing is missed now
+    except BaseException:
+        driver.close()
+        raise
+    number = serial()
+    return Orb(driver, rate_hz, f"{wiring.name}-{number}" if number else wiring.name)
+
+
+def refuse_haste(wiring: Wiring, rate_hz: float) -> None:
+    """Refuse a rate at which a frame would take longer than there is time for.
+
+    Raises:
+        HardwareError: It would.
+    """
+    needed_s = frame_s(wiring)
+    if needed_s > 1.0 / rate_hz:
+        raise HardwareError(
+            f"a scan takes {needed_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
+            'shorten [times], or scan with scheme = "column" (docs/hardware.md)'
+        )
+
+
+def frame_s(wiring: Wiring) -> float:
+    """Return about how long a scan takes."""
+    return schedule.frame_s(wiring, PIN_S, TRANSFER_S + 24 / wiring.converter.clock_hz)
+
+
+class Orb:
+    """A `Sensor`: a driver, and where it is."""
+
+    virtual = False
+
+    def __init__(self, driver: Driver, rate_hz: float, device_id: str) -> None:
+        wiring = driver.board.wiring
+        self.driver, self.rate_hz, self.device_id = driver, rate_hz, device_id
+        self.geometry = Geometry(wiring.rows, wiring.columns, wiring.pitch_mm)
+
+    def read(self, t_s: float) -> Frame:
+        """Return a scan, (rows, columns), picofarads.
+
+        Raises:
+            HardwareAwayError: There is none now.
+        """
+        return self.driver.frame(t_s)
+
+    def button(self, t_s: float) -> str | None:
+        """Return what the label button says: "" down, "null" up; None: there is none."""
+        return self.driver.button()
+
+    def close(self) -> None:
+        """Stop the pump and release the pins."""
+        self.driver.close()
