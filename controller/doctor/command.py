@@ -25,7 +25,7 @@ from controller.simulator.presets import PRESETS
 
 REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
 _BLUETOOTH: Final = "controller.bluetooth.doctor"
-_PRESSES: Final = 5  # frames of a press that are averaged
+RATE_HZ: Final = 10.0  # paper, section 4.1
 
 
 def main(argv: Sequence[str]) -> int:
@@ -69,10 +69,12 @@ def parser() -> argparse.ArgumentParser:
         "unseen")  # fmt: skip
     add("--bluetooth", action="store_true", help="look at Bluetooth as well")
     add("--seed", metavar="N", type=int, default=1, help="which orb is simulated (default: 1)")
+    add("--wiring", metavar="FILE", type=Path,
+        help="what hangs on which pin (default: as docs/hardware.md draws it)")  # fmt: skip
     add("--preset", metavar="NAME", default="nominal",
         help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")  # fmt: skip
     add("--fault", metavar="FAULT", action="append", default=[],
-        help="break the virtual orb: docs/simulator.md")  # fmt: skip
+        help="break the simulated orb: docs/simulator.md, docs/hardware.md")  # fmt: skip
     return grammar
 
 
@@ -91,18 +93,37 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     yield loopback.link(options.link)
     if options.bluetooth:
         yield from _bluetooth()
-    wish = SensorOptions(seed=options.seed, preset=options.preset, faults=tuple(options.fault))
+    wish = SensorOptions(
+        seed=options.seed, preset=options.preset, faults=tuple(options.fault),
+        wiring=options.wiring,
+    )  # fmt: skip
     try:
         sensor = sensors.load(options.sensor, wish)
     except SensorError as error:
         if not real:
             raise
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+        yield from _board_alone(options.wiring)
         return
     try:
-        yield from _sensor(sensor, None if options.no_touch else _hand)
+        yield from sensor_rows(sensor, None if options.no_touch else find_hand)
     finally:
         sensor.close()
+
+
+def _board_alone(wiring: Path | None) -> Iterator[Row]:
+    """Yield what can be measured on a board on which no orb answers."""
+    from controller.hardware.raspberry import open_board
+    from controller.hardware.reading import read, shipped
+
+    try:
+        board = open_board(shipped() if wiring is None else read(wiring))
+    except SensorError:
+        return  # nobody can even open it, which has been said
+    try:
+        yield from leads.judge(probe.measure(board), RATE_HZ)
+    finally:
+        board.close()
 
 
 def _bluetooth() -> Iterator[Row]:
@@ -112,14 +133,14 @@ def _bluetooth() -> Iterator[Row]:
     yield from import_module(_BLUETOOTH).rows()
 
 
-def _hand(watch: Watch) -> Hand | None:
+def find_hand(watch: Watch) -> Hand | None:
     """Return whoever can press this sensor; None: nobody."""
     if isinstance(watch.sensor, VirtualSensor):
         return OwnHand(watch, watch.sensor)
     return Person() if sys.stdin is not None and sys.stdin.isatty() else None
 
 
-def _sensor(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> Iterator[Row]:
+def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> Iterator[Row]:
     """Yield what measurements, rest and touches say."""
     board = getattr(getattr(sensor, "driver", None), "board", None)
     grid = sensor.geometry
@@ -136,6 +157,9 @@ def _sensor(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> Iter
     watch = Watch(sensor)
     try:
         yield from _skin(watch, bad, find)
+        if watch.air:
+            pump = getattr(sensor, "driver").pump  # noqa: B009  # a driver is no part of a Sensor
+            yield from skin.air(watch.air, pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
 

@@ -115,7 +115,7 @@ class Leads:
                 self._say("other_converter", "converter")
             elif len(low := stuck[stuck < bits - 2]):
                 self._say("stuck_bit", "converter", int(low[0]))
-        level = float(np.median(np.diag(m.held)))
+        level = float(np.median(np.diag(m.held))) / m.wiring.circuit.reach
         clipped = level >= _CLIPPED and np.median(m.dark) < _UP
         if clipped or (_HELD < level < _LOW and not self._bad_row.all()):
             self._say("reference", "converter", f"{level:.2f} of full scale")

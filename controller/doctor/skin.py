@@ -1,5 +1,8 @@
 """What frames say of the skin while nothing touches it; pure."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -18,6 +21,11 @@ Mask = NDArray[np.bool_]
 IDLE_S: Final = 6.0  # so long nothing should touch
 _RESTLESS: Final = 0.15  # mean |z - 1| of a skin that is not at rest
 _LEAK: Final = 0.12  # relative change of all taxels per minute that no healthy orb shows
+_STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
+_LEAK_KPA: Final = 0.2  # a minute
+_RISE_KPA: Final = 0.01  # that a second of pumping brings at least
+_STARTS: Final = 4.0  # of the pump, a minute
+_PUMPED_S: Final = 2.0  # of pumping that tell whether it works
 _USUAL_PF: Final = (15.0, 120.0)
 
 _ADVICE: Final = {
@@ -29,6 +37,61 @@ _ADVICE: Final = {
     "noisy": "Dry the membrane; if it stays, a contact or the dielectric leaks here.",
 }
 _CODE: Final = {"loose": "open", "dead": "stiff", "noisy": "noisy"}
+
+
+@dataclass(frozen=True, slots=True)
+class Air:
+    """The air in one frame.
+
+    Attributes:
+        t_s: When.
+        kpa: The pressure.
+        pumping: Whether the pump shall run.
+    """
+
+    t_s: float
+    kpa: float
+    pumping: bool
+
+
+def air(samples: Sequence[Air], problem: str) -> list[Row]:
+    """Return how pump and hose do.
+
+    Args:
+        samples: Frame by frame.
+        problem: What the pump's own limits say; "" if nothing.
+    """
+    last = samples[-1]
+    found = f"{last.kpa:.2f} kPa"
+    if last.kpa < -0.3:
+        advice = "Check supply and lead of the pressure sensor; the pump stays off meanwhile."
+        return [Row("pressure", Verdict.FAULT, found, advice, "no_pressure_sensor")]
+    still = [a for a in samples if a.pumping == last.pumping]
+    for i in range(len(samples) - 1, 0, -1):  # the latest stretch in which the pump did one thing
+        if samples[i - 1].pumping != last.pumping:
+            still = list(samples[i:])
+            break
+    seconds = still[-1].t_s - still[0].t_s
+    rise = float(np.median([a.kpa for a in still[-5:]]) - np.median([a.kpa for a in still[:5]]))
+    if last.pumping and seconds >= _PUMPED_S and rise < _RISE_KPA * seconds:
+        advice = "Listen whether it runs; look at its transistor and its hose."
+        words = f"{found} after {seconds:.0f} s of pumping"
+        return [Row("pump", Verdict.FAULT, words, advice, "pump_dead")]
+    if not last.pumping and rise > _STEADY_KPA + _RISE_KPA * seconds:
+        advice = "Cut the pump's supply: its transistor does not switch off."
+        words = f"the pressure rises to {found} with the pump off"
+        return [Row("pump", Verdict.FAULT, words, advice, "pump_stuck")]
+    if problem:
+        return [Row("pump", Verdict.FAULT, problem, "See docs/hardware.md.", "pump")]
+    kpa, minutes = np.array([a.kpa for a in samples]), (last.t_s - samples[0].t_s) / 60.0
+    starts = sum(b.pumping and not a.pumping for a, b in pairwise(samples))
+    often = starts > 1 + _STARTS * minutes and np.abs(np.diff(kpa)).mean() < _STEADY_KPA
+    lost = not last.pumping and -rise > _STEADY_KPA + _LEAK_KPA * seconds / 60.0
+    if often or lost:
+        words = f"{found}; the pump ran {starts} times in {60.0 * minutes:.0f} s"
+        advice = "Look at hose, valve and seam: soap water shows where it bubbles."
+        return [Row("air", Verdict.FAULT, words, advice, "air_leak")]
+    return [Row("air", Verdict.GOOD, found)]
 
 
 def rest(frames: Frames, rate_hz: float) -> list[Row]:

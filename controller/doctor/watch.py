@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.doctor.guided import DEPTH_MM, RADIUS_MM, Place
+from controller.doctor.skin import Air
 from controller.protocol import Contact
 from controller.sensors import Sensor, VirtualSensor
 
@@ -34,6 +35,7 @@ class Watch:
         self._clock, self._sleep = clock, sleep
         self._number = 0
         self._origin_s: float | None = None
+        self.air: list[Air] = []  # of each frame, where there is a pump
 
     @property
     def now_s(self) -> float:
@@ -57,7 +59,11 @@ class Watch:
                 self._origin_s = now_s - self.now_s
             else:
                 self._sleep(max(0.0, due_s - now_s))
-        return self.sensor.read(self.now_s)
+        frame = self.sensor.read(self.now_s)
+        driver = getattr(self.sensor, "driver", None)
+        if driver is not None and driver.pressure_kpa is not None:
+            self.air.append(Air(self.now_s, driver.pressure_kpa, driver.pump.running))
+        return frame
 
 
 class Hand(Protocol):
