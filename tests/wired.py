@@ -1,20 +1,23 @@
 """Orbs on the emulated bench, quick enough for thousands: a skin that moves only when pressed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.doctor import guided
-from controller.hardware import HardwareAwayError
 from controller.hardware.driver import Driver
 from controller.hardware.emulated.bench import Bench, BenchModel
 from controller.hardware.emulated.faults import WiringFault
+from controller.hardware.wiring import Wiring
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
 from controller.sensors import Geometry
 from controller.simulator.presets import preset
+
+Spoil = Callable[[int, np.random.Generator], int]  # what the converter says, to what comes
 
 ROWS, COLUMNS, PITCH_MM = 5, 5, 10.0
 HANDS = 8  # who miss the taxel that they mean, each in another way
@@ -54,7 +57,7 @@ class Wired:
 
     def __init__(
         self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 4.0,
-        turned: bool = False, mirrored: str = "",
+        turned: bool = False, mirrored: str = "", spoil: Spoil | None = None,
     ) -> None:  # fmt: skip
         rng = np.random.default_rng([11, seed])
         self.rate_hz, self.turned, self.mirrored = rate_hz, turned, mirrored
@@ -65,16 +68,24 @@ class Wired:
         )  # fmt: skip
         self._rest = rng.normal(*parts.rest_pf, (ROWS, COLUMNS))
         broken = [WiringFault.parse(fault) for fault in faults]
-        self.bench = Bench(seed=seed, model=model, faults=broken, picofarads=self._rest)
-        self.driver = Driver(self.bench.board)
+        wiring = replace(Wiring(), pump=None)
+        self.bench = Bench(wiring, seed, model=model, faults=broken, picofarads=self._rest)
+        self.board = self.bench.board
+        if spoil is not None:
+            chip = self.board.chip
+            told = chip.decode
+
+            def decode(answer: bytes) -> int | None:
+                count = told(answer)
+                return None if count is None else spoil(count, rng)
+
+            self.board = replace(self.board, chip=replace(chip, decode=decode))
+        self.driver = Driver(self.board)
         self._hand, self._rng = int(rng.integers(HANDS)), rng
         self._stiff = [(f.row, f.column) for f in broken if f.kind == "stiff"]
 
     def read(self, t_s: float) -> Frame:
-        try:
-            frame = self.driver.frame(t_s)
-        except HardwareAwayError:
-            raise
+        frame = self.driver.frame(t_s)
         frame = frame.T if self.turned else frame
         if self.mirrored:
             frame = frame[::-1] if self.mirrored == "rows" else frame[:, ::-1]

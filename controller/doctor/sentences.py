@@ -40,6 +40,10 @@ SENTENCES: Final[dict[str, Sentence]] = {
         "bit {} never changes",
         "Lower the SPI clock; if it stays, the converter is broken: replace it.",
     ),
+    "bit_errors": Sentence(
+        "{} % of the readings jump",
+        "Lower the SPI clock in the wiring file, and shorten the bus leads.",
+    ),
     "reference": Sentence(
         "a row charged to the supply reads {}, where .94 of full scale is usual",
         "The reference pin must be at the pins' own supply, 3.3 V: check that lead.",

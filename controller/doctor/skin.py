@@ -20,7 +20,8 @@ Mask = NDArray[np.bool_]
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 _RESTLESS: Final = 0.15  # mean |z - 1| of a skin that is not at rest
-_LEAK: Final = 0.12  # relative change of all taxels per minute that no healthy orb shows
+_FALL: Final = 0.012  # of all taxels in four seconds: four times what sound orbs drift by
+_MEDIAN: Final = 1.25  # how much more a median scatters than a mean
 _STEADY_KPA: Final = 0.02  # what a pressure sensor scatters by
 _LEAK_KPA: Final = 0.2  # a minute
 _RISE_KPA: Final = 0.01  # that a second of pumping brings at least
@@ -115,7 +116,9 @@ def rest(frames: Frames, rate_hz: float) -> list[Row]:
     if (before > 0.0).all() and (after > 0.0).all():
         causes = drift.causes(before, after)
         minutes = (len(frames) - third) / rate_hz / 60.0
-        if causes.common < -_LEAK * minutes and -causes.common > 0.004:
+        scatter = float(np.median(frames[:third].std(axis=0) / before))
+        noise = scatter * _MEDIAN * np.sqrt(2.0 / (third * before.size))
+        if -causes.common > _FALL + 4.0 * noise:
             rows.append(Row(
                 "air", Verdict.FAULT,
                 f"all taxels lose {-100 * causes.common / minutes:.0f} % a minute",

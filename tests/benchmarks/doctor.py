@@ -37,6 +37,7 @@ SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
     "other_converter": (), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
     "mains": (0.04, 0.15), "slow_clock": (30.0, 60.0),
 }  # fmt: skip
+SPOILT: Final = ("stuck_bit", "bit_errors")  # what comes of the converter's answers
 TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
 # What a fault is called, where that is not the name of its kind: seen from the board they are one.
 CALLED: Final = {
@@ -55,6 +56,13 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
     rng = np.random.default_rng([_FAMILY, seed])
     if kind == "turned":
         return "", {"turned": True}
+    if kind == "stuck_bit":
+        bit, one = int(rng.integers(2, 9)), bool(rng.integers(2))
+        return "", {"spoil": lambda count, _: count | 1 << bit if one else count & ~(1 << bit)}
+    if kind == "bit_errors":
+        rate = float(rng.uniform(0.01, 0.05))
+        return "", {"spoil": lambda count, g: count ^ (1 << int(g.integers(12)))
+                    if g.random() < rate else count}  # fmt: skip
     if kind == "mirrored":
         return "", {"mirrored": str(rng.choice(["rows", "columns"]))}
     place = ",".join(str(rng.integers(limit)) for limit in _PLACES[KINDS[kind].place])
@@ -72,7 +80,7 @@ def diagnose(sensor: Wired, *, press: bool) -> list[Row]:
     if press:
         rows = command.sensor_rows(sensor, command.find_hand)
     else:
-        rows = iter(leads.judge(probe.measure(sensor.bench.board), 10.0))
+        rows = iter(leads.judge(probe.measure(sensor.board), 10.0))
     return [row for row in rows if row.verdict is Verdict.FAULT]
 
 
@@ -125,7 +133,7 @@ def main() -> None:
     options = grammar.parse_args()
     results: list[dict[str, Any]] = []
     accused: list[tuple[str, str, str]] = []
-    kinds = (*SIZES, *TOUCHED)
+    kinds = (*SIZES, *SPOILT, *TOUCHED)
     with ProcessPoolExecutor(options.workers) as pool:
         for name in PRESETS:
             jobs = {
