@@ -39,6 +39,7 @@ COMMANDS: Final = {
     "pair": "controller.bluetooth.pair",
     "service": "controller.service.unit",
     "status": "controller.service.status",
+    "doctor": "controller.doctor.command",
 }
 
 _log = logging.getLogger("controller")

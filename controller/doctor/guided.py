@@ -43,9 +43,7 @@ def places(rows: int, columns: int) -> tuple[Place, ...]:
 @cache
 def expected(rows: int, columns: int, pitch_mm: float) -> Array:
     """Return z - 1 of a simulated dome under each press of `places`, (places, rows, columns)."""
-    return np.array(
-        [pressed(rows, columns, pitch_mm, place) for place in places(rows, columns)]
-    )
+    return np.array([pressed(rows, columns, pitch_mm, place) for place in places(rows, columns)])
 
 
 def pressed(
@@ -162,7 +160,10 @@ def _pattern(changes: Array) -> Array:
 
 
 def _swaps(found: tuple[str, str]) -> Iterator[Row]:
-    words = (("row", "swapped_rows", "top to bottom"), ("column", "swapped_columns", "left to right"))
+    words = (
+        ("row", "swapped_rows", "top to bottom"),
+        ("column", "swapped_columns", "left to right"),
+    )
     for name, (word, code, way) in zip(found, words, strict=True):
         if name == "mirrored":
             yield _row("mirrored", f"{word}s", way)

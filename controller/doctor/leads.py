@@ -30,6 +30,9 @@ _AT_SUPPLY: Final = 0.985
 _LOST: Final = 0.25  # of the middle taxel's capacitance
 _FULL: Final = 0.9  # a taxel whose row gets the whole supply
 _GROWS: Final = 1.3  # late by early
+_CONDUCTS: Final = 0.15  # of full scale, late: sound taxels read .08
+_OUTLIER: Final = 12.0  # times the usual deviation: eight standard deviations
+_OUTLIERS: Final = 0.005  # of all readings
 _DAMP: Final = 0.03  # of full scale after 4 ms; leaks of 1 nA (SD) make 0.01
 _BLEED_MOHM: Final = (30.0, 85.0)
 _ROW_PF: Final = (95.0, 240.0)
@@ -66,9 +69,13 @@ class Leads:
         samples = np.sqrt(measured.wiring.times.samples)
         self.scatter = np.median(measured.shares.std(axis=0, ddof=1), axis=1) * samples * _COUNTS
         self._reference_off = False
+        self._speed()
+        if self.faults:
+            return  # what is read that late says nothing of the leads
         for step in (
-            self._plug, self._converter, self._shorts, self._row_pins, self._column_pins, self._open,
-            self._worn, self._leaks, self._row_parts, self._dead, self._noise, self._speed,
+            self._hums, self._plug, self._converter, self._shorts, self._row_pins,
+            self._column_pins, self._crackles, self._open, self._worn, self._leaks,
+            self._row_parts, self._dead, self._noise,
         ):  # fmt: skip
             step()
 
@@ -103,18 +110,34 @@ class Leads:
                 self._say("unplugged", "membrane", f"{np.median(self.capacitance):.1f}")
                 self.bad[:] = self._bad_row[:] = self._bad_column[:] = True
 
+    def _hums(self) -> None:
+        hum, hertz, sure = self._hum()
+        if hum > _HUM and sure:
+            self._say("mains", "readings", f"{100 * hum:.0f}", f"{hertz:.0f}")
+            self._reference_off = True  # levels are not to be trusted
+
     def _converter(self) -> None:
         m = self._m
         values = m.values[(m.values > 0) & (m.values < 1.0 / m.step - 1)].astype(np.int64)
         bits = round(np.log2(1.0 / m.step))
-        if len(values) > _TELLING:
-            ones = np.array([(values >> bit & 1).mean() for bit in range(bits)])
-            stuck = np.flatnonzero((ones == 0.0) | (ones == 1.0))
-            if bits > 10 and (ones[:2] == 0.0).all():
-                self._say("other_converter", "converter")
-            elif len(low := stuck[stuck < bits - 2]):
-                self._say("stuck_bit", "converter", int(low[0]))
-        level = float(np.median(np.diag(m.held)))
+        if len(values) >= _TELLING and bits > 10 and not (values & 3).any():
+            self._say("other_converter", "converter")
+        else:
+            for bit in range(bits - 2):
+                telling = values[values >= 4 << bit] >> bit & 1
+                if len(telling) >= _TELLING and telling.min() == telling.max():
+                    self._say("stuck_bit", "converter", bit)
+                    self._reference_off = True
+                    break
+        away = np.abs(m.shares - np.median(m.shares, axis=0))
+        usual = np.maximum(np.median(away, axis=0), m.step / 4)
+        share = float((away > _OUTLIER * usual).mean())
+        if share > _OUTLIERS and (away > _OUTLIER * usual).any(axis=(0, 2)).mean() > 0.5:
+            self._say("bit_errors", "converter", f"{100 * share:.1f}")
+            self._reference_off = True
+        if self._reference_off:
+            return
+        level = float(np.median(np.diag(m.held))) / m.wiring.circuit.reach
         clipped = level >= _CLIPPED and np.median(m.dark) < _UP
         if clipped or (_HELD < level < _LOW and not self._bad_row.all()):
             self._say("reference", "converter", f"{level:.2f} of full scale")
@@ -127,9 +150,10 @@ class Leads:
                 if m.held[i, k] > _HELD and m.held[k, i] > _HELD and m.held[i, i] < _HELD:
                     for one, other in ((i, k), (k, i)):
                         self._row("swapped_channels", one, f"row {other}")
-                elif min(m.row_touch[i, k], m.row_touch[k, i]) > _HELD and max(
-                    m.dark[i], m.dark[k]
-                ) < _UP:
+                elif (
+                    min(m.row_touch[i, k], m.row_touch[k, i]) > _HELD
+                    and max(m.dark[i], m.dark[k]) < _UP
+                ):
                     self._row("short_rows", i, f"row {k}")
                     self._bad_row[k] = self.bad[k] = True
         for i in range(self._columns):
@@ -204,8 +228,9 @@ class Leads:
             growth = self._growth[row] / np.median(self._growth[row, free]) if free.any() else None
             if growth is None:
                 continue
-            for column in np.flatnonzero(free & (growth > _GROWS)):
-                if free.sum() - (free & (growth > _GROWS)).sum() >= 1:
+            conducts = free & (growth > _GROWS) & (self._m.late_shares[row] > _CONDUCTS)
+            for column in np.flatnonzero(conducts):
+                if free.sum() - conducts.sum() >= 1:
                     self._taxel("leaky", int(row), int(column), f"{growth[column]:.1f}")
             if (self.bad[row] & free).any():
                 self._bad_row[row] = True  # what leaks there is no resistor's fault
@@ -216,7 +241,8 @@ class Leads:
         m = self._m
         for row in np.flatnonzero(~self._bad_row):
             ground_pf, bleed_mohm = self._row_pf(row), self._bleed_mohm(row)
-            if m.dark_late[row] > _DAMP:
+            # Counts are never below zero, so noise alone reads as some charge.
+            if m.dark_late[row] > _DAMP + 0.8 * self.scatter[row] / _COUNTS:
                 self._row_only("damp", row, f"{m.dark_late[row]:.2f}")
             elif not _BLEED_MOHM[0] < bleed_mohm < _BLEED_MOHM[1]:
                 if bleed_mohm > _BLEED_MOHM[1]:
@@ -245,15 +271,17 @@ class Leads:
         if not free.any():
             return
         middle = float(np.median(self.scatter[free]))
-        hum, hertz, sure = self._hum()
-        if hum > _HUM and sure:
-            self._say("mains", "readings", f"{100 * hum:.0f}", f"{hertz:.0f}")
-            return
-        if middle > _NOISE:
+        if middle > _NOISE and not self.faults:
             self._say("noise", "readings", f"{middle:.0f}")
+
+    def _crackles(self) -> None:
+        free = ~self._bad_row
+        if not free.any() or self._reference_off:
+            return
+        middle = float(np.median(self.scatter[free]))
         for row in np.flatnonzero(free):
             if self.scatter[row] > _NOISY * max(middle, 1.0) + 2.0:
-                self._row("noisy", row, f"{self.scatter[row]:.0f}", f"{middle:.0f}")
+                self._row("noisy", int(row), f"{self.scatter[row]:.0f}", f"{middle:.0f}")
 
     def _speed(self) -> None:
         m = self._m

@@ -21,9 +21,11 @@ Flags = NDArray[np.bool_]
 
 LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
 _CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
+_FILL_S: Final = 10e-3  # ... and even a film of megohms in this
 _TRIES: Final = 40  # conversions that tell whether a converter answers
 _SCANS: Final = 24
 _LATE_SCANS: Final = 6
+_RAMP: Final = 100  # conversions of one charge as it leaks away
 _AGAIN: Final = 6  # readings of which a mean is taken
 _BURST: Final = 160  # readings of one taxel, for hum
 _SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
@@ -39,7 +41,7 @@ class Measured:
         failed: Share of conversions that nothing answered.
         reason: What the last of them said.
         conversion_s: What one conversion takes.
-        values: Single conversions, counts, (n,).
+        values: Single conversions of one row's charge as it leaks away, counts, (n,).
         dark: Each row by itself, with no column raised, (rows,).
         dark_late: The same after `LATE_S`, (rows,).
         prompt: The same as soon as can be, (rows,).
@@ -128,12 +130,13 @@ class _Probe:
     """Measures one board."""
 
     def __init__(self, board: Board) -> None:
+        # One row at a time: what is wrong with one then shows in that one.
+        board = replace(board, wiring=board.wiring.scanned("taxel"))
         self._board, self._wiring = board, board.wiring
         self._full = float(1 << board.chip.bits)
         self._rows, self._columns = board.wiring.electrodes.rows, board.wiring.electrodes.columns
-        self._values: list[float] = []
         self._scanner = Scanner(board)
-        times = replace(board.wiring.times, settle_s=LATE_S)
+        times = replace(board.wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
         self._patient = Scanner(replace(board, wiring=replace(board.wiring, times=times)))
 
     def measured(self) -> Measured:
@@ -141,6 +144,7 @@ class _Probe:
         dark = self._scanner.dark(_AGAIN)
         dark_late = self._patient.dark(_AGAIN)
         prompt, held, held_late, held_level, row_touch = self._row_tests()
+        values = self._ramp(int(np.diag(held).argmax()))
         column_high, column_low, column_touch = self._column_tests()
         scans = [self._scanner.scan() for _ in range(_SCANS)]
         late = [self._patient.scan() for _ in range(_LATE_SCANS)]
@@ -150,7 +154,7 @@ class _Probe:
             0.0,
             "",
             self._conversion_s(),
-            np.array(self._values),
+            values,
             dark / self._full,
             dark_late / self._full,
             prompt,
@@ -176,9 +180,7 @@ class _Probe:
         channel, ground = self._wiring.electrodes.channels[row], self._wiring.converter.ground
         if ground is not None:
             self._board.convert(channel - channel % self._board.chip.channels + ground)
-        count = self._board.convert(channel)
-        self._values.append(float(count))
-        return count / self._full
+        return self._board.convert(channel) / self._full
 
     def _row_tests(self) -> tuple[Array, Array, Array, Flags, Array]:
         pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
@@ -189,12 +191,12 @@ class _Probe:
             for k in range(rows):
                 for _ in range(_AGAIN if i == k else 1):
                     pins.drive(pin, True)
-                    wait(_CHARGE_S)
+                    wait(_FILL_S if i == k else _CHARGE_S)
                     pins.release(pin)
                     held[i, k] += self._convert(k) / (_AGAIN if i == k else 1)
             for _ in range(_AGAIN):
                 pins.drive(pin, True)
-                wait(_CHARGE_S)
+                wait(_FILL_S)
                 pins.release(pin)
                 wait(LATE_S)
                 late[i] += self._convert(i) / _AGAIN
@@ -216,6 +218,18 @@ class _Probe:
             pins.drive(pin, False)
         return prompt, held, late, level, touch
 
+    def _ramp(self, row: int) -> Array:
+        """Return single conversions all the way down from the supply, for bits that never change."""
+        pin, values = self._rows[row], np.zeros(_RAMP)
+        self._board.pins.drive(pin, True)
+        self._board.wait(_CHARGE_S)
+        self._board.pins.release(pin)
+        for i in range(_RAMP):
+            values[i] = self._board.convert(self._wiring.electrodes.channels[row])
+            self._board.wait(LATE_S / 8)
+        self._board.pins.drive(pin, False)
+        return values
+
     def _column_tests(self) -> tuple[Flags, Flags, Flags]:
         pins, wait, columns = self._board.pins, self._board.wait, len(self._columns)
         high, low = np.zeros(columns, dtype=np.bool_), np.zeros(columns, dtype=np.bool_)
@@ -223,7 +237,7 @@ class _Probe:
         for i, pin in enumerate(self._columns):
             for up, told in ((True, high), (False, low)):
                 pins.drive(pin, up)
-                wait(_CHARGE_S)
+                wait(_FILL_S)
                 pins.release(pin)
                 wait(_CHARGE_S)
                 told[i] = pins.level(pin) is up

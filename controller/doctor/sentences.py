@@ -40,6 +40,10 @@ SENTENCES: Final[dict[str, Sentence]] = {
         "bit {} never changes",
         "Lower the SPI clock; if it stays, the converter is broken: replace it.",
     ),
+    "bit_errors": Sentence(
+        "{} % of the readings jump",
+        "Lower the SPI clock in the wiring file, and shorten the bus leads.",
+    ),
     "reference": Sentence(
         "a row charged to the supply reads {}, where .94 of full scale is usual",
         "The reference pin must be at the pins' own supply, 3.3 V: check that lead.",
@@ -135,12 +139,10 @@ SENTENCES: Final[dict[str, Sentence]] = {
     ),
     "dead": Sentence(
         "{} pF, where the others have {}",
-        "The film is cracked here. Play goes on with a guess in its place; a new membrane cures it.",
+        "The film is cracked here. Play goes on with a guess in its place.",
     ),
     # --- the whole
-    "unplugged": Sentence(
-        "all taxels have {} pF", "The membrane's plug is out: push it in."
-    ),
+    "unplugged": Sentence("all taxels have {} pF", "The membrane's plug is out: push it in."),
     "noise": Sentence(
         "readings scatter by {} counts of 4096",
         "Join the converter's grounds, shorten its leads, put 1 uF across its supply.",
@@ -164,7 +166,5 @@ SENTENCES: Final[dict[str, Sentence]] = {
         "it feels {} % of what it should",
         "The membrane is stiff or loose here. Play goes on with a guess in its place.",
     ),
-    "weak": Sentence(
-        "it feels {} % of what it should", "Watch it: the film may be cracking here."
-    ),
+    "weak": Sentence("it feels {} % of what it should", "Watch it: the film may be cracking here."),
 }

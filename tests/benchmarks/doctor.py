@@ -1,0 +1,175 @@
+"""Does the doctor name what is wrong? Faults of the wiring on random orbs, and orbs without any.
+
+    python -m tests.benchmarks.doctor [--orbs N] [--healthy N] [--workers N] [--json]
+
+Every orb draws its taxels, its parts' tolerances and the hand that presses it; every fault its
+place and its size. An orb counts as what the first fault of the doctor's table says. What only
+touches can tell (electrodes that are swapped, mirrored or turned at the plug; a taxel that feels
+nothing) is looked for with presses; orbs without a fault are pressed, too.
+"""
+
+import argparse
+import json
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+from typing import Any, Final
+
+import numpy as np
+
+from controller.doctor import command, leads, probe
+from controller.doctor.verdict import Row, Verdict
+from controller.hardware.emulated.faults import KINDS
+from controller.simulator.presets import PRESETS, preset
+from tests.wired import COLUMNS, ROWS, Wired
+
+NOTHING: Final = "nothing"
+# Sizes are drawn log-evenly between these; () where a kind has none. Noise is in counts of 4096, on
+# top of what a preset has.
+SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
+    "open_row": (), "open_column": (), "weak_row": (0.7, 6.0), "weak_column": (1.0, 20.0),
+    "short_rows": (), "short_columns": (), "short_taxel": (), "grounded_row": (),
+    "grounded_column": (), "high_row": (), "high_column": (), "swapped_channels": (),
+    "no_channel": (), "stuck_row": (), "dead_row_pin": (), "dead": (), "leaky": (3.0, 40.0),
+    "noisy": (60.0, 200.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "pull_up": (0.03, 0.1),
+    "damp": (15.0, 100.0), "no_row_capacitor": (), "long_lead": (200.0, 500.0), "unplugged": (),
+    "no_converter": (), "silent_converter": (), "bus_errors": (0.05, 0.4),
+    "other_converter": (), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
+    "mains": (0.04, 0.15), "slow_clock": (30.0, 60.0),
+}  # fmt: skip
+SPOILT: Final = ("stuck_bit", "bit_errors")  # what comes of the converter's answers
+TOUCHED: Final = ("swapped_rows", "swapped_columns", "stiff", "mirrored", "turned")
+# What a fault is called, where that is not the name of its kind: seen from the board they are one.
+CALLED: Final = {
+    "stuck_row": "grounded_row", "low_reference": "reference", "slow_clock": "slow",
+}  # fmt: skip
+_PLACES: Final = {
+    "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),
+    "columns": (COLUMNS - 1,), "": (),
+}  # fmt: skip
+_FAMILY: Final = 5_000_000  # of seeds
+_HEALTHY: Final = 1_000_000
+
+
+def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
+    """Return a fault of this kind as the bench takes it, and what else is done to the sensor."""
+    rng = np.random.default_rng([_FAMILY, seed])
+    if kind == "turned":
+        return "", {"turned": True}
+    if kind == "stuck_bit":
+        bit, one = int(rng.integers(2, 9)), bool(rng.integers(2))
+        return "", {"spoil": lambda count, _: count | 1 << bit if one else count & ~(1 << bit)}
+    if kind == "bit_errors":
+        rate = float(rng.uniform(0.01, 0.05))
+        return "", {"spoil": lambda count, g: count ^ (1 << int(g.integers(12)))
+                    if g.random() < rate else count}  # fmt: skip
+    if kind == "mirrored":
+        return "", {"mirrored": str(rng.choice(["rows", "columns"]))}
+    place = ",".join(str(rng.integers(limit)) for limit in _PLACES[KINDS[kind].place])
+    text = f"{kind}:{place}" if place else kind
+    if size := SIZES.get(kind, ()):
+        value = float(np.exp(rng.uniform(*np.log(size))))
+        if kind in ("noisy", "noise"):
+            value += 2.0 * preset(name).electronics.readout.noise_lsb
+        text += f"={value:.4f}"
+    return text, {}
+
+
+def diagnose(sensor: Wired, *, press: bool) -> list[Row]:
+    """Return what the doctor finds wrong."""
+    if press:
+        rows = command.sensor_rows(sensor, command.find_hand)
+    else:
+        rows = iter(leads.judge(probe.measure(sensor.board), 10.0))
+    return [row for row in rows if row.verdict is Verdict.FAULT]
+
+
+def one(kind: str, name: str, number: int) -> tuple[str, bool]:
+    """Return what an orb's fault is called by the doctor, and whether the place is right."""
+    seed = _FAMILY + 1000 * (number + 1) + sum(kind.encode())
+    text, more = draw(kind, name, seed)
+    sensor = Wired(seed, name, [text] if text else [], **more)
+    try:
+        faults = diagnose(sensor, press=kind in TOUCHED)
+    finally:
+        sensor.close()
+    if not faults:
+        return NOTHING, False
+    first = faults[0]
+    numbers = "".join(c if c.isdigit() else " " for c in first.name).split()
+    wanted = text.partition(":")[2].partition("=")[0].split(",") if ":" in text else numbers
+    return first.code, numbers == wanted
+
+
+def healthy(name: str, number: int) -> list[tuple[str, str, str]]:
+    """Return what an orb without a fault is accused of."""
+    sensor = Wired(_HEALTHY + number, name)
+    try:
+        return [(row.code, row.name, row.found) for row in diagnose(sensor, press=True)]
+    finally:
+        sensor.close()
+
+
+def matrix(answers: dict[str, list[tuple[str, bool]]]) -> str:
+    """Return the confusion matrix as text: truths down, diagnoses across, the usual ones aside."""
+    lines = [f"{'truth':<18}{'named':>7}{'place':>7}  otherwise"]
+    for kind, told in answers.items():
+        right = CALLED.get(kind, kind)
+        hits = [place for code, place in told if code == right]
+        others = Counter(code for code, _ in told if code != right).most_common()
+        words = ", ".join(f"{code} {count}" for code, count in others)
+        place = f"{100 * np.mean(hits):6.0f}%" if hits else "      -"
+        lines.append(f"{kind:<18}{100 * len(hits) / len(told):6.0f}%{place}  {words}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print a matrix for each preset, and what sound orbs are accused of."""
+    grammar = argparse.ArgumentParser(prog="tests.benchmarks.doctor", description=__doc__)
+    grammar.add_argument("--orbs", type=int, default=50, help="of each fault (default: 50)")
+    grammar.add_argument("--healthy", type=int, default=500, help="of each preset (default: 500)")
+    grammar.add_argument("--workers", type=int, default=1, help="processes (default: 1)")
+    grammar.add_argument("--json", action="store_true")
+    options = grammar.parse_args()
+    results: list[dict[str, Any]] = []
+    accused: list[tuple[str, str, str]] = []
+    kinds = (*SIZES, *SPOILT, *TOUCHED)
+    with ProcessPoolExecutor(options.workers) as pool:
+        for name in PRESETS:
+            jobs = {
+                kind: pool.map(one, repeat(kind), repeat(name), range(options.orbs), chunksize=5)
+                for kind in kinds
+            }
+            answers = {kind: list(job) for kind, job in jobs.items()}
+            print(f"\n{name}: {len(kinds)} kinds of faults, {options.orbs} orbs each")
+            print(matrix(answers), flush=True)
+            named = [
+                code == CALLED.get(kind, kind) for kind, told in answers.items()
+                for code, _ in told
+            ]  # fmt: skip
+            seen = [code != NOTHING for told in answers.values() for code, _ in told]
+            results += [
+                _result("faults_named", name, float(np.mean(named)), "share"),
+                _result("faults_seen", name, float(np.mean(seen)), "share"),
+            ]
+            flags = list(pool.map(healthy, repeat(name), range(options.healthy), chunksize=10))
+            flagged = sum(bool(flag) for flag in flags)
+            accused += [one for flag in flags for one in flag]
+            print(f"{name}: {flagged} of {options.healthy} sound orbs flagged", flush=True)
+            results.append(
+                _result("healthy_flagged", name, flagged / max(1, options.healthy), "share", 0.01)
+            )
+    for code, where, found in accused:
+        print(f"  accused: {code} at {where}: {found}")
+    for result in results:
+        print(f"{result['name']:<18}{result['preset']:<12}{result['value']:.4f}")
+    if options.json:
+        print(json.dumps({"benchmark": "doctor", "results": results}))
+
+
+def _result(name: str, which: str, value: float, unit: str, goal: float | None = None) -> Any:
+    return {"name": name, "preset": which, "value": value, "unit": unit, "goal": goal}
+
+
+if __name__ == "__main__":
+    main()
