@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.information import BITS, entropy, histogram_statistics
+from models.information.histogram import BITS, entropy, histogram_statistics
 
 
 def test_the_papers_label_entropy_is_nats_printed_as_bits() -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import TEST_SEEDS, simulate
-from models.information import (
+from models.information.histogram import (
     PAPER_FRAMES,
     PAPER_H_Z,
     PAPER_INFORMATION,
