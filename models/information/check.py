@@ -110,5 +110,5 @@ def _dealt(x: NDArray[np.float64], y: NDArray[np.int64], classes: int) -> Taken:
     """Return points as windows of several sessions."""
     index = np.arange(len(x))
     labels = tuple(str(one) for one in range(classes))
-    flat = x[:, None].astype(np.float32)
-    return Taken(flat, y, index % PARTS, index, index, labels, 1.0, (1, x.shape[1]))
+    flat, nowhere = x[:, None].astype(np.float32), np.full((len(x), 2), np.nan, dtype=np.float32)
+    return Taken(flat, y, index % PARTS, index, index, nowhere, labels, 1.0, (1, x.shape[1]))

@@ -22,7 +22,7 @@ from models.information.heldout import Fold
 BATCH: Final = 256  # n: no more than 5.5 nats can be told
 WIDTH: Final = 96
 MEET: Final = 24  # dimensions in which windows and labels meet
-EPOCHS: Final = 40
+EPOCHS: Final = 25
 RATE: Final = 2e-3
 DECAY: Final = 1e-3
 DROPOUT: Final = 0.2

@@ -6,6 +6,7 @@ command that answers it (controller/events.py), or nothing. A further command fo
 or one for none, is counted beside it.
 """
 
+import itertools
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -113,8 +114,7 @@ def gather(games: Iterable[Mapping[str, Any]]) -> Played:
         heard += [first[i].kind if i in first else NOTHING for i in range(len(events))]
         hand += [event.release_s - event.onset_s for event in events]
         pause += [
-            after.onset_s - before.release_s
-            for before, after in zip(events, events[1:], strict=False)
+            after.onset_s - before.release_s for before, after in itertools.pairwise(events)
         ]
         minutes += game["seconds"] / 60.0
     if not meant:

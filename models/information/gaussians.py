@@ -86,8 +86,8 @@ class Mixture:
         p = np.exp(log)
         mean = p.mean(axis=1, keepdims=True)
         inside = np.where(p > 0, p * (log - np.log(np.maximum(mean, 1e-300))), 0.0).mean(axis=1)
-        return float(np.trapezoid(inside, x[:, 0]) if hasattr(np, "trapezoid")
-                     else np.trapz(inside, x[:, 0]))  # fmt: skip
+        steps = np.diff(x[:, 0])  # by trapezoids
+        return float((0.5 * (inside[1:] + inside[:-1]) * steps).sum())
 
     def _log(self, x: Points) -> Points:
         """Return the logarithm of each class's density, but for a constant, (n, classes)."""

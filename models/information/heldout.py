@@ -159,6 +159,25 @@ def told(
     return Told(raw, scaled, heat)
 
 
+def rescaled(taken: Taken, probabilities: NDArray[np.floating]) -> Told:
+    """Return what a classifier from elsewhere said, each day's temperatures from the others.
+
+    Args:
+        taken: Windows that it never learned from.
+        probabilities: What it said of them, (n, classes).
+    """
+    raw = np.log(np.maximum(probabilities.astype(np.float64), 1e-12))
+    scaled, heat = raw.copy(), np.ones(len(raw))
+    for name in np.unique(taken.session):
+        own = taken.session == name
+        if own.all():
+            break
+        scaled[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], taken.y[~own]))
+        y, sure = of_gestures(taken.pick(~own), raw[~own])
+        heat[own] = scores.temperature(np.log(np.maximum(sure, 1e-12)), y)
+    return Told(raw, scaled, heat)
+
+
 def windows(taken: Taken, log_p: Logits) -> Figure:
     """Return H(y) - cross-entropy over the windows, nats."""
     own = log_p[np.arange(len(taken.y)), taken.y]

@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import vocabulary
 from controller.preprocess import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
 from models.dataset import COLUMNS, Labels, Source, prepare
 from models.known import Choice, labels_of
+from models.places import places
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 REST_S: Final = 10.0  # paper, section 4.1: C0 is the mean of the first ten seconds
@@ -25,8 +27,9 @@ class Taken:
         x: Changes of the taxels, about 1 under a touch, float32 (n, images, taxels).
         y: Class of each window, that of its last frame, (n,).
         session: Its session, (n,).
-        frame: Its last frame, counted in its session, (n,).
+        frame: Its last frame, counted among those that its session can use, (n,).
         event: Which touch, or which pause between touches, it is of; all sessions' differ, (n,).
+        place: Where the touch is, grid units; NaN where nobody knows, (n, 2).
         labels: Names of the classes, "null" first.
         rate_hz: Frames per second.
         grid: Rows and columns of taxels.
@@ -37,6 +40,7 @@ class Taken:
     session: NDArray[np.int64]
     frame: NDArray[np.int64]
     event: NDArray[np.int64]
+    place: NDArray[np.float32]
     labels: tuple[str, ...]
     rate_hz: float
     grid: tuple[int, int]
@@ -47,7 +51,7 @@ class Taken:
 
     def pick(self, index: NDArray[np.int64] | NDArray[np.bool_]) -> "Taken":
         """Return some windows."""
-        columns = ("x", "y", "session", "frame", "event")
+        columns = ("x", "y", "session", "frame", "event", "place")
         return replace(self, **{name: getattr(self, name)[index] for name in columns})
 
     def touched(self) -> "Taken":
@@ -95,8 +99,8 @@ def take(
     for one in recordings:
         number = np.array([*(names.index(name) for name in one.origin.labels), UNKNOWN])
         label = number[labels_of(one, choice)]
-        nowhere = np.full((len(label), 2), np.nan, dtype=np.float32)
-        sources.append(Source(one.frames, label, nowhere, one.sequence, one.excluded))
+        place = places(one, label, vocabulary.of(names))
+        sources.append(Source(one.frames, label, place, one.sequence, one.excluded))
     if rest == "first":
         return _fixed(sources, images, names, rate)
     examples = prepare(sources, settings)
@@ -106,14 +110,15 @@ def take(
     session = examples.session[ends].astype(np.int64)
     frame = ends - begins[session]
     y = examples.label[ends]
-    return Taken(
-        x, y, session, frame, events(y, session, frame), tuple(names), rate, (rows, columns)
-    )
+    of, place = events(y, session, frame), examples.touch[ends]
+    return Taken(x, y, session, frame, of, place, tuple(names), rate, (rows, columns))
 
 
 def _fixed(sources: Sequence[Source], images: int, names: Sequence[str], rate_hz: float) -> Taken:
     """Return windows of z = C / C0 with C0 from the first seconds, known classes only."""
-    parts: dict[str, list[NDArray[np.generic]]] = {"x": [], "y": [], "session": [], "frame": []}
+    parts: dict[str, list[NDArray[Any]]] = {
+        name: [] for name in ("x", "y", "session", "frame", "place")
+    }
     for number, source in enumerate(sources):
         first = round(REST_S * rate_hz)
         z = GAIN * (source.frames / source.frames[:first].mean(axis=0) - 1.0)
@@ -124,9 +129,11 @@ def _fixed(sources: Sequence[Source], images: int, names: Sequence[str], rate_hz
         parts["y"].append(source.label[ends].astype(np.int64))
         parts["session"].append(np.full(len(ends), number, dtype=np.int64))
         parts["frame"].append(ends.astype(np.int64))
-    x, y, session, frame = (np.concatenate(parts[name]) for name in parts)
+        parts["place"].append(source.touch[ends])
+    x, y, session, frame, place = (np.concatenate(parts[name]) for name in parts)
+    rows, columns = sources[0].frames.shape[1:]
     of = events(y, session, frame)
-    return Taken(x, y, session, frame, of, tuple(names), rate_hz, sources[0].frames.shape[1:])
+    return Taken(x, y, session, frame, of, place, tuple(names), rate_hz, (rows, columns))
 
 
 def events(
