@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
 
+from controller.simulator.presets import PRESETS
 from models.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE
 from models.information import growth
 from models.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION
@@ -228,7 +229,7 @@ def grown(found: Found) -> Figure | None:
             rows = of_set(found, name, f"growth {kind}")
             x = [row["value"] for row in rows]
             for what, dash in (("gesture", "-"), ("window", "--")):
-                value, low, high = (np.array([row[what][i] for row in rows]) * BITS for i in range(3))
+                value, low, high = BITS * np.array([row[what] for row in rows]).T
                 axes.fill_between(x, low, high, color=colour, alpha=0.1, lw=0)
                 axes.plot(x, value, dash, color=colour, lw=1.8, marker="o", ms=3.5)
                 if kind == kinds[-1]:
@@ -275,7 +276,8 @@ def _players(axes: Axes, players: Mapping[str, Any]) -> None:
             axes.annotate(f"{value:.0f}", (number + shift, value), xytext=(0, 2),
                           textcoords="offset points", ha="center", fontsize=8.5)  # fmt: skip
     words = [
-        f"{name}\n{one['played'][0] * BITS:.2f} bits\nin {one['mean_s']:.2f} s"
+        f"{'orb, ' if name in PRESETS else ''}{name}\n"
+        f"{one['played'][0] * BITS:.2f} bits\nin {one['mean_s']:.2f} s"
         for name, one in players.items()
     ]
     axes.set_xticks(range(len(players)), words, fontsize=8.5, color=INK)
@@ -303,10 +305,10 @@ def _vocabularies(left: Axes, right: Axes, sizes: Mapping[str, Mapping[int, Any]
         _end(right, x[-1], minute[-1], name, colour)
     labels = max((one["labels"] for own in sizes.values() for one in own.values()), key=len)
     words = [
-        "\n".join(f"{size}" if size > 2 else "2" for size in [size])
-        + "\n" + ("press,\npinch" if size == 2 else f"+ {labels[size - 1]}".replace("_", "\n"))
+        f"{size}\n" + (",\n".join(labels[:2]) if size == 2 else f"+ {labels[size - 1]}")
         for size in every
-    ]  # fmt: skip
+    ]
+    words = [one.replace("_", "\n") for one in words]
     for axes, title, unit in (
         (left, "a larger vocabulary, gesture by gesture", "bits per gesture"),
         (right, "the same, minute by minute", "bits per minute, fastest use"),

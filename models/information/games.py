@@ -113,9 +113,7 @@ def gather(games: Iterable[Mapping[str, Any]]) -> Played:
         meant += [event.kind for event in events]
         heard += [first[i].kind if i in first else NOTHING for i in range(len(events))]
         hand += [event.release_s - event.onset_s for event in events]
-        pause += [
-            after.onset_s - before.release_s for before, after in itertools.pairwise(events)
-        ]
+        pause += [after.onset_s - before.release_s for before, after in itertools.pairwise(events)]
         minutes += game["seconds"] / 60.0
     if not meant:
         raise GameError("nothing was meant in these games; play longer")

@@ -1,8 +1,8 @@
 """How information grows with taxels, length of the window, rate, and bits of the converter.
 
 Everything is the held-out bound of heldout.py, with the same classifier and as many windows each
-time: a sensor, a window or a rate is changed, and nothing else. Fewer taxels are a coarser choice of
-the same ones, fewer frames are every second or fourth one; more of either can only be simulated.
+time: a sensor, a window or a rate is changed, and nothing else. Fewer taxels are a coarser choice
+of the same ones, fewer frames every second or fourth one; more of either can only be simulated.
 """
 
 from collections.abc import Sequence
@@ -68,8 +68,8 @@ def slower(recording: Recording, step: int) -> Recording:
 def coarser(recording: Recording, bits: int) -> Recording:
     """Return a recording as a converter of fewer bits would have read it.
 
-    Picofarads are taken back to the orb's readings, of full scale (controller/simulator/readout.py).
-    Of another unit nobody knows the full scale: the range of the recording is divided instead.
+    Picofarads are taken back to the orb's readings (controller/simulator/readout.py). Of another
+    unit nobody knows the full scale: the range of the recording is divided instead.
     """
     frames, levels = recording.frames.astype(np.float64), 2.0**bits
     if recording.origin.unit != PICOFARAD:

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle
-from models.information import contrast, growth, heldout, histogram, neighbours, resample, vocabulary
+from models.information import (
+    contrast,
+    growth,
+    heldout,
+    histogram,
+    neighbours,
+    resample,
+    vocabulary,
+)
 from models.information.sets import DAYS, RecordingSet
 from models.information.taken import GAIN, Taken, take
 from models.intervals import Figure
@@ -52,6 +60,7 @@ def paper(one: RecordingSet) -> dict[str, Any]:
         own = histogram.histogram_statistics(z, y)
         whole = histogram.histogram_statistics(z, y, scaling="global")
         sound = histogram.corrected_statistics(z, y)
+        cut = histogram.histogram_statistics(histogram.clipped(z, y), y)
         classes = len(np.unique(y))
         rows.append(
             {
@@ -61,6 +70,8 @@ def paper(one: RecordingSet) -> dict[str, Any]:
                 "h_y": own.h_y,
                 "h_z": float(own.h_z.mean()),
                 "information": float(own.information.mean()),
+                "h_z_clipped": float(cut.h_z.mean()),
+                "information_clipped": float(cut.information.mean()),
                 "h_z_global": float(whole.h_z.mean()),
                 "information_global": float(whole.information.mean()),
                 "h_z_corrected": float(sound.h_z.mean()),

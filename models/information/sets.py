@@ -56,7 +56,8 @@ class RecordingSet:
         """Return z and labels as section 6 has them; simulated ones several times."""
         if self.paths:
             return [as_the_paper(self.recordings())]
-        return [paper_sessions(self.preset, seed) for seed in range(1 if self.quick else PAPER_SEEDS)]
+        seeds = range(1 if self.quick else PAPER_SEEDS)
+        return [paper_sessions(self.preset, seed) for seed in seeds]
 
 
 def simulated(quick: bool = False) -> list[RecordingSet]:

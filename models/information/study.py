@@ -110,9 +110,7 @@ def sets_of(found: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys(key.split("|")[0] for key in found["parts"]))
 
 
-def _work(
-    jobs: Mapping[str, Callable[[], Any]], workers: int
-) -> Iterator[tuple[str, Any]]:
+def _work(jobs: Mapping[str, Callable[[], Any]], workers: int) -> Iterator[tuple[str, Any]]:
     """Do everything, and yield each result as it comes."""
     if workers == 1 or len(jobs) < 2:
         for key, job in jobs.items():

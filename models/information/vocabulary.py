@@ -32,7 +32,7 @@ MINUTES: Final = 6.0  # of each
 STEP: Final = 3
 EPOCHS: Final = 24
 ON: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
-PAUSE_S: Final = 0.67  # from the last touch of a gesture to the next: games.py, median of the demo's
+PAUSE_S: Final = 0.67  # from one gesture's last touch to the next: the demo's median (games.py)
 
 
 def order() -> tuple[str, ...]:
@@ -43,7 +43,7 @@ def order() -> tuple[str, ...]:
 
 
 def worth(preset: str, size: int, seed: int) -> dict[str, Any]:
-    """Return what a vocabulary of so many gestures is worth to its owner: plain data, nats, seconds.
+    """Return what a vocabulary of so many gestures is worth: plain data, nats and seconds.
 
     Args:
         preset: Quality of the orb.

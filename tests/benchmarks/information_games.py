@@ -5,12 +5,13 @@
 plays the demo on both presets, and the same player at a keyboard: the same decisions, with the same
 pauses to look, but each command a key that is held for `KEY_S` and never goes wrong (a tenth of a
 second is an assumption; nobody here has typed). Each game is a file, as `host --demo --json` would
-print it. Ten games of ten minutes on each preset take a few minutes.
+print it. Half an hour of play for each player takes a minute or two.
 """
 
 import argparse
 import json
 import multiprocessing
+import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -25,6 +26,7 @@ from tetris.engine import Game
 KEYBOARD: Final = "keyboard"
 KEY_S: Final = 0.1
 SEED: Final = 500
+PLAYERS: Final = (*PRESETS, KEYBOARD)
 
 
 def orb(preset: str, seed: int, seconds: float) -> dict[str, Any]:
@@ -68,25 +70,29 @@ def play(who: str, seed: int, seconds: float, path: Path) -> Path:
     return path
 
 
+def play_all(folder: Path, games: int, minutes: float) -> None:
+    """Play so many games of each player, a folder each; games that are there are kept."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as pool:
+        jobs = []
+        for who in PLAYERS:
+            (folder / who).mkdir(parents=True, exist_ok=True)
+            for seed in range(SEED, SEED + games):
+                path = folder / who / f"game-{seed}.json"
+                if not path.exists():
+                    jobs.append(pool.submit(play, who, seed, 60.0 * minutes, path))
+        for job in jobs:
+            print(f"played {job.result()}", file=sys.stderr, flush=True)
+
+
 def main() -> None:
     """Play all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--games", type=int, default=10)
-    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--games", type=int, default=5)
+    parser.add_argument("--minutes", type=float, default=6.0)
     arguments = parser.parse_args()
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(2, mp_context=context) as pool:
-        jobs = []
-        for who in (*PRESETS, KEYBOARD):
-            folder = arguments.folder / who
-            folder.mkdir(parents=True, exist_ok=True)
-            for seed in range(SEED, SEED + arguments.games):
-                path = folder / f"game-{seed}.json"
-                if not path.exists():
-                    jobs.append(pool.submit(play, who, seed, 60.0 * arguments.minutes, path))
-        for job in jobs:
-            print(f"played {job.result()}", flush=True)
+    play_all(arguments.folder, arguments.games, arguments.minutes)
 
 
 if __name__ == "__main__":
