@@ -73,7 +73,7 @@ def counted(counts: ArrayLike) -> float:
     cells, inputs, outputs = (
         np.count_nonzero(one) for one in (table, table.sum(axis=1), table.sum(axis=0))
     )
-    return max(0.0, found - (cells - inputs - outputs + 1) / (2.0 * total))
+    return max(0.0, found - float(cells - inputs - outputs + 1) / (2.0 * float(total)))
 
 
 def best_use(given: Row) -> Best:

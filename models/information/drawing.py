@@ -55,7 +55,7 @@ def figure_9(found: Found) -> Figure | None:
         return None
     mean = {name: of_set(found, name, "histogram")["mean"] for name in names}
     figure, (left, right) = plt.subplots(
-        1, 2, figsize=(11.0, 4.6), gridspec_kw={"width_ratios": [1.55, 1]}
+        1, 2, figsize=(11.6, 4.6), gridspec_kw={"width_ratios": [1.35, 1]}
     )
     groups = (
         ("labels, if all were\nas frequent", UNIFORM, "h_uniform"),
@@ -79,17 +79,21 @@ def figure_9(found: Found) -> Figure | None:
         (name, colour, [mean[name][key] for _, key in steps])
         for colour, name in zip(COLOURS, names, strict=False)
     ]
-    _bars(right, [words for words, _ in steps], series)
+    _bars(right, [words for words, _ in steps], series, "upper right")
     right.axhline(PAPER_INFORMATION, color=INK, lw=1.0, ls=":")
     right.annotate("the paper", (1.0, PAPER_INFORMATION), xycoords=("axes fraction", "data"),
-                   ha="right", va="bottom", fontsize=8, color=INK)  # fmt: skip
+                   xytext=(-2, 1), textcoords="offset points", ha="right", va="bottom", fontsize=8,
+                   color=INK)  # fmt: skip
     right.set_title("what a sensor says, I(z; y), made sound")
     figure.tight_layout(w_pad=2.5)
     return figure
 
 
 def _bars(
-    axes: Axes, words: Sequence[str], series: Sequence[tuple[str, str, Sequence[float]]]
+    axes: Axes,
+    words: Sequence[str],
+    series: Sequence[tuple[str, str, Sequence[float]]],
+    place: str = "upper left",
 ) -> None:
     """Draw groups of bars in nats, with bits on the right, and the value on each."""
     width = 0.8 / len(series)
@@ -97,17 +101,17 @@ def _bars(
         at = np.arange(len(values)) + (number - (len(series) - 1) / 2) * width
         axes.bar(at, values, width * 0.94, color=colour, label=name)
         for x, value in zip(at, values, strict=True):
-            axes.annotate(f"{value:.2f}" if value >= 0.005 else f"{value:.3f}", (x, value),
+            axes.annotate(f"{value:.2f}" if value >= 0.005 else "0", (x, value),
                           xytext=(0, 2), textcoords="offset points", ha="center", fontsize=7.5,
                           color=colour)  # fmt: skip
-    axes.set_xticks(np.arange(len(words)), words, fontsize=8.5, color=INK)
+    axes.set_xticks(np.arange(len(words)), words, fontsize=8, color=INK)
     axes.set_ylabel("nats")
     axes.set_ylim(0, 1.14 * max(max(values) for _, _, values in series))
     bits = axes.secondary_yaxis("right", functions=(lambda v: v * BITS, lambda v: v / BITS))
     bits.set_ylabel("bits")
     axes.grid(axis="y", color=LINE, lw=0.6)
     axes.set_axisbelow(True)
-    axes.legend(frameon=False, fontsize=8.5, loc="upper left")
+    axes.legend(frameon=False, fontsize=8.5, loc=place)
 
 
 def bins(found: Found) -> Figure | None:
@@ -168,16 +172,16 @@ def windows(found: Found) -> Figure | None:
             axes.annotate(f"{value:.2f}", (value, y), xytext=(0, 7), textcoords="offset points",
                           ha="center", fontsize=8, color=colour)  # fmt: skip
         axes.axvline(ceiling, color=INK, lw=1.0, ls=":")
-        axes.annotate(f"H(y), all there is: {ceiling:.2f}", (ceiling, 0), xytext=(-5, 0),
-                      textcoords="offset points", rotation=90, ha="right", va="bottom",
-                      fontsize=8, color=INK)  # fmt: skip
+        axes.annotate(f"H(y), all there is: {ceiling:.2f}", (ceiling, len(rows) - 0.6),
+                      xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right",
+                      va="bottom", fontsize=8, color=INK)  # fmt: skip
         axes.set_yticks(range(len(rows)), [words for words, _, _ in rows], color=INK)
         axes.set_xlim(0, 1.08 * ceiling)
         axes.set_ylim(len(rows) - 0.5, -0.7)
         axes.set_xlabel("bits about the label")
         axes.set_title(name)
         axes.grid(axis="x", color=LINE, lw=0.6)
-    many[0][0].annotate("▸ at least so much, on another day    ● estimate", (0, -0.17),
+    many[0][0].annotate("▸ at least so much, on another day    ● estimate", (0, -0.2),
                         xycoords="axes fraction", fontsize=8, color=DIM)  # fmt: skip
     figure.tight_layout()
     return figure

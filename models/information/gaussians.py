@@ -67,7 +67,7 @@ class Mixture:
         top = log.max(axis=1)
         all_of_them = top + np.log(np.exp(log - top[:, None]).sum(axis=1))
         own: Points = log[np.arange(len(y)), y]
-        return own - all_of_them + math.log(len(self.middle))
+        return np.asarray(own - all_of_them + math.log(len(self.middle)), dtype=np.float64)
 
     def sampled(self, count: int = DRAWN, seed: int = 1) -> tuple[float, float]:
         """Return the information from so many points, nats, and its standard error."""

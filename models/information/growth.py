@@ -19,13 +19,15 @@ from models.information.taken import Taken, take
 from models.known import Choice
 
 KINDS: Final = ("taxels", "window", "rate", "bits")
-WINDOWS_S: Final = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5)
-BITS: Final = (4, 5, 6, 7, 8, 10, 12)
+WINDOWS_S: Final = (0.1, 0.3, 0.6, 1.0, 1.5)
+BITS: Final = (4, 5, 6, 8, 12)
 SLOWER: Final = (4, 2, 1)  # every so manieth frame
-FASTER: Final = (2.0, 4.0)  # times the rate, simulated
+FASTER: Final = (2.0,)  # times the rate, simulated
 DENSER: Final = (7,)  # rows and columns, simulated
-STEP_S: Final = 0.5  # from one window that is used to the next
-EPOCHS: Final = 16
+STEP_S: Final = 0.3  # from one window that is used to the next
+EPOCHS: Final = 30
+BATCH: Final = 64
+TESTED: Final = 2  # days, of all that there are
 
 
 def worth(taken: Taken) -> dict[str, list[float]]:
@@ -33,7 +35,7 @@ def worth(taken: Taken) -> dict[str, list[float]]:
     few = taken.every(max(1, round(STEP_S * taken.rate_hz)))
     square = few.x.shape[2] == few.grid[0] * few.grid[1]
     shape = heldout.Shape.of(few) if square else None
-    told = heldout.told(few, epochs=EPOCHS, shape=shape)
+    told = heldout.told(few, epochs=EPOCHS, shape=shape, most=TESTED, batch=BATCH)
     found = {"window": heldout.windows(few, told.scaled), "gesture": heldout.gestures(few, told)}
     return {name: [one.value, one.low, one.high] for name, one in found.items()}
 

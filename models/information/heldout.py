@@ -124,6 +124,8 @@ def told(
     seed: int = 0,
     epochs: int = EPOCHS,
     shape: Shape | None = None,
+    most: int = 0,
+    batch: int = BATCH,
 ) -> Told:
     """Train on all sessions but one, and ask about that one; each in turn.
 
@@ -133,11 +135,13 @@ def told(
         seed: Of weights and order.
         epochs: At most; the one that surprises the session that checks least is kept.
         shape: How examples may be varied (`Shape.of`); None: they stay as they are.
+        most: So many sessions are tested at most; 0: all.
+        batch: Windows of a step.
     """
     size = (len(taken.y), len(taken.labels))
     raw, scaled, heat = np.full(size, np.nan), np.full(size, np.nan), np.full(size[0], np.nan)
     flat = taken.x.reshape(len(taken.x), -1)
-    for number, fold in enumerate(folds(taken)):
+    for number, fold in enumerate(folds(taken)[: most or None]):
         if not (fold.train.any() and fold.check.any() and fold.test.any()):
             continue
         net = fitted(
@@ -148,6 +152,7 @@ def told(
             seed + number,
             epochs,
             shape,
+            batch,
         )
         asked = net(flat[fold.check])
         hot = scores.temperature(asked, taken.y[fold.check])
@@ -218,6 +223,7 @@ def fitted(
     seed: int = 0,
     epochs: int = EPOCHS,
     shape: Shape | None = None,
+    batch: int = BATCH,
 ) -> Callable[[NDArray[np.float32]], Logits]:
     """Train a network, and return what answers questions (n, d) with logits (n, classes).
 
@@ -229,6 +235,7 @@ def fitted(
         seed: Of weights, order and variations.
         epochs: At most.
         shape: How examples may be varied; None: they are no images, and stay as they are.
+        batch: Examples of a step.
     """
     torch.set_num_threads(1)
     generator = torch.Generator().manual_seed(seed)
@@ -238,13 +245,13 @@ def fitted(
     middle, spread = inside.mean(dim=0), inside.std() + 1e-6
     net = _net(inside.shape[1], classes, HIDDEN if kind == "mlp" else ())
     optimizer = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
-    steps = epochs * -(-len(label) // BATCH)
+    steps = epochs * -(-len(label) // batch)
     falling = torch.optim.lr_scheduler.OneCycleLR(optimizer, 2 * RATE, total_steps=steps)
     best, least = net.state_dict(), np.inf
     for _ in range(epochs):
         net.train()
-        for batch in torch.randperm(len(label), generator=generator).split(BATCH):
-            asks, means = inside[batch], label[batch]
+        for part in torch.randperm(len(label), generator=generator).split(batch):
+            asks, means = inside[part], label[part]
             if shape is not None:
                 asks, means = _varied(asks, means, shape, generator)
             loss = nn.functional.cross_entropy(net((asks - middle) / spread), means)

@@ -70,7 +70,7 @@ def _by_event(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the sum of each event's parts, and how many there are."""
     _, number = np.unique(event, return_inverse=True)
-    return np.bincount(number, part), np.bincount(number).astype(np.float64)
+    return np.bincount(number, part).astype(np.float64), np.bincount(number).astype(np.float64)
 
 
 def _draws(events: int, seed: int) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ returns, in nats; "games": under a name what games.py returns; "check": rows of 
 """
 
 import json
+import math
 import multiprocessing
 import os
 import time
@@ -39,7 +40,7 @@ def load(path: Path | None) -> Found:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         if {"parts", "games", "check"} <= set(found):
-            return dict(found)
+            return dict(_numbers(found))
     except (ValueError, TypeError):
         pass
     raise ValueError(f"{path} holds no estimates of this program; remove it, or choose another DIR")
@@ -141,11 +142,20 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _rounded(value: Any) -> Any:
-    """Return plain data with six digits, which is more than anybody needs."""
+    """Return plain data with six digits; what is no number becomes null."""
     if isinstance(value, Mapping):
         return {key: _rounded(one) for key, one in value.items()}
     if isinstance(value, Iterable) and not isinstance(value, str):
         return [_rounded(one) for one in value]
     if isinstance(value, float):
-        return round(value, 6)
+        return round(value, 6) if math.isfinite(value) else None
+    return value
+
+
+def _numbers(value: Any) -> Any:
+    """Return what JSON made of plain data, with NaN where a list of numbers has null."""
+    if isinstance(value, dict):
+        return {key: _numbers(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [math.nan if one is None else _numbers(one) for one in value]
     return value

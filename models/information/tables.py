@@ -70,7 +70,7 @@ def section_6(found: Found) -> str:
     lines.append(_row(["frames without a gesture", f"{100 * PAPER_STATIC:.0f} %", *static]))
     for words, paper, key in rows:
         own = [_both(mean[name][key]) for name in names]
-        lines.append(_row([words, "" if paper is None else _both(paper), *own]))
+        lines.append(_row([words, "" if paper is None else _both(paper, 2), *own]))
     return "\n".join(lines)
 
 
@@ -330,19 +330,21 @@ def _rule(columns: int) -> str:
     return "|---" * columns + "|"
 
 
-def _both(nats: float) -> str:
+def _both(nats: float, digits: int = 3) -> str:
     """Return nats and bits."""
-    digits = 2 if nats >= 0.1 else 4
+    digits = digits if nats >= 0.1 else 4
     return f"{nats:.{digits}f}, {nats * BITS:.{digits}f}"
 
 
-def _bits(nats: float) -> str:
+def _bits(nats: float | None) -> str:
+    if nats is None or math.isnan(nats):
+        return "–"
     return f"{nats * BITS:.3f}".replace("-", "−")
 
 
 def _sure(figure: Sequence[float]) -> str:
     """Return a figure in nats as bits, with its interval."""
-    if len(figure) < 3 or figure[1] is None or math.isnan(figure[1]):
+    if len(figure) < 3 or math.isnan(figure[1]):
         return _bits(figure[0])
     value, low, high = (f"{one * BITS:.2f}".replace("-", "−") for one in figure)
     return f"{value} ({low}–{high})"

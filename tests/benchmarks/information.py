@@ -21,7 +21,8 @@ from typing import Any
 from models.information import games, study, tables
 from models.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
 from models.information.sets import simulated
-from tests.benchmarks import information_games
+
+from . import information_games
 
 GAMES = 5
 MINUTES = 6.0
