@@ -125,6 +125,7 @@ class Record:
             "stray_touches": len(self.truths) - len(gestures),
             "link_bytes": {"received": meter.received, "sent": meter.sent},
             "commands": self.commands,
+            "events": [[one.onset_ms, one.release_ms, self.meant[one.number]] for one in gestures],
         }
 
 

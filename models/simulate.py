@@ -212,14 +212,14 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     for variable in _THREADS:
         os.environ.setdefault(variable, "1")
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _serve() -> None:
+def serve() -> None:
     """Prepare a process: Ctrl-C is its parent's, and it does not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_follow, daemon=True).start()

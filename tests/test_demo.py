@@ -29,6 +29,8 @@ def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
     assert [verdict[k] for k in ("intended", "hits", "wrong", "missed")] == [3, 1, 1, 2]
     assert (verdict["false_alarms"], verdict["stray_touches"]) == (0, 1)
     assert verdict["latency_s"] == {"p50": 0.4, "p95": 0.4}
+    # What was meant, beside what was understood ("commands"): the channel as it was played.
+    assert verdict["events"] == [[1000, 1900, "left"], [5000, 6000, "drop"], [8000, 8500, "right"]]
 
 
 def test_a_command_for_a_stray_touch_is_a_false_alarm() -> None:

@@ -1,101 +1,89 @@
-"""Section 6 on simulated sessions: does a preset carry what the paper's recordings carried?
+"""How much an orb can say, all of it: section 6, estimators on known cases, bounds, play.
 
-    python -m tests.benchmarks.information [--seeds N] [--json]
+    python -m tests.benchmarks.information [--keep FOLDER] [--quick] [--json]
 
-For each preset and seed: two class-block sessions of one user, 34,795 frames, button labels,
-z = C / C0 with C0 the mean of the first ten seconds, 25 bins, scaled for each sensor and gesture
-on its own as in the paper. That scaling hangs on single outliers: `clipped` says what becomes of
-the figures when one frame in a thousand is cut off at either end of each sensor and gesture.
+Both presets: section 6 of the paper on two class-block sessions of one user, 34,795 frames, button
+labels, z = C / C0 with C0 the mean of the first ten seconds, for five users; everything else that
+`models information` measures, on four days of one user; games of the demo and of the same player at
+a keyboard (tests/benchmarks/information_games.py); and every estimator on Gaussian cases of 10,000
+points whose information is known. Ten CPU-minutes; with --keep what was measured is not measured
+again (docs/pictures keeps what docs/paper.md shows). --quick: a few minutes, on less.
 """
 
 import argparse
 import json
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from models.information import games, study, tables
+from models.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
+from models.information.sets import simulated
 
-from controller.simulator.presets import PRESETS
-from controller.simulator.session import TEST_SEEDS, simulate
-from models.information import (
-    PAPER_FRAMES,
-    PAPER_H_Z,
-    PAPER_INFORMATION,
-    PAPER_STATIC,
-    histogram_statistics,
-)
+from . import information_games
 
-MINUTES = 29.2  # two such sessions hold the paper's frames
-REST_FRAMES = 100  # paper, section 4.1: the first ten seconds
-OUTLIERS = 0.001
-
-
-def recorded(preset: str, seed: int) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """Return z, (PAPER_FRAMES, taxels), and the button's labels of one user's two sessions."""
-    signals, labels = [], []
-    for run in range(2):
-        session = simulate(
-            TEST_SEEDS.start + 10 * seed + run,
-            MINUTES,
-            user=seed,
-            model=PRESETS[preset],
-            protocol="blocks",
-        )
-        z = session.frames / session.frames[:REST_FRAMES].mean(axis=0)
-        signals.append(z.reshape(len(z), -1).astype(np.float64))
-        labels.append(session.button)
-    return np.concatenate(signals)[:PAPER_FRAMES], np.concatenate(labels)[:PAPER_FRAMES]
-
-
-def clip(z: NDArray[np.float64], y: NDArray[np.int8]) -> NDArray[np.float64]:
-    """Cut the outliers of each sensor and gesture off."""
-    out = z.copy()
-    for label in np.unique(y):
-        group = y == label
-        out[group] = np.clip(z[group], *np.quantile(z[group], [OUTLIERS, 1 - OUTLIERS], axis=0))
-    return out
-
-
-def measure(preset: str, seed: int) -> dict[str, float]:
-    """Return the figures of one seed, nats."""
-    z, y = recorded(preset, seed)
-    paper = histogram_statistics(z, y)
-    together = histogram_statistics(z, y, scaling="global")
-    clipped = histogram_statistics(clip(z, y), y)
-    return {
-        "p_static": float((y == 0).mean()),
-        "h_y": paper.h_y,
-        "h_z": float(paper.h_z.mean()),
-        "information": float(paper.information.mean()),
-        "information_global": float(together.information.mean()),
-        "h_z_clipped": float(clipped.h_z.mean()),
-        "information_clipped": float(clipped.information.mean()),
-    }
-
-
+GAMES = 5
+MINUTES = 6.0
 GOALS = {"p_static": PAPER_STATIC, "h_z": PAPER_H_Z, "information": PAPER_INFORMATION}
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--keep", type=Path, metavar="FOLDER")
+    parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    results: list[dict[str, Any]] = []
-    for preset in PRESETS:
-        rows = [measure(preset, seed) for seed in range(arguments.seeds)]
-        print(f"\n{preset}: mean (least ... greatest) of {arguments.seeds} seeds, nats")
-        for name in rows[0]:
-            values = np.array([row[name] for row in rows])
-            goal = GOALS.get(name)
-            aim = f"   paper: {goal:g}" if goal is not None else ""
-            spread = f"({values.min():.3f} ... {values.max():.3f})"
-            print(f"  {name:20} {values.mean():6.3f} {spread}{aim}")
-            result = {"name": name, "preset": preset, "value": float(values.mean())}
-            results.append({**result, "unit": "1" if name == "p_static" else "nats", "goal": goal})
+    kept = arguments.keep / study.MEASURED if arguments.keep else None
+    found = study.measure(
+        simulated(arguments.quick), (), 2, kept,
+        lambda line: print(line, file=sys.stderr, flush=True), checked=True,
+    )  # fmt: skip
+    if not found["games"]:
+        found["games"] = played(1 if arguments.quick else GAMES)
+        study.keep(kept, found)
+    print(tables.text(found))
     if arguments.json:
-        print(json.dumps({"benchmark": "information", "results": results}))
+        print(json.dumps({"benchmark": "information", "results": results(found)}))
+
+
+def played(count: int) -> dict[str, Any]:
+    """Play the demo on both presets, and at a keyboard; return what each carries."""
+    with tempfile.TemporaryDirectory() as folder:
+        information_games.play_all(Path(folder), count, MINUTES)
+        return {
+            who: games.figures(
+                games.gather(games.read(path) for path in sorted((Path(folder) / who).iterdir()))
+            )
+            for who in information_games.PLAYERS
+        }
+
+
+def results(found: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the figures that have a name."""
+    rows: list[dict[str, Any]] = []
+
+    def add(name: str, preset: str, value: float, unit: str, goal: float | None = None) -> None:
+        rows.append({"name": name, "preset": preset, "value": value, "unit": unit, "goal": goal})
+
+    for preset in study.sets_of(found):
+        if part := study.of_set(found, preset, "histogram"):
+            for name, value in part["mean"].items():
+                unit = "1" if name in ("p_static", "frames") else "nats"
+                add(name, preset, value, unit, GOALS.get(name))
+        if part := study.of_set(found, preset, "classifier"):
+            best = max(row["gesture"][0] for row in part["rows"].values())
+            add("bits_per_gesture_another_day", preset, best * BITS, "bits")
+    for who, one in found["games"].items():
+        add("bits_per_command", who, one["played"][0] * BITS, "bits")
+        add("bits_per_minute", who, one["played_per_min"] * BITS, "bits/min")
+    rows_ = [row for row in found["check"] if row["estimator"] != "Kraskov" and row["ideal"]]
+    if rows_:
+        close = sum(abs(r["found"] - r["truth"]) <= tables.allowed(r) for r in rows_)
+        add("known_cases_within_goal", "", close / len(rows_), "1", 1.0)
+    return rows
 
 
 if __name__ == "__main__":

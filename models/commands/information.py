@@ -1,0 +1,145 @@
+"""`models information`: how much an orb can say, by section 6 of the paper and beyond it."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from models import options
+
+if TYPE_CHECKING:
+    from models.information.sets import RecordingSet
+
+SUMMARY: Final = "estimate how much an orb can say: entropies, information, capacity"
+DESCRIPTION: Final = (
+    "Reproduce section 6 of the paper on recordings, correct it, and estimate what it calls "
+    "intractable: the information of whole windows about gestures, by neighbours and by what is "
+    "recognised on a day that was held out; how it grows with taxels, window, rate and bits; and "
+    "what played games carry in bits per minute (docs/information.md). Without recordings, both "
+    "presets of the virtual orb are simulated."
+)
+EXAMPLE: Final = "Try it (a minute): models information --quick --only histogram classifier"
+GAMES: Final = "host --demo --headless --speed 0 --json > FILE"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels count; auto: the truth where it is known, else what people said, "
+        "moved to where the touches were (default: auto)",
+    )
+    add(
+        "--games",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help=f"played games, or folders of them, one player each: {GAMES}",
+    )
+    add(
+        "--only",
+        nargs="+",
+        default=[],
+        metavar="PART",
+        help="histogram, neighbours, classifier, contrast, growth, places, vocabulary, none",
+    )
+    add("--check", action="store_true", help="also try the estimators on cases that are known")
+    add("--quick", action="store_true", help="a third of the simulated minutes")
+    add("--workers", type=options.whole(1, 64), default=os.cpu_count() or 1, help="processes")
+    add(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for the report, its figures (PNG and SVG), and what was measured, which is "
+        "not measured again",
+    )
+    add("--paper", type=Path, metavar="FILE", help="Markdown whose tables of this are made anew")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure, print, and draw."""
+    from models import extras
+
+    extras.require("estimating information", "torch", "sklearn", "matplotlib")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from models.information import games, study, tables
+
+    if arguments.out and not arguments.out.is_dir():
+        raise ValueError(f"{arguments.out} is no directory; make it first")
+    kept = arguments.out / study.MEASURED if arguments.out else None
+    sets = _sets(arguments)
+    players = _players(arguments.games)
+    try:
+        found = study.measure(
+            sets, _wanted(arguments.only), arguments.workers, kept, options.say,
+            checked=arguments.check,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        options.say(
+            "models: interrupted; "
+            + ("the same command goes on where it was" if kept else "nothing was written")
+        )
+        return 1
+    for name, played in players.items():
+        found["games"][name] = games.figures(games.gather(played))
+    study.keep(kept, found)
+    print(tables.text(found))
+    if arguments.out:
+        from models.information import drawing, report
+
+        for path in drawing.draw(found, arguments.out):
+            options.say(f"wrote {path}")
+        options.say(f"wrote {report.write(arguments.out, found)}")
+    if arguments.paper:
+        page = arguments.paper.read_text(encoding="utf-8")
+        arguments.paper.write_text(tables.into(page, found), encoding="utf-8")
+    return 0
+
+
+def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
+    """Return each folder as a set, and all loose files as one; without any, both presets."""
+    from models import unseen
+    from models.information.sets import RecordingSet, simulated
+
+    if not arguments.data:
+        return simulated(arguments.quick)
+    made = []
+    loose = [path for path in arguments.data if not path.is_dir()]
+    for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
+        name = "recordings" if paths is loose else str(paths[0])
+        files = tuple(unseen.recordings(paths))
+        made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
+    return made
+
+
+def _wanted(only: list[str]) -> list[str]:
+    """Return the parts that somebody asked for.
+
+    Raises:
+        ValueError: There is no such part.
+    """
+    known = ("histogram", "neighbours", "classifier", "contrast", "growth", "places",
+             "vocabulary", "none")  # fmt: skip
+    for name in only:
+        if name not in known:
+            raise ValueError(f"there is no part {name!r}; there are {', '.join(known)}")
+    return only
+
+
+def _players(paths: list[Path]) -> dict[str, list[dict[str, object]]]:
+    """Return the games of each folder, and of all loose files."""
+    from models.information import games
+
+    made: dict[str, list[dict[str, object]]] = {}
+    for path in paths:
+        files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
+        if not files:
+            raise ValueError(f"there are no games in {path}; make one with: {GAMES}")
+        name = path.name if path.is_dir() else "games"
+        made.setdefault(name, []).extend(games.read(file) for file in files)
+    return made

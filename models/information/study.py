@@ -1,0 +1,161 @@
+"""All parts of all sets, measured on every core; what was found is kept, and not measured again.
+
+`found` is plain data (JSON): "settings"; "parts": under "SET PART" what models/information/parts.py
+returns, in nats; "games": under a name what games.py returns; "check": rows of check.py.
+"""
+
+import json
+import math
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from models.information import check
+from models.information.parts import parts
+from models.information.sets import RecordingSet
+from models.simulate import serve
+
+MEASURED: Final = "information.json"
+CHECK: Final = "check"
+_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+Say = Callable[[str], None]
+Found = dict[str, Any]
+
+
+def load(path: Path | None) -> Found:
+    """Return what was found so far.
+
+    Raises:
+        ValueError: The file holds something else.
+    """
+    if path is None or not path.exists():
+        return {"parts": {}, "games": {}, "check": []}
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if {"parts", "games", "check"} <= set(found):
+            return dict(_numbers(found))
+    except (ValueError, TypeError):
+        pass
+    raise ValueError(f"{path} holds no estimates of this program; remove it, or choose another DIR")
+
+
+def measure(
+    sets: Sequence[RecordingSet],
+    only: Sequence[str],
+    workers: int,
+    path: Path | None,
+    say: Say,
+    *,
+    checked: bool = False,
+) -> Found:
+    """Return everything, measuring what was not found yet.
+
+    Args:
+        sets: What is measured.
+        only: Parts whose names begin with one of these; none: all.
+        workers: Processes.
+        path: Where results are kept after each part, so that what is interrupted goes on; None:
+            nowhere.
+        say: Takes lines of progress.
+        checked: Also tries the estimators on what is known.
+    """
+    found = load(path)
+    told = {one.name: repr((one.paths, one.choice, one.quick)) for one in sets}
+    for name, settings in told.items():  # what was measured of something else is forgotten
+        if found.setdefault("settings", {}).get(name, settings) != settings:
+            found["parts"] = {k: v for k, v in found["parts"].items() if k.split("|")[0] != name}
+        found["settings"][name] = settings
+    jobs: dict[str, Callable[[], Any]] = {}
+    for one in sets:
+        for name, part in parts(one).items():
+            if not only or any(name.startswith(wanted) for wanted in only):
+                jobs[f"{one.name}|{name}"] = part
+    jobs = {key: job for key, job in jobs.items() if key not in found["parts"]}
+    if checked and not found["check"]:
+        jobs |= {f"{CHECK}|{name}": job for name, job in check.jobs()}
+    rows: dict[str, list[Any]] = {}
+    begun = time.monotonic()
+    for done, (key, result) in enumerate(_work(jobs, workers), 1):
+        left_s = (time.monotonic() - begun) / done * (len(jobs) - done)
+        say(f"{done}/{len(jobs)} {key.replace('|', ': ')}; {left_s:.0f} s left")
+        if key.startswith(f"{CHECK}|"):
+            rows[key] = [asdict(row) for row in result]
+            if len(rows) == sum(name.startswith(f"{CHECK}|") for name in jobs):
+                found["check"] = [row for name in jobs for row in rows.get(name, [])]
+        else:
+            found["parts"][key] = result
+        keep(path, found)
+    return found
+
+
+def keep(path: Path | None, found: Found) -> None:
+    """Write what was found, if it is kept anywhere."""
+    if path is not None:
+        path.write_text(json.dumps(_rounded(found), indent=1) + "\n", encoding="utf-8")
+
+
+def of_set(found: Mapping[str, Any], name: str, part: str) -> Any:
+    """Return a part of a set; None where it was not measured."""
+    return found["parts"].get(f"{name}|{part}")
+
+
+def sets_of(found: Mapping[str, Any]) -> list[str]:
+    """Return the names of all sets, in order."""
+    return list(dict.fromkeys(key.split("|")[0] for key in found["parts"]))
+
+
+def _work(jobs: Mapping[str, Callable[[], Any]], workers: int) -> Iterator[tuple[str, Any]]:
+    """Do everything, and yield each result as it comes."""
+    if workers == 1 or len(jobs) < 2:
+        for key, job in jobs.items():
+            yield key, job()
+        return
+    with _pool(min(workers, len(jobs))) as pool:
+        waiting: dict[Future[Any], str] = {pool.submit(job): key for key, job in jobs.items()}
+        for done in as_completed(waiting):
+            yield waiting[done], done.result()
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes of one thread each; when something happens to us, they end at once."""
+    for variable in _THREADS:
+        os.environ.setdefault(variable, "1")
+    before = set(multiprocessing.active_children())
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in set(multiprocessing.active_children()) - before:
+            child.terminate()  # nothing that it does is worth waiting for
+        raise
+    pool.shutdown()
+
+
+def _rounded(value: Any) -> Any:
+    """Return plain data with six digits; what is no number becomes null."""
+    if isinstance(value, Mapping):
+        return {key: _rounded(one) for key, one in value.items()}
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_rounded(one) for one in value]
+    if isinstance(value, float):
+        return round(value, 6) if math.isfinite(value) else None
+    return value
+
+
+def _numbers(value: Any) -> Any:
+    """Return what JSON made of plain data, with NaN where a list of numbers has null."""
+    if isinstance(value, dict):
+        return {key: _numbers(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [math.nan if one is None else _numbers(one) for one in value]
+    return value

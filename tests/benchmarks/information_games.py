@@ -1,0 +1,99 @@
+"""Games whose channel `models information --games` measures: the demo's, and the keyboard's.
+
+    python -m tests.benchmarks.information_games FOLDER [--games N] [--minutes M]
+
+plays the demo on both presets, and the same player at a keyboard: the same decisions, with the same
+pauses to look, but each command a key that is held for `KEY_S` and never goes wrong (a tenth of a
+second is an assumption; nobody here has typed). Each game is a file, as `host --demo --json` would
+print it. Half an hour of play for each player takes a minute or two.
+"""
+
+import argparse
+import json
+import multiprocessing
+import sys
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, Final
+
+from controller.simulator.presets import PRESETS
+from host import demo
+from host.player import Player
+from host.targets.tetris import ACTIONS, PACE
+from tetris.engine import Game
+
+KEYBOARD: Final = "keyboard"
+KEY_S: Final = 0.1
+SEED: Final = 500
+PLAYERS: Final = (*PRESETS, KEYBOARD)
+
+
+def orb(preset: str, seed: int, seconds: float) -> dict[str, Any]:
+    """Play a game with the virtual orb, as fast as it goes."""
+    with demo.Demo(seed, seconds, ("--preset", preset)) as game:
+        while not game.over:
+            game.tick()
+        return game.verdict()
+
+
+def keyboard(seed: int, seconds: float) -> Mapping[str, Any]:
+    """Play the same with keys; stray touches harm nobody there, and take no time."""
+    player, game = Player(seed, seconds), Game(seed, PACE)
+    events: list[tuple[int, int, str]] = []
+    commands: list[tuple[int, str]] = []
+    held: tuple[int, float] | None = None
+    game.update(0.0)
+    for tick in range(1, round(seconds * demo.TICKS_PER_S)):
+        now_s = tick / demo.TICKS_PER_S
+        if held is not None and now_s >= held[1]:
+            player.left(held[0], now_s)
+            held = None
+        due = []
+        if (decided := player.decide(game, now_s)) is not None:
+            performed, command = decided
+            lasts_s = KEY_S if command else 0.0
+            held = (performed.number, now_s + lasts_s)
+            if command:
+                ms = round(1000 * now_s)
+                events.append((ms, ms + round(1000 * KEY_S), command))
+                commands.append((ms, command))
+                due.append(ACTIONS[command])
+        game.update(now_s, due)
+    return {"seed": seed, "seconds": seconds, "events": events, "commands": commands}
+
+
+def play(who: str, seed: int, seconds: float, path: Path) -> Path:
+    """Play one game into its file."""
+    game = keyboard(seed, seconds) if who == KEYBOARD else orb(who, seed, seconds)
+    path.write_text(json.dumps(game) + "\n", encoding="utf-8")
+    return path
+
+
+def play_all(folder: Path, games: int, minutes: float) -> None:
+    """Play so many games of each player, a folder each; games that are there are kept."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as pool:
+        jobs = []
+        for who in PLAYERS:
+            (folder / who).mkdir(parents=True, exist_ok=True)
+            for seed in range(SEED, SEED + games):
+                path = folder / who / f"game-{seed}.json"
+                if not path.exists():
+                    jobs.append(pool.submit(play, who, seed, 60.0 * minutes, path))
+        for job in jobs:
+            print(f"played {job.result()}", file=sys.stderr, flush=True)
+
+
+def main() -> None:
+    """Play all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--games", type=int, default=5)
+    parser.add_argument("--minutes", type=float, default=6.0)
+    arguments = parser.parse_args()
+    play_all(arguments.folder, arguments.games, arguments.minutes)
+
+
+if __name__ == "__main__":
+    main()
