@@ -58,8 +58,8 @@ def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
     logits, label = (one.cpu().numpy() for one in lesson.logits("check"))
     random, _ = lesson.logits("random")
     hot = scores.temperature(logits, label) if work.recipe.scaled else 1.0
-    net = lesson.net
-    assert isinstance(net, GestureNet)
+    assert isinstance(lesson.net, GestureNet)
+    net = lesson.net.cpu().folded()
     with torch.no_grad():
         net.out.weight.div_(hot)
         net.out.bias.div_(hot)
@@ -83,7 +83,7 @@ def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
         scores.calibration(logits, label, hot),
         _weights(net),
     )
-    return result, net.cpu().eval()
+    return result, net.eval()
 
 
 def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
@@ -124,7 +124,7 @@ def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
     )
     net = lesson.net
     assert isinstance(net, LocationNet)
-    return result, net.cpu().eval()
+    return result, net.cpu().folded().eval()
 
 
 def epochs(recipe: Recipe, gesture: int, location: int) -> Recipe:
