@@ -10,6 +10,7 @@ random, networks name fewer frames rightly. Left hands mirror right ones, so hal
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import torch
@@ -162,32 +163,38 @@ class Augmentation:
 
         signal = windows - 1.0
         if self.gain:
-            signal = signal * torch.exp(self.gain * normal(batch, 1, 1, 1))
+            signal.mul_(torch.exp(self.gain * normal(batch, 1, 1, 1)))
         if self.offset:
-            signal = signal + self.offset * normal(batch, 1, rows, columns)
+            signal.add_(self.offset * normal(batch, 1, rows, columns))
         if self.noise:
-            signal = signal + self.noise * normal(*windows.shape)
+            signal.add_(normal(*windows.shape), alpha=self.noise)
         if self.dropout:
             ill = chance(batch, 1, 1, 1) < self.dropout
-            signal = signal * ~(ill & (chance(batch, 1, rows, columns) < DEAD_TAXELS))
+            signal.mul_(~(ill & (chance(batch, 1, rows, columns) < DEAD_TAXELS)))
         if self.electrode:
             ill = chance(batch, 1, 1, 1) < self.electrode
             which = torch.floor(chance(batch, 1, 1, 1) * (rows + columns))
             row = torch.arange(rows, device=device)[:, None]
             column = torch.arange(columns, device=device)[None, :]
-            signal = signal * ~(ill & ((which == row) | (which == rows + column)))
-        return 1.0 + signal
+            signal.mul_(~(ill & ((which == row) | (which == rows + column))))
+        return signal.add_(1.0)
 
 
 def _moved(windows: Tensor, mirrored: Tensor, turns: Tensor) -> Tensor:
     """Mirror some windows (batch, window, rows, columns), then turn each by so many quarters."""
-    *_, rows, columns = windows.shape
-    taxel = torch.arange(rows * columns, device=windows.device).reshape(rows, columns)
+    source = _ways(windows.shape[-2], windows.shape[-1]).to(windows.device)
+    taken = source[4 * mirrored.long() + turns]
+    flat = windows.flatten(2)
+    return flat.gather(2, taken[:, None, :].expand_as(flat)).view_as(windows)
+
+
+@lru_cache(maxsize=8)
+def _ways(rows: int, columns: int) -> Tensor:
+    """Return which taxel each taxel shows, (8, taxels): turned by quarters, mirrored and turned."""
+    taxel = torch.arange(rows * columns).reshape(rows, columns)
     ways = [
         torch.rot90(seen, k if rows == columns or k % 2 == 0 else 0, (0, 1)).flatten()
         for seen in (taxel, taxel.flip(-1))
         for k in range(4)
     ]
-    source = torch.stack(ways)[4 * mirrored.long() + turns]
-    flat = windows.flatten(2)
-    return flat.gather(2, source[:, None, :].expand_as(flat)).view_as(windows)
+    return torch.stack(ways)

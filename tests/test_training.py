@@ -178,7 +178,7 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--split", "windows"], "the score would be that of memory; split by session, user, time"),
+        (["--split", "windows"], "the score would be that of memory; split by session, user, time, site"),
         (["--split", "user"], "there is only one user; record another, or use --split time"),
         (["--labels", "cue"], "no cue label names a gesture; it has true and button labels"),
         (["--seed", "900001"], "this training has seed 900001"),

@@ -48,8 +48,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--split",
         default="",
         metavar="BY",
-        help="hold out sessions, users or the ends of sessions: session, user, time (default: "
-        "session, or time where there are fewer than four)",
+        help="hold out sessions, users, the ends of sessions, or places (all touches nearest to "
+        "some taxels): session, user, time, site (default: session, or time where there are fewer "
+        "than four)",
     )
     add(
         "--with",
