@@ -127,17 +127,17 @@ DEFAULT: Final = Recipe(
     # Images of touches are few and small, so they may come by often; noise would hide the place.
     location=Course(
         epochs=0,
-        steps=20000,
+        steps=30000,
         limits=(40, 200),
         batch=256,
         rate=3e-3,
         l2=(0.0, 0.0),
         robust=0.03,
-        channels=(16, 32),
-        hidden=(96, 48),
-        normalised=True,
+        channels=(16, 24),
+        hidden=(64, 32),
+        strides=False,
         augmentation=Augmentation(
-            turned=0.75, gain=0.1, offset=0.0, noise=0.0, dropout=0.03, electrode=0.02
+            turned=0.3, gain=0.05, offset=0.0, noise=0.0, dropout=0.02, electrode=0.01
         ),
     ),
 )

@@ -76,6 +76,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="images in a window (default: those of one second)",
     )
     add(
+        "--bare",
+        action="store_true",
+        help="leave out of the bundle what comparing speeds does not need: places, and weights "
+        "beside those in the ONNX file",
+    )
+    add(
         "--no-advice",
         dest="advised",
         action="store_false",
@@ -106,6 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
         epochs=arguments.epochs,
         window=arguments.window,
         advised=arguments.advised,
+        bare=arguments.bare,
         command=_command(arguments),
     )
     try:
@@ -128,4 +135,5 @@ def _command(arguments: argparse.Namespace) -> str:
         value = getattr(arguments, name)
         if value not in ("", 0, None, "default", "auto"):
             words += [f"--{'with' if name == 'base' else name}", str(value)]
+    words += ["--bare"] if arguments.bare else []
     return shlex.join([*words, "--out", arguments.out.name])
