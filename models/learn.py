@@ -58,8 +58,8 @@ def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
     logits, label = (one.cpu().numpy() for one in lesson.logits("check"))
     random, _ = lesson.logits("random")
     hot = scores.temperature(logits, label) if work.recipe.scaled else 1.0
-    net = lesson.net
-    assert isinstance(net, GestureNet)
+    assert isinstance(lesson.net, GestureNet)
+    net = lesson.net.cpu().folded()
     with torch.no_grad():
         net.out.weight.div_(hot)
         net.out.bias.div_(hot)
@@ -83,7 +83,7 @@ def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
         scores.calibration(logits, label, hot),
         _weights(net),
     )
-    return result, net.cpu().eval()
+    return result, net.eval()
 
 
 def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
@@ -103,28 +103,30 @@ def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
         print(parts.words, file=sys.stderr)
     lesson = Places(found, parts, symmetry, work.recipe.location, work.device)
     fitted = _fit(work, "CNN-2D", lesson, _words_place)
+    assert isinstance(lesson.net, LocationNet)
     check, off = lesson.parts["check"], lesson.errors("check")
     session = data.examples.session[found.frame[check]]
     last = found.last[check]
     place, error = found.place[check][last], off[last]
     away = np.abs(place - np.rint(place)).max(axis=1, initial=0.0) > ON_SITE
     each = np.abs(error).mean(axis=1)
+    scored = scores.honest_error(session, off, lesson.errors("random"))
+    net = lesson.net.cpu().folded()
     result = LocationResult(
         fitted.epochs,
         fitted.best,
         fitted.stopped,
-        scores.honest_error(session, off, lesson.errors("random")),
+        scored,
         tuple(
             (float(p[0]), float(p[1]), float(e[0]), float(e[1]))
             for p, e in zip(place, error, strict=True)
         ),
         _mean(each[~away]),
         _mean(each[away]),
-        _weights(lesson.net),
+        _weights(net),
+        parts.words,
     )
-    net = lesson.net
-    assert isinstance(net, LocationNet)
-    return result, net.cpu().eval()
+    return result, net.eval()
 
 
 def epochs(recipe: Recipe, gesture: int, location: int) -> Recipe:

@@ -51,17 +51,8 @@ class Gestures:
         """Join them; `parts` are positions in `examples.ends`."""
         self.examples, self.course, self.symmetry = examples, course, symmetry
         _, rows, columns = examples.images.shape
-        self.net: nn.Module = GestureNet(
-            examples.window,
-            rows,
-            columns,
-            classes,
-            course.channels,
-            course.hidden,
-            halves_time=course.halves_time,
-        ).to(device)
-        # A quarter less to compute on a CPU.
-        self.net.to(memory_format=torch.channels_last_3d)  # type: ignore[call-overload]
+        self.net: nn.Module = gesture_net((examples.window, rows, columns), classes, course)
+        self.net.to(device)
         self._device = device
         self._images = torch.from_numpy(examples.images).to(device)
         self._label = torch.from_numpy(examples.label).to(device)
@@ -85,8 +76,8 @@ class Gestures:
         """Return one epoch's windows in batches, by their last frames."""
         some = rng.choice(self._null, self._drawn, replace=False)
         order = rng.permutation(np.concatenate([self._touched, some]))
-        for start in range(0, len(order), self.course.batch):
-            yield order[start : start + self.course.batch]
+        # Of about one size: no layer can be normalised over a single example.
+        yield from np.array_split(order, self.steps())
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch, and its share of right answers."""
@@ -134,6 +125,18 @@ class Gestures:
         return self._images[last[:, None] + self._steps], self._label[last]
 
 
+def gesture_net(shape: tuple[int, int, int], classes: int, course: Course) -> GestureNet:
+    """Return CNN-3D as a course wants it, for windows of a shape (window, rows, columns)."""
+    return GestureNet(
+        *shape,
+        classes,
+        course.channels,
+        course.hidden,
+        strides=course.strides,
+        normalised=course.normalised,
+    )
+
+
 class Places:
     """What CNN-2D learns: where a touch is."""
 
@@ -148,7 +151,7 @@ class Places:
         """Join them; `parts` are positions in `touches`."""
         self.touches, self.course, self.symmetry = touches, course, symmetry
         _, rows, columns = touches.images.shape
-        self.net: nn.Module = LocationNet(rows, columns, course.channels, course.hidden).to(device)
+        self.net: nn.Module = location_net((rows, columns), course).to(device)
         self._device = device
         self._images = torch.from_numpy(touches.images).to(device)
         self._place = torch.from_numpy(touches.place).to(device)
@@ -160,9 +163,7 @@ class Places:
 
     def batches(self, rng: np.random.Generator) -> Iterator[Index]:
         """Return one epoch's images in batches."""
-        order = rng.permutation(self.parts["train"])
-        for start in range(0, len(order), self.course.batch):
-            yield order[start : start + self.course.batch]
+        yield from np.array_split(rng.permutation(self.parts["train"]), self.steps())
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch, and its mean error, grid units."""
@@ -203,6 +204,17 @@ class Places:
         with torch.no_grad():
             off = self.net(self._images[index]) - self._place[index]
         return np.asarray(off.cpu().numpy(), dtype=np.float32)
+
+
+def location_net(shape: tuple[int, int], course: Course) -> LocationNet:
+    """Return CNN-2D as a course wants it, for images of a shape (rows, columns)."""
+    return LocationNet(
+        *shape,
+        course.channels,
+        course.hidden,
+        strides=course.strides,
+        normalised=course.normalised,
+    )
 
 
 def _weights(label: Index, classes: int, course: Course) -> Tensor:

@@ -36,8 +36,8 @@ from models.augment import Symmetry
 from models.fit import fit, prepare_torch
 from models.forest import Forest
 from models.learn import Work
-from models.lessons import Gestures
-from models.networks import GAIN, GestureNet, LocationNet
+from models.lessons import Gestures, gesture_net, location_net
+from models.networks import GAIN
 from models.peer_nets import NETS, ask
 from models.reading import Data
 from models.recipe import DEFAULT, NEVER_S, PAPER, Recipe
@@ -248,17 +248,9 @@ def _answers(
         net.load_state_dict(checkpoint.unpack("gesture", arrays))
         return partial(ask, net.eval(), float(arrays["hot"])), None
     course = recipe.gesture
-    net = GestureNet(
-        window,
-        rows,
-        columns,
-        classes,
-        course.channels,
-        course.hidden,
-        halves_time=course.halves_time,
-    )
+    net = gesture_net((window, rows, columns), classes, replace(course, normalised=False))
     net.load_state_dict(checkpoint.unpack("gesture", arrays))
-    there = LocationNet(rows, columns, recipe.location.channels, recipe.location.hidden)
+    there = location_net((rows, columns), replace(recipe.location, normalised=False))
     there.load_state_dict(checkpoint.unpack("place", arrays))
     return partial(ask, net.eval(), 1.0), partial(ask, there.eval(), 0.0)
 

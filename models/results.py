@@ -209,6 +209,7 @@ class LocationResult:
         on_site: Mean error of touches within a quarter pitch of a taxel.
         off_site: Of all others.
         weights: How many it has.
+        unseen: What was held out, where that is not what the whole split says.
     """
 
     epochs: tuple[Epoch, ...]
@@ -219,6 +220,7 @@ class LocationResult:
     on_site: float
     off_site: float
     weights: int
+    unseen: str = ""
 
 
 @dataclass(frozen=True, slots=True)

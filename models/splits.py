@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Index = NDArray[np.int64]
 
-SPLITS: Final = ("session", "user", "time")
+SPLITS: Final = ("session", "user", "time", "site")
 RANDOM: Final = ("windows", "random")  # what somebody may ask for, and is told why not
 
 

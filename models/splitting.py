@@ -1,6 +1,6 @@
 """Which sessions are held out of a training, and which windows show what the paper would report."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -31,12 +31,14 @@ class Split:
         held: Recordings of which nothing is learned, (recordings,).
         windows: Positions in `ends`.
         group: Group of each frame, for intervals, (frames,).
+        sites: Touches are held out by the taxel that is nearest, not with their recordings.
     """
 
     words: str
     held: NDArray[np.bool_]
     windows: Parts
     group: NDArray[np.int64]
+    sites: bool = False
 
 
 def split(data: Data, by: str, seed: int) -> Split:
@@ -44,13 +46,16 @@ def split(data: Data, by: str, seed: int) -> Split:
 
     Args:
         data: What there is.
-        by: "session", "user" or "time"; "" is sessions where there are enough, else time.
+        by: "session", "user" or "time"; "" is sessions where there are enough, else time. "site"
+            is the same for gestures, and holds out touches by where they are.
         seed: Of the windows at random.
 
     Raises:
         LeakError: It would leak.
         ValueError: There is no such split, or too little to split.
     """
+    if by == "site":
+        return replace(split(data, "", seed), sites=True)
     chosen = splits.require(by) if by else ""
     examples = data.examples
     present = np.unique(examples.session)  # a recording without a window is none
@@ -88,16 +93,19 @@ def split(data: Data, by: str, seed: int) -> Split:
 
 
 def touches(split: Split, data: Data, found: Touches, seed: int) -> Parts:
-    """Return the same split of images of touches, by whole touches.
+    """Return the same split of images of touches, by whole touches; or by sites if it says so.
 
     A touch is learned from if none of its frames is in a window held out, and held out if all
     of them are. Where one side would have none, as where places were recorded in one session
     only, the last touches of each session are held out.
     """
     examples, size = data.examples, len(data.examples.label)
+    count = int(found.touch.max(initial=-1)) + 1
+    if split.sites:
+        held, words = _sites(found, count)
+        return _parts(~held, held, found, seed, words)
     tested = _covered(examples.ends[split.windows.check], examples.window, size)
     tested |= split.held[examples.session]
-    count = int(found.touch.max(initial=-1)) + 1
     frames = np.bincount(found.touch, minlength=count)
     inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
     learned, held, words = inside == 0, inside == frames, ""
@@ -108,9 +116,37 @@ def touches(split: Split, data: Data, found: Touches, seed: int) -> Parts:
             f"places are known in too few sessions to hold one out: of each, the last "
             f"{1 / SHARE:.0f}th of the touches is held out"
         )
+    return _parts(learned, held, found, seed, words)
+
+
+def _parts(
+    learned: NDArray[np.bool_], held: NDArray[np.bool_], found: Touches, seed: int, words: str
+) -> Parts:
+    """Return images by what becomes of their touches, (touches,)."""
     train, check = np.flatnonzero(learned[found.touch]), np.flatnonzero(held[found.touch])
     random = _random(len(train), seed)
     return Parts(train[random.train], check, train[random.test], words)
+
+
+def _sites(found: Touches, count: int) -> tuple[NDArray[np.bool_], str]:
+    """Return which touches are held out, being nearest to a site of those held out, (touches,).
+
+    Raises:
+        ValueError: All touches are at one site.
+    """
+    place = np.zeros((count, 2))
+    place[found.touch] = found.place  # of its last image, where they differ
+    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
+    if len(sites) < 2:
+        raise ValueError(
+            "all touches are at one site; record others with: controller teach --protocol locations"
+        )
+    taken = _spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
+    told = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
+    return np.isin(own.reshape(-1), taken), (
+        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
+        f"{told}"
+    )
 
 
 def _last(session: NDArray[np.integer], touch: NDArray[np.int64], count: int) -> NDArray[np.bool_]:

@@ -61,6 +61,7 @@ class Request:
         epochs: Of CNN-3D; 0: the recipe's.
         window: Images in a window; 0: those of a second.
         advised: Learning curves are measured, and advice is given.
+        bare: The bundle holds the trained gesture network, as ONNX, and nothing else.
         command: What was typed.
     """
 
@@ -75,6 +76,7 @@ class Request:
     epochs: int = 0
     window: int = 0
     advised: bool = True
+    bare: bool = False
     command: str = ""
 
 
@@ -96,7 +98,12 @@ def train(request: Request, say: Say) -> Training:
     data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
     found = touches.find(data.examples, recipe.averaged, request.seed)
     gesture, location = _tasks(request.task, data, found)
-    lender = base.choose(request.base, data, gesture=gesture, location=location)
+    if request.bare:
+        if (gesture, location, request.base) != (True, False, None):
+            raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
+        lender = None
+    else:
+        lender = base.choose(request.base, data, gesture=gesture, location=location)
     split = splitting.split(data, request.split, request.seed)
     how = recipe.sentences(gesture=gesture, location=location)
     plan = _plan(request, data, split, recipe, how)
@@ -109,6 +116,7 @@ def train(request: Request, say: Say) -> Training:
         learned, net = learn.gestures(work)
         plan = replace(plan, gesture=learned)
         first, worst = export.gesture_part(net, _windows(data, split, request.seed))
+        first = replace(first, npz=b"") if request.bare else first
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
     else:
         assert lender is not None

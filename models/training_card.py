@@ -77,7 +77,8 @@ def headline(result: Training) -> list[str]:
         )
         sites = f"{location.on_site:.3f}, {location.off_site:.3f}"
         lines.append(f"| on the sites, off them | {sites} | | |")
-    return [*lines, "", f"Unseen: {result.split}."]
+    unseen = [result.split, *([result.location.unseen] if result.location else [])]
+    return [*lines, "", " ".join(f"Unseen: {what}." for what in unseen if what)]
 
 
 def _interval(honest: Honesty) -> str:

@@ -93,6 +93,28 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
     assert not (tmp_path / "my.orb.training").exists()
 
 
+def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "my.orb"
+    assert "--bare is for gestures alone" in refused(capsys, out, data, "--bare")
+    assert train(out, data, "--task", "gesture", "--bare") == 0
+    loaded = bundle.read(out)
+    Recognizer(loaded)
+    assert not loaded.locates
+    assert not loaded.gesture_npz
+
+
+def test_places_that_were_never_taught_are_told_apart_in_the_card(
+    data: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "my.orb"
+    assert train(out, data, "--task", "location", "--split", "site") == 0
+    card = (tmp_path / "my.md").read_text()
+    assert "sites held out, with all touches nearest to them" in card
+    assert "sites held out" in (tmp_path / "my.html").read_text()
+
+
 def test_a_training_that_was_interrupted_gives_the_same_bytes(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -178,7 +200,10 @@ def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--split", "windows"], "the score would be that of memory; split by session, user, time"),
+        (
+            ["--split", "windows"],
+            "the score would be that of memory; split by session, user, time, site",
+        ),
         (["--split", "user"], "there is only one user; record another, or use --split time"),
         (["--labels", "cue"], "no cue label names a gesture; it has true and button labels"),
         (["--seed", "900001"], "this training has seed 900001"),

@@ -48,8 +48,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--split",
         default="",
         metavar="BY",
-        help="hold out sessions, users or the ends of sessions: session, user, time (default: "
-        "session, or time where there are fewer than four)",
+        help="hold out sessions, users, the ends of sessions, or places (all touches nearest to "
+        "some taxels): session, user, time, site (default: session, or time where there are fewer "
+        "than four)",
     )
     add(
         "--with",
@@ -73,6 +74,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=0,
         metavar="N",
         help="images in a window (default: those of one second)",
+    )
+    add(
+        "--bare",
+        action="store_true",
+        help="leave out of the bundle what comparing speeds does not need: places, and weights "
+        "beside those in the ONNX file",
     )
     add(
         "--no-advice",
@@ -105,6 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
         epochs=arguments.epochs,
         window=arguments.window,
         advised=arguments.advised,
+        bare=arguments.bare,
         command=_command(arguments),
     )
     try:
@@ -127,4 +135,5 @@ def _command(arguments: argparse.Namespace) -> str:
         value = getattr(arguments, name)
         if value not in ("", 0, None, "default", "auto"):
             words += [f"--{'with' if name == 'base' else name}", str(value)]
+    words += ["--bare"] if arguments.bare else []
     return shlex.join([*words, "--out", arguments.out.name])

@@ -46,7 +46,8 @@ def honesty(found: Training) -> str:
         "those shares nearly all of its images with windows that were learned: the score says how "
         "well a network remembers. Both are shown here, always.",
     )
-    about = words.paragraph(f"What is unseen: {escape(found.split)}.")
+    held = [found.split, *([found.location.unseen] if found.location else [])]
+    about = words.paragraph(*(f"What is unseen: {escape(what)}." for what in held if what))
     return words.section("The honest figure, and the paper’s", intro, words.beside(*parts), about)
 
 
@@ -72,7 +73,7 @@ def _honest_gestures(gesture: GestureResult) -> str:
 
 def _honest_places(honest: Honesty) -> str:
     said = (
-        f"On sessions that it never saw, CNN-2D is <b>{words.number(honest.unseen)}</b> grid units "
+        f"On what it never saw, CNN-2D is <b>{words.number(honest.unseen)}</b> grid units "
         f"off, mean over the axes. By the paper’s protocol it would be "
         f"{words.number(honest.random)}: {_too_good(-honest.gap, 'grid units')}"
     )

@@ -30,15 +30,14 @@ from controller.preprocess import PreprocessSettings
 from models.augment import Symmetry
 from models.dataset import Examples, Source, prepare
 from models.fit import fit, prepare_torch
-from models.lessons import Gestures, Parts
-from models.networks import GestureNet
+from models.lessons import Gestures, Parts, gesture_net
 from models.recipe import DEFAULT, Course
 from models.results import Epoch
 from models.simulate import DataSet
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau
-LENGTHS: Final = (2, 3, 4, 6, 8, 12, 16, 24)  # epochs of the runs that are tried
+LENGTHS: Final = (4, 8, 12, 16, 20, 24)  # epochs of the runs that are tried
 TRAINED: Final = 3  # sessions, and users
 JUDGED: Final = 8
 FRAMES: Final = 80_000  # to be judged on, at least
@@ -103,7 +102,7 @@ def plain(train: Examples, fresh: Examples, epochs: int, seed: int) -> list[Run]
     torch.manual_seed(seed)
     course = DEFAULT.gesture
     _, rows, columns = train.images.shape
-    net = GestureNet(train.window, rows, columns, 5, course.channels, course.hidden)
+    net = gesture_net((train.window, rows, columns), 5, replace(course, normalised=False))
     windows = torch.from_numpy(train.windows(train.ends))
     loader = DataLoader(
         TensorDataset(windows, torch.from_numpy(train.label[train.ends])), 150, shuffle=True
