@@ -28,7 +28,7 @@ from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.recognizer import Recognizer, engine
+from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import (
     RATE_TOLERANCE,
@@ -100,7 +100,7 @@ def prepare(options: argparse.Namespace) -> Parts:
             f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
         )
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle)
+    recognizer = Recognizer(bundle, options.engine)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     runs = None
     if options.record is not None:
@@ -109,7 +109,7 @@ def prepare(options: argparse.Namespace) -> Parts:
     link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
     _log.info(
         "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
-        software(), platform.python_version(), engine(), bundle.hash,
+        software(), platform.python_version(), recognizer.engine, bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
@@ -241,7 +241,7 @@ def _origin(parts: Parts, sensor: Sensor) -> Origin:
         rate_hz=sensor.rate_hz,
         labels=parts.bundle.labels,
         bundle=parts.bundle.hash,
-        engine=engine(),
+        engine=parts.recognizer.engine,
         software=software(),
         user=options.user,
         session=options.session,
