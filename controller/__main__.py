@@ -29,10 +29,13 @@ from controller.vocabulary import VocabularyError
 MISTAKES: Final = (
     BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError
 )  # fmt: skip
-# What has a command line of its own.
+# What has a command line of its own: its module, and the function in it.
 COMMANDS: Final = {
-    "recordings": "controller.recordings.command",
-    "teach": "controller.teaching.command",
+    "install": ("controller.shelf.command", "install"),
+    "models": ("controller.shelf.command", "models"),
+    "recordings": ("controller.recordings.command", "main"),
+    "rollback": ("controller.shelf.command", "rollback"),
+    "teach": ("controller.teaching.command", "main"),
 }
 
 _log = logging.getLogger("controller")
@@ -42,7 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     words = sys.argv[1:] if argv is None else list(argv)
     if words[:1] and words[0] in COMMANDS:
-        status: int = import_module(COMMANDS[words[0]]).main(words[1:])
+        module, function = COMMANDS[words[0]]
+        status: int = getattr(import_module(module), function)(words[1:])
         return status
     options = parser().parse_args(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)

@@ -217,7 +217,7 @@ def _content(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES)
     except FileNotFoundError:
-        raise BundleError("does not exist; check --bundle") from None
+        raise BundleError("does not exist; check its name") from None
     except (OSError, ValueError) as error:
         if isinstance(error, BundleError):
             raise

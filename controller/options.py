@@ -5,7 +5,6 @@ import math
 import time
 from pathlib import Path
 
-from controller import bundle as bundles
 from controller import engines, sensors
 from controller.simulator.presets import PRESETS
 
@@ -54,8 +53,8 @@ def parser() -> argparse.ArgumentParser:
         "--bundle",
         metavar="FILE",
         type=Path,
-        default=bundles.default_path(),
-        help="the trained networks and their settings (default: the one that ships)",
+        help="the trained networks and their settings (default: the one that `controller install` "
+        "took into use, else the one that ships)",
     )
     add(
         "--engine",

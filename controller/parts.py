@@ -41,6 +41,7 @@ from controller.runs import Runs
 from controller.sensors import Sensor, SensorError, SensorOptions
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Obedient, show
+from controller.shelf.shelf import Shelf
 from controller.tape import Plain, Tape
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
@@ -90,7 +91,8 @@ class Parts:
 def prepare(options: argparse.Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
-    bundle = bundles.read(options.bundle)
+    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
+    bundle = bundles.read(path)
     mapping = bundle.mapping
     if options.mapping is not None:
         mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
@@ -100,7 +102,7 @@ def prepare(options: argparse.Namespace) -> Parts:
             f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
         )
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine)
+    recognizer = Recognizer(bundle, options.engine or engine)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     runs = None
     if options.record is not None:

@@ -1,9 +1,16 @@
 """What several rooms' tests share."""
 
+import os
 import socket
 import sys
+import tempfile
 
 import pytest
+
+# No test sees what the person who runs it has installed and saved, nor leaves anything there.
+_HOME = tempfile.TemporaryDirectory(prefix="orbtouch-tests-")
+for _folder in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME"):
+    os.environ[_folder] = os.path.join(_HOME.name, _folder[4:-5].lower())  # noqa: PTH118
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
