@@ -5,12 +5,17 @@ import socket
 import sys
 import tempfile
 
+import hypothesis
 import pytest
 
 # No test sees what the person who runs it has installed and saved, nor leaves anything there.
 _HOME = tempfile.TemporaryDirectory(prefix="orbtouch-tests-")
-for _folder in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME"):
+for _folder in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME"):
     os.environ[_folder] = os.path.join(_HOME.name, _folder[4:-5].lower())  # noqa: PTH118
+
+# A machine that is busy, or emulated, is no finding.
+hypothesis.settings.register_profile("orbtouch", deadline=None)
+hypothesis.settings.load_profile("orbtouch")
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
