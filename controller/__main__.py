@@ -15,6 +15,7 @@ from typing import Final
 from controller.bundle import BundleError
 from controller.device import Device
 from controller.ends import complain, signals
+from controller.key import KeyFileError
 from controller.labelling.terminal import Keyboard, keyboard
 from controller.links import LinkError
 from controller.links.stdout import let_go
@@ -27,15 +28,16 @@ from controller.sensors import SensorError
 from controller.vocabulary import VocabularyError
 
 MISTAKES: Final = (
-    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError
+    BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError, KeyFileError
 )  # fmt: skip
-# What has a command line of its own: its module, and the function in it.
+# What has a command line of its own: its module, whose `main` runs it.
 COMMANDS: Final = {
-    "install": ("controller.shelf.command", "install"),
-    "models": ("controller.shelf.command", "models"),
-    "recordings": ("controller.recordings.command", "main"),
-    "rollback": ("controller.shelf.command", "rollback"),
-    "teach": ("controller.teaching.command", "main"),
+    "install": "controller.shelf.install",
+    "key": "controller.key",
+    "models": "controller.shelf.models",
+    "recordings": "controller.recordings.command",
+    "rollback": "controller.shelf.rollback",
+    "teach": "controller.teaching.command",
 }
 
 _log = logging.getLogger("controller")
@@ -45,8 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     words = sys.argv[1:] if argv is None else list(argv)
     if words[:1] and words[0] in COMMANDS:
-        module, function = COMMANDS[words[0]]
-        status: int = getattr(import_module(module), function)(words[1:])
+        status: int = import_module(COMMANDS[words[0]]).main(words[1:])
         return status
     options = parser().parse_args(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)

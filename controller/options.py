@@ -84,6 +84,19 @@ def parser() -> argparse.ArgumentParser:
         "else a serial port or a pyserial URL (default: -)",
     )
     add(
+        "--key",
+        metavar="FILE",
+        type=Path,
+        help="the key that this orb and its host share, for --link; `controller key FILE` makes "
+        "one: docs/link.md",
+    )
+    add(
+        "--unprotected",
+        action="store_true",
+        help="let listen:// take hosts of other machines without a key: everybody who reaches the "
+        "port can connect",
+    )
+    add(
         "--record",
         metavar="PATH",
         nargs="?",

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final, Protocol, runtime_checkable
 
 from controller import bundle as bundles
+from controller import key as keys
 from controller import mapping as mappings
 from controller import sensors, vocabulary
 from controller.bundle import Bundle
@@ -23,7 +24,7 @@ from controller.labelling.labeller import Labeller
 from controller.labelling.plan import Plan
 from controller.labelling.status import Status, StatusLine
 from controller.labelling.terminal import Keyboard
-from controller.links import Link, open_link
+from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import Pipeline
@@ -108,7 +109,13 @@ def prepare(options: argparse.Namespace) -> Parts:
     if options.record is not None:
         runs = Runs(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
-    link = open_link(options.link, _welcome(bundle, mapping, sensor), token=token)
+    link = open_link(
+        options.link,
+        _welcome(bundle, mapping, sensor),
+        token=token,
+        key=b"" if options.key is None else keys.read(options.key),
+        exposed=options.unprotected,
+    )
     _log.info(
         "orbtouch %s on Python %s, %s, bundle %.8s, %s at %g Hz",
         software(), platform.python_version(), recognizer.engine, bundle.hash,
@@ -124,6 +131,10 @@ def _exclude(options: argparse.Namespace) -> None:
             raise RecordingError("a replay is a recording already; leave out --record")
         if options.rate is not None:
             raise RecordingError("a recording has its own rate; leave out --rate")
+    if options.link == PRINT and (options.key is not None or options.unprotected):
+        raise LinkError("--key and --unprotected are for hosts; say with --link where they come")
+    if options.key is not None and options.unprotected:
+        raise LinkError("an orb with a key is protected; leave out --key or --unprotected")
     if options.record is None:
         for name in ("label", "cues", "user"):
             if getattr(options, name):

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
+from controller import key as keys
 from host import loop, targets
 from host.device import OwnDevice
 from host.keys import backends
@@ -36,7 +37,7 @@ def main(argv: list[str] | None = None) -> int:
         if options.demo:
             return _demo(options, seed)
         _play(options, seed)
-    except (DisplayError, TargetError, LinkError, loop.PictureError) as error:
+    except (DisplayError, TargetError, LinkError, loop.PictureError, keys.KeyFileError) as error:
         print(f"host: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -46,6 +47,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
+    key = b"" if options.key is None else keys.read(options.key)
     wish = TargetOptions(seed, options.keys, options.backend, options.dry_run)
     with ExitStack() as stack:
         for name in ("SIGTERM", "SIGHUP"):
@@ -60,7 +62,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         else:
-            receiver = Receiver(lambda: open_transport(options.link))
+            receiver = Receiver(lambda: open_transport(options.link), key=key)
         stack.callback(receiver.close)
         receiver.start()
         if surface is None:
@@ -101,6 +103,8 @@ def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None
         parser.error("--demo plays Tetris; leave out --target")
     if not options.demo and (options.json or options.speed is not None):
         parser.error("--json and --speed belong to the demo; add --demo")
+    if options.key is not None and options.link is None:
+        parser.error("--key is for an orb elsewhere, ours needs none; name it with --link")
     if options.link == "":
         parser.error("--link names no port; leave it out to play with a virtual orb")
     acts = options.target in _UNSEEN
@@ -136,6 +140,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="URL",
         help="where the orb is: a serial port's name, or a pyserial URL such as "
         "socket://127.0.0.1:4000 (default: a virtual orb of our own)",
+    )
+    add(
+        "--key",
+        metavar="FILE",
+        type=Path,
+        help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
     )
     add(
         "--target",

@@ -14,18 +14,21 @@ from __future__ import annotations
 import contextlib
 import logging
 import queue
+import random
 import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
-from controller.protocol import Bye, Command, Message, Welcome
+from controller.protocol import Command, Message, Welcome
+from controller.seal import NONCE
 from host.session import Connected as Connected
 from host.session import Delivered as Delivered
-from host.session import HostSession
+from host.session import HostSession, Past, pause_s
 from host.session import Lost as Lost
+from host.session import Missed as Missed
 from host.session import Received as Received
 from host.session import Refused as Refused
 from host.session import Stale as Stale
@@ -34,7 +37,6 @@ from host.transport import Transport
 
 INBOX = 65_536  # news that may wait for `poll`; a program that lets more wait has hung
 LATE_MS = 500  # commands that waited longer for `poll` are dropped: the player has moved on
-BACKOFF_S = (0.25, 0.5, 1.0, 2.0)  # before the next attempt; the last one again and again
 CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to start
 
 log = logging.getLogger(__name__)
@@ -47,10 +49,16 @@ class Receiver:
         state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
             loss to the next Connected.
         late: Commands dropped because they would have come too late.
+        past: What is known of the device's commands, across connections.
     """
 
     def __init__(
-        self, open_transport: Callable[[], Transport], *, token: str = "", granted: bool = False
+        self,
+        open_transport: Callable[[], Transport],
+        *,
+        token: str = "",
+        granted: bool = False,
+        key: bytes = b"",
     ) -> None:
         """Prepare; `connect` or `start` begins.
 
@@ -59,11 +67,13 @@ class Receiver:
                 sentence for the user. Called on the thread, for every attempt.
             token: What the device wants to hear.
             granted: Whether we shall own the device's clock, see `Grant`.
+            key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
         self.late = 0
         self._open = open_transport
-        self._token, self._granted = token, granted
+        self._token, self._granted, self._key = token, granted, key
+        self.past = Past(host_nonce=secrets.randbits(32) or 1)
         self._inbox: queue.SimpleQueue[tuple[int, Received]] = queue.SimpleQueue()
         self._ready: deque[tuple[int, Received]] = deque()  # taken from the inbox by `wait`
         self._lock = threading.Lock()  # guards session and transport
@@ -74,6 +84,18 @@ class Receiver:
         self._first: queue.Queue[Welcome | str] = queue.Queue(maxsize=1)  # outcome of attempt one
         self._refusal = ""  # the last one told, which is not told again
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
+
+    @property
+    def rtt_ms(self) -> int | None:
+        """The newest round trip, whole milliseconds; None while none is measured."""
+        with self._lock:
+            return None if self._session is None else self._session.echo.rtt_ms
+
+    @property
+    def clock_offset_ms(self) -> int | None:
+        """The device's time, as its messages carry it, minus our monotonic clock; None: unknown."""
+        with self._lock:
+            return None if self._session is None else self._session.clock_offset_ms
 
     def start(self) -> None:
         """Begin to connect, and keep trying."""
@@ -108,6 +130,9 @@ class Receiver:
             arrived_ms, news = self._ready.popleft()
             if arrived_ms < oldest_ms and _is_command(news):
                 self.late += 1
+                with self._lock:
+                    self.past.missed += 1
+                received.append(Missed(1))
             else:
                 received.append(news)
         return received
@@ -150,7 +175,7 @@ class Receiver:
         try:
             while not self._closing.is_set():
                 failures = 0 if self._attempt() else failures + 1
-                self._pause(BACKOFF_S[min(failures, len(BACKOFF_S) - 1)])
+                self._pause(pause_s(failures, random.random()))
         except BaseException as error:
             self._failure = error
             self._tell([Lost("the receiver's thread has died")])
@@ -179,6 +204,9 @@ class Receiver:
             _now_ms(),
             token=self._token,
             granted=self._granted,
+            key=self._key,
+            nonce=secrets.token_bytes(NONCE),
+            past=self.past,
         )
         with self._lock:
             self._session, self._transport = session, transport
@@ -187,10 +215,9 @@ class Receiver:
         except OSError as error:
             log.info("%s: %s", transport.name, error)
             cut = str(error) if isinstance(error, LinkError) else f"{transport.name} was cut off"
-            greeting = session.state == "greeting"
-            session.state = "over"
-            early = f"{cut} before an OrbTouch answered; name the orb's own port with --link"
-            self._tell([Refused(early) if greeting else Lost(cut)])
+            with self._lock:
+                news = session.cut(cut)
+            self._tell(news)
         finally:
             with self._lock:
                 self._session = self._transport = None
@@ -209,17 +236,20 @@ class Receiver:
                 now_ms = _now_ms()
                 news = session.receive(data, now_ms) if data else session.tick(now_ms)
             self._tell(news)
-            if session.state in ("live", "stale"):
-                self.state = session.state
+            if session.state == "live":
+                self.state = "live"
+            elif session.state == "stale":
+                self.state = "stale"
             if self._inbox.qsize() > INBOX:
-                session.state = "over"
-                self._tell([Lost("the program did not listen to the orb any more")])
+                with self._lock:
+                    news = session.cut("the program did not listen to the orb any more")
+                self._tell(news)
 
     def _part(self, session: HostSession, transport: Transport) -> None:
         """Say Bye if somebody is there, and close the port."""
         with contextlib.suppress(OSError):
-            if session.send(Bye("the host was closed"), _now_ms()):
-                self._flush(session, transport)
+            session.close("the host was closed", _now_ms())
+            self._flush(session, transport)
         with contextlib.suppress(OSError):
             transport.close()
 
@@ -228,7 +258,7 @@ class Receiver:
             transport.write(bytes(session.output))
             session.output.clear()
 
-    def _tell(self, news: list[Received]) -> None:
+    def _tell(self, news: Iterable[Received]) -> None:
         """Queue news for `poll`, and log what changes."""
         for item in news:
             if isinstance(item, Connected):
@@ -238,6 +268,8 @@ class Receiver:
             elif isinstance(item, Lost):
                 self.state = "lost"
                 log.warning("link lost: %s", item.reason)
+            elif isinstance(item, Missed):
+                log.warning("%d commands never came, or too late; they are dropped", item.count)
             elif isinstance(item, Refused):
                 self._note(item.reason)
                 if item.reason == self._refusal:

@@ -21,7 +21,7 @@ from controller.sensors import Geometry, SensorError
 from controller.tape import Plain, Tape
 
 SHIPPED = bundle.read(bundle.default_path())
-HELLO = Hello(1, 1, "", "test", granted=False)
+HELLO = Hello(2, 2, "", "test", granted=False)
 GRANTING = dataclasses.replace(HELLO, granted=True)
 FINGER = Contacts((Contact(1, 0.0, 3.0, 8.0, 7.0),))
 

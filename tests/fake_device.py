@@ -2,8 +2,9 @@
 
     python tests/fake_device.py listen://127.0.0.1:0 [--silent]
 
-It sends Telemetry at 50 Hz, and the command "drop" with every tenth frame. Under granted time it
-steps by 0.1 s of that time, and answers every grant. It ends with its standard input.
+It waits for a host, then sends Telemetry at 50 Hz, and the command "drop" with every tenth frame,
+whoever is there. Under granted time it begins anew with each host, steps by 0.1 s of that time, and
+answers every grant. It ends with its standard input.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from controller.links import Link, open_link
 from controller.protocol import (
     COMMANDS,
+    VERSION,
     Bye,
     Command,
     Contacts,
@@ -40,7 +42,7 @@ GRANTED_STEP_MS = 100
 def welcome(*, virtual: bool = True, nonce: int = 7) -> Welcome:
     """Return what the small orb says of itself."""
     return Welcome(
-        version=1,
+        version=VERSION,
         boot_nonce=nonce,
         device_id="virtual-1",
         name="OrbTouch",
@@ -62,6 +64,7 @@ class Loop:
     def __init__(self, link: Link) -> None:
         self.link = link
         self.granted = False
+        self.met = False
         self.frame = 0
         self.t_ms = 0
 
@@ -72,8 +75,10 @@ class Loop:
             self.link.wait(60.0 if self.granted else max(due_s, 0.0))
             for request in self.link.poll():
                 if isinstance(request, Hello):
-                    self.granted, self.frame, self.t_ms = request.granted, 0, 0
-                    start = time.monotonic()
+                    if request.granted or self.granted or not self.met:
+                        self.granted, self.frame, self.t_ms = request.granted, 0, 0
+                        start = time.monotonic()
+                    self.met = True
                 elif isinstance(request, Bye):
                     self.granted = False
                 elif isinstance(request, Grant):

@@ -1,5 +1,6 @@
 """The command line of the device: what it prints, and how it answers mistakes."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -19,12 +20,15 @@ from controller.labelling.labeller import Labeller
 from controller.parts import TOKEN
 from controller.pipeline import Pipeline
 from controller.protocol import (
+    VERSION,
     Command,
     Decoder,
     Grant,
     Granted,
     Hello,
+    Join,
     Message,
+    Offer,
     Perform,
     Refuse,
     Truth,
@@ -39,7 +43,7 @@ from controller.sensors.virtual import show
 from controller.tape import Tape
 
 BUNDLE = bundle.default_path()
-HELLO = Hello(1, 1, "", "test", granted=True)
+JOIN = Join("", "test", granted=True, host_nonce=1, boot_nonce=0, done=0)
 PLAY_S = 40.0
 _T0_ROW = 100  # of the recording made here: well after the rest image was taken
 
@@ -350,6 +354,12 @@ class Host:
                 encode(message, session=self.session, sequence=self.sequence, t_ms=0)
             )
 
+    def greet(self, join: Join) -> None:
+        """Say Hello, wait for the offer, and say Join."""
+        self.say(Hello(VERSION, VERSION, "", "", granted=False))
+        assert isinstance(self.hear(Offer)[-1], Offer)
+        self.say(join)
+
     def hear(self, last: type[Message]) -> list[Message]:
         """Return what comes, until a message of this kind is among it."""
         heard: list[Message] = []
@@ -399,7 +409,7 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
     path = tmp_path / "granted.npz"
     process = start("--link", "listen://127.0.0.1:0", "--seed", "4", "--record", path, token="t")
     host = connect(process)
-    host.say(Hello(1, 1, "t", "test", granted=True))
+    host.greet(dataclasses.replace(JOIN, token="t"))
     assert isinstance(host.hear(Welcome)[0], Welcome)
     heard: list[Message] = []
     for number, place in enumerate(((0.5, 3.0), (3.5, 3.0), (2.0, 0.3)), 1):
@@ -419,7 +429,7 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
 def test_an_orb_with_a_token_refuses_strangers(start: Start, connect: Connect) -> None:
     process = start("--link", "listen://127.0.0.1:0", token="secret")
     host = connect(process)
-    host.say(HELLO)
+    host.greet(JOIN)
     (answer,) = host.hear(Refuse)
     assert isinstance(answer, Refuse)
     assert process.stop(signal.SIGINT)[0] == 0

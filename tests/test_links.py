@@ -20,6 +20,7 @@ from urllib.parse import urlsplit
 import pytest
 import serial
 from fake_device import welcome
+from handmade import HELLO, JOIN, HandMadeHost
 
 from controller.links import Link, LinkError, open_link
 from controller.links.listen import PEERS, ListenLink
@@ -30,22 +31,16 @@ from controller.protocol import (
     Bye,
     Command,
     Contacts,
-    Decoder,
-    Heartbeat,
-    Hello,
     Message,
-    Packet,
     Perform,
     Refuse,
     State,
     Telemetry,
     Welcome,
-    encode,
 )
 
 PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
-HELLO = Hello(1, 1, "", "a test", False)
 DEADLINE_S = 10.0
 
 
@@ -63,45 +58,6 @@ def request(link: Link) -> list[Message]:
     """Return the next requests; fail after the deadline."""
     link.wait(DEADLINE_S)
     return link.poll()
-
-
-class HandMadeHost:
-    """The host's end of a byte stream, packet by packet."""
-
-    def __init__(self, read: Callable[[], bytes], write: Callable[[bytes], Any]) -> None:
-        self._read, self._write = read, write
-        self._decoder = Decoder()
-        self._packets: list[Packet] = []
-        self.session = 0
-        self.sequence = 100
-
-    def say(self, message: Message) -> None:
-        self.sequence += 1
-        self._write(encode(message, session=self.session, sequence=self.sequence, t_ms=0))
-
-    def greet(self, hello: Hello = HELLO) -> Message | None:
-        """Say Hello and return the answer."""
-        self.session = 0
-        self._write(b"\0")
-        self.say(hello)
-        packet = self.packet()
-        self.session = packet.session
-        return packet.message
-
-    def packet(self) -> Packet:
-        """Return the next packet that is no heartbeat; raise EOFError at the end."""
-        while True:
-            while not self._packets:
-                data = self._read()
-                if not data:
-                    raise EOFError
-                self._packets += self._decoder.feed(data)
-            packet = self._packets.pop(0)
-            if not isinstance(packet.message, Heartbeat):
-                return packet
-
-    def message(self) -> Message | None:
-        return self.packet().message
 
 
 @pytest.fixture
@@ -205,7 +161,7 @@ def test_a_full_disk_is_told_in_one_sentence() -> None:
     "address", ["0.0.0.0", "192.0.2.1", "example.org", "[::]", "127.0.0.1.example.org"]
 )
 def test_strangers_cannot_be_let_in(address: str) -> None:
-    with pytest.raises(LinkError, match="only addresses of this machine's own are allowed"):
+    with pytest.raises(LinkError, match=r"where strangers could connect|no number of this machine"):
         open_link(f"listen://{address}:4000", welcome())
 
 
@@ -263,7 +219,7 @@ def test_a_second_host_is_refused_and_the_first_one_does_not_notice(
 ) -> None:
     first, second = connect(), connect()
     first.greet()
-    answer = second.greet()
+    answer = second.greet(dataclasses.replace(JOIN, host_nonce=78))
     assert answer == Refuse("already connected to another host; close that one first")
     assert request(link) == [HELLO]
     second.say(Contacts(()))
@@ -298,8 +254,8 @@ def test_a_peer_that_says_nothing_or_nonsense_is_let_go_and_blocks_nobody(
     link: ListenLink, connect: Callable[[], HandMadeHost]
 ) -> None:
     mute, babbling, host = connect(), connect(), connect()
-    babbling._write(b"GET / HTTP/1.1\r\n\r\n\0" * 1000)
-    assert isinstance(host.greet(dataclasses.replace(HELLO, granted=True)), Welcome)
+    babbling.write(b"GET / HTTP/1.1\r\n\r\n\0" * 1000)
+    assert isinstance(host.greet(dataclasses.replace(JOIN, granted=True)), Welcome)
     for peer in (mute, babbling):
         with pytest.raises((EOFError, ConnectionResetError)):
             peer.packet()
@@ -395,7 +351,7 @@ class Pty:
 def test_a_host_is_heard_over_a_port() -> None:
     line = Pty()
     link = open_link(line.path, welcome())
-    line.host._write(b"left over from somebody else")
+    line.host.write(b"left over from somebody else")
     assert line.host.greet() == welcome()
     assert request(link) == [HELLO]
     line.host.say(Contacts(()))

@@ -5,9 +5,13 @@ import zlib
 
 import pytest
 from fake_device import welcome
+from handmade import HELLO, JOIN, numbered
 
 from controller import wire
+from controller.echo import NEVER
 from controller.protocol import (
+    VERSION,
+    Alive,
     Bye,
     Command,
     Contacts,
@@ -16,7 +20,9 @@ from controller.protocol import (
     Granted,
     Heartbeat,
     Hello,
+    Join,
     Message,
+    Offer,
     Packet,
     Perform,
     Refuse,
@@ -26,11 +32,20 @@ from controller.protocol import (
     encode,
 )
 from controller.session import BACKLOG, DeviceSession
-from host.session import Connected, Delivered, HostSession, Lost, Received, Refused, Stale
+from host.session import (
+    Connected,
+    Delivered,
+    HostSession,
+    Lost,
+    Missed,
+    Received,
+    Refused,
+    Stale,
+)
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
-HELLO = Hello(1, 1, "", "a test", False)
+ALIVE = Alive(0, 0, NEVER, 0, 0)
 
 
 def said(session: DeviceSession | HostSession) -> list[Packet]:
@@ -38,6 +53,14 @@ def said(session: DeviceSession | HostSession) -> list[Packet]:
     packets = Decoder().feed(bytes(session.output))
     session.output.clear()
     return packets
+
+
+def greet(
+    session: DeviceSession, *, sequence: int, now_ms: int = 0, join: Join = JOIN
+) -> list[Message]:
+    """Let a session hear Hello and Join; what it hears next is of sequence + 2."""
+    ended = heard(session, Hello(VERSION, VERSION, "", "", False), sequence=sequence, now_ms=now_ms)
+    return ended + heard(session, join, sequence=sequence + 1, now_ms=now_ms)
 
 
 def heard(session: DeviceSession, message: Message, *, sequence: int, now_ms: int) -> list[Message]:
@@ -80,34 +103,37 @@ class Pair:
         return news
 
 
-def test_hello_is_answered_by_welcome_and_the_state_that_nothing_is_held() -> None:
-    session = DeviceSession(welcome(), number=41)
-    assert heard(session, HELLO, sequence=500, now_ms=0) == [HELLO]
+def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_held() -> None:
+    session = DeviceSession(welcome(), number=41, draw=bytes)
+    assert greet(session, sequence=500) == [HELLO]
     assert [(packet.session, packet.sequence, packet.message) for packet in said(session)] == [
-        (42, 500, welcome()),
-        (42, 501, State(())),
+        (42, 500, Offer(VERSION, bytes(16), False)),
+        (42, 501, welcome()),
+        (42, 502, State(())),
     ]
 
 
 def test_a_host_may_come_long_after_the_orb_was_switched_on() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=3_600_000)
+    greet(session, sequence=1, now_ms=3_600_000)
     assert session.tick(3_600_050) == []
     assert session.live
 
 
-def test_an_orb_is_heard_every_tenth_of_a_second_and_echoes_the_host_s_newest_time() -> None:
+def test_an_orb_is_heard_every_tenth_of_a_second_and_echoes_the_host_s_newest_clock() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=7)
+    greet(session, sequence=1, now_ms=7)
     said(session)
     beats = []
     for now_ms in range(10, 1_000, 15):  # the thread's ticks are not those of the beat
         if now_ms == 505:
-            heard(session, Heartbeat(0), sequence=2, now_ms=now_ms)
+            heard(session, dataclasses.replace(ALIVE, sent_ms=4711), sequence=3, now_ms=now_ms)
         session.tick(now_ms)
         beats += [(now_ms, packet.message) for packet in said(session)]
     assert [now_ms // 100 for now_ms, _ in beats] == list(range(1, 10))
-    assert [beat for _, beat in beats] == [Heartbeat(7)] * 4 + [Heartbeat(505)] * 5
+    for now_ms, beat in beats:
+        echo = (4711, now_ms - 505) if now_ms > 505 else (0, NEVER)
+        assert beat == Heartbeat(now_ms, *echo, done=0, pressed=())
 
 
 def test_nothing_is_accepted_before_hello() -> None:
@@ -119,9 +145,9 @@ def test_nothing_is_accepted_before_hello() -> None:
 
 def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_more() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
+    greet(session, sequence=1)
     old = encode(Contacts(()), session=session.number, sequence=9, t_ms=0)
-    assert heard(session, HELLO, sequence=5, now_ms=0) == [HELLO]
+    assert greet(session, sequence=5) == [Bye("the host started anew"), HELLO]
     assert session.number == 2
     assert session.receive(old, 0) == []
 
@@ -129,9 +155,9 @@ def test_another_hello_begins_a_new_session_and_the_old_number_is_not_heard_any_
 @pytest.mark.parametrize(
     ("versions", "sentence"),
     [
-        ((2, 3), "the orb speaks protocol version 1, the host versions 2 to 3; "
+        ((3, 4), "the orb speaks protocol version 2, the host versions 3 to 4; "
          "update the orb's controller"),
-        ((0, 0), "the orb speaks protocol version 1, the host version 0; update the host"),
+        ((1, 1), "the orb speaks protocol version 2, the host version 1; update the host"),
     ],
 )  # fmt: skip
 def test_a_host_of_other_versions_is_told_both_and_what_to_update(
@@ -148,30 +174,28 @@ def test_a_host_of_other_versions_is_told_both_and_what_to_update(
 
 def test_a_host_of_versions_around_ours_is_welcome() -> None:
     session = DeviceSession(welcome())
-    hello = Hello(0, 15, "", "a test", False)
-    assert heard(session, hello, sequence=7, now_ms=0) == [hello]
+    heard(session, Hello(0, 15, "", "", False), sequence=7, now_ms=0)
+    assert heard(session, JOIN, sequence=8, now_ms=0) == [Hello(0, 15, "", "a test", False)]
 
 
 @pytest.mark.parametrize("token", ["", "wrong", "secret "])
 def test_a_host_without_the_token_is_refused(token: str) -> None:
     session = DeviceSession(welcome(), token="secret")
-    assert heard(session, Hello(1, 1, token, "a test", False), sequence=7, now_ms=0) == []
-    [packet] = said(session)
-    assert isinstance(packet.message, Refuse)
-    hello = Hello(1, 1, "secret", "a test", False)
-    assert heard(session, hello, sequence=8, now_ms=0) == [hello]
+    assert greet(session, sequence=7, join=dataclasses.replace(JOIN, token=token)) == []
+    assert isinstance(said(session)[-1].message, Refuse)
+    join = dataclasses.replace(JOIN, token="secret")
+    assert greet(session, sequence=9, join=join) == [dataclasses.replace(HELLO, token="secret")]
 
 
 def test_only_a_virtual_device_lets_its_time_be_granted() -> None:
     session = DeviceSession(welcome(virtual=False))
-    assert heard(session, Hello(1, 1, "", "a test", True), sequence=7, now_ms=0) == []
-    [packet] = said(session)
-    assert isinstance(packet.message, Refuse)
+    assert greet(session, sequence=7, join=dataclasses.replace(JOIN, granted=True)) == []
+    assert isinstance(said(session)[-1].message, Refuse)
 
 
 def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
     session = DeviceSession(welcome(virtual=False))
-    heard(session, HELLO, sequence=7, now_ms=0)
+    greet(session, sequence=6)
     assert heard(session, Contacts(()), sequence=8, now_ms=0) == []
     assert heard(session, Perform(1, "press", 0.0, 0.0), sequence=9, now_ms=0) == []
     assert session.ignored == 2
@@ -179,15 +203,15 @@ def test_a_real_orb_has_no_use_for_fingers_and_hands_of_the_host() -> None:
 
 def test_grants_count_only_where_time_is_granted() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=7, now_ms=0)
+    greet(session, sequence=6)
     assert heard(session, Grant(100), sequence=8, now_ms=0) == []
-    heard(session, dataclasses.replace(HELLO, granted=True), sequence=9, now_ms=0)
-    assert heard(session, Grant(100), sequence=10, now_ms=0) == [Grant(100)]
+    greet(session, sequence=9, join=dataclasses.replace(JOIN, granted=True))
+    assert heard(session, Grant(100), sequence=11, now_ms=0) == [Grant(100)]
 
 
 def test_a_request_is_taken_once() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=65_535, now_ms=0)
+    greet(session, sequence=65_534)
     press = Perform(1, "press", 0.0, 0.0)
     assert heard(session, press, sequence=0, now_ms=0) == [press]
     assert heard(session, press, sequence=0, now_ms=0) == []
@@ -195,39 +219,39 @@ def test_a_request_is_taken_once() -> None:
     assert heard(session, press, sequence=1, now_ms=0) == [press]
 
 
-def test_a_command_without_a_host_is_dropped_and_never_comes_later() -> None:
+def test_a_command_without_a_host_never_comes_to_one_who_was_not_there() -> None:
     session = DeviceSession(welcome())
     session.send(DROP, 0, 0)
-    heard(session, HELLO, sequence=1, now_ms=0)
-    assert [type(packet.message) for packet in said(session)] == [Welcome, State]
-    assert session.dropped == 1
+    greet(session, sequence=1)
+    assert [type(packet.message) for packet in said(session)] == [Offer, Welcome, State]
+    assert session.outbox.lost == 1
 
 
-def test_what_an_old_session_did_not_get_the_new_one_does_not_get_either() -> None:
+def test_what_one_host_did_not_get_the_next_one_does_not_get_either() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
+    greet(session, sequence=1)
     session.send(DROP, 0, 0)
     del session.output[:-5]  # the link took most of it: half a frame is on its way
-    heard(session, HELLO, sequence=2, now_ms=0)
-    assert [type(packet.message) for packet in said(session)] == [Welcome, State]
+    greet(session, sequence=3, join=dataclasses.replace(JOIN, host_nonce=78))
+    assert [type(packet.message) for packet in said(session)] == [Offer, Welcome, State]
 
 
 def test_heartbeats_beat_ten_times_a_second_and_carry_the_devices_time() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
+    greet(session, sequence=1)
     session.send(FRAME, 5_000, 30)  # the device's clock is 4970 ms ahead of the link's
     said(session)
     for now_ms in range(0, 1000, 7):
         assert session.tick(now_ms) == []
     beats = said(session)
-    assert [packet.message for packet in beats] == [Heartbeat(0)] * 9
+    assert [type(packet.message) for packet in beats] == [Heartbeat] * 9
     assert beats[0].t_ms in range(5_070, 5_078)
 
 
 def test_a_host_that_is_silent_for_two_seconds_is_forgotten() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
-    heard(session, Heartbeat(0), sequence=2, now_ms=500)
+    greet(session, sequence=1)
+    heard(session, ALIVE, sequence=3, now_ms=500)
     assert session.tick(2_500) == []
     assert session.tick(2_501) == [Bye("the host was silent for 2 s")]
     assert not session.live
@@ -237,7 +261,7 @@ def test_a_host_that_is_silent_for_two_seconds_is_forgotten() -> None:
 
 def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
     session = DeviceSession(welcome())
-    heard(session, dataclasses.replace(HELLO, granted=True), sequence=1, now_ms=0)
+    greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=True))
     said(session)
     assert session.tick(1_000_000) == []
     assert session.live
@@ -246,22 +270,24 @@ def test_a_host_that_grants_time_may_think_for_as_long_as_it_likes() -> None:
 
 def test_a_host_that_says_bye_is_gone_at_once() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
-    assert heard(session, Bye("closed"), sequence=2, now_ms=0) == [Bye("closed")]
+    greet(session, sequence=1)
+    assert heard(session, Bye("closed"), sequence=3, now_ms=0) == [Bye("closed")]
     assert not session.live
 
 
 def test_a_second_host_is_told_that_the_orb_is_taken() -> None:
     session = DeviceSession(welcome())
-    session.busy = True
-    assert heard(session, HELLO, sequence=1, now_ms=0) == []
-    [packet] = said(session)
-    assert packet.message == Refuse("already connected to another host; close that one first")
+    session.taken_by = 1234
+    assert greet(session, sequence=1) == []
+    reason = "already connected to another host; close that one first"
+    assert said(session)[-1].message == Refuse(reason)
+    assert session.refused == reason
+    assert greet(session, sequence=3, join=dataclasses.replace(JOIN, host_nonce=1234)) != []
 
 
 def test_a_host_that_does_not_read_costs_no_memory() -> None:
     session = DeviceSession(welcome())
-    heard(session, HELLO, sequence=1, now_ms=0)
+    greet(session, sequence=1)
     for _ in range(2_000):
         session.send(FRAME, 0, 0)
     assert BACKLOG < len(session.output) < BACKLOG + 100
@@ -273,7 +299,7 @@ def test_host_and_device_greet_each_other_and_stay_alive() -> None:
     assert pair.exchange() == [Connected(welcome()), Delivered(State(()), 0)]
     assert pair.let(60_000) == []
     assert pair.host.state == "live"
-    assert pair.requests == [Hello(1, 1, "secret", "host", False)]
+    assert pair.requests == [Hello(VERSION, VERSION, "secret", "host", False)]
 
 
 def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> None:
@@ -308,7 +334,7 @@ def test_a_stale_link_revives_but_a_command_out_of_the_stall_is_too_late() -> No
     pair.now_ms += 400
     pair.device.send(DROP, 0, pair.now_ms)
     pair.device.send(FRAME, 0, pair.now_ms)
-    assert pair.exchange() == [Stale(), Delivered(FRAME, 0)]
+    assert pair.exchange() == [Stale(), Missed(1), Delivered(FRAME, 0)]
     assert (pair.host.state, pair.host.late) == ("live", 1)
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.exchange() == [Delivered(DROP, 0)]
@@ -375,11 +401,11 @@ def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sen
 
 
 def test_an_orb_of_another_version_is_told_apart() -> None:
-    body = bytes.fromhex("20 05 0100 0200 03000000 00000000")  # a heartbeat of version 2
+    body = bytes.fromhex("30 05 0100 0200 03000000 00000000")  # a heartbeat of version 3
     beat = wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     host = HostSession("orb", 1, 0)
     assert host.receive(beat, 10) == []
-    sentence = "orb speaks protocol version 2, this host version 1; update the host"
+    sentence = "orb speaks protocol version 3, this host version 2; update the host"
     assert host.tick(2_000) == [Refused(sentence)]
 
 
@@ -392,10 +418,15 @@ def test_a_refusal_ends_the_attempt_with_the_orbs_own_words() -> None:
 
 def test_the_answer_to_an_earlier_hello_is_no_answer_to_this_one() -> None:
     host = HostSession("orb", 9, 0)
-    stale = encode(welcome(), session=3, sequence=8, t_ms=0)
-    command = encode(DROP, session=3, sequence=9, t_ms=0)
+    offer = Offer(VERSION, bytes(16), False)
+    stale = encode(offer, session=3, sequence=8, t_ms=0)
+    command = encode(numbered(DROP), session=3, sequence=9, t_ms=0)
     assert host.receive(stale + command, 10) == []
-    answer = encode(welcome(), session=4, sequence=9, t_ms=0)
+    answer = encode(offer, session=4, sequence=9, t_ms=0)
+    other = encode(welcome(), session=3, sequence=10, t_ms=0)
+    assert host.receive(command + answer + command + other, 20) == []
+    assert host.state == "joining"
+    answer = encode(welcome(), session=4, sequence=10, t_ms=0)
     assert host.receive(command + answer + command, 20) == [Connected(welcome())]
 
 

@@ -12,7 +12,7 @@ import pytest
 from controller import bundle as bundles
 from controller.__main__ import main
 from controller.bundle import Bundle, BundleError
-from controller.shelf import command, proof
+from controller.shelf import install, models, proof, rollback
 from controller.shelf.files import RealFiles
 from controller.shelf.shelf import KEEP, RECORD, Entry, Shelf, name_of
 
@@ -176,7 +176,8 @@ def test_no_engine_at_all_is_refused_with_every_reason() -> None:
 def test_install_models_rollback(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(command, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+    for module in (install, models, rollback):
+        monkeypatch.setattr(module, "Shelf", lambda: Shelf(tmp_path / "shelf"))
     path = variant(tmp_path, 1)
     assert main(["install", str(path)]) == 0
     out = capsys.readouterr().out
@@ -196,7 +197,7 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     shipped = bundles.read(SHIPPED)
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
     with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
-        command.check_fits(other, shipped)
+        install.check_fits(other, shipped)
 
 
 def test_a_file_that_is_no_bundle_is_one_sentence(

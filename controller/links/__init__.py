@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+from dataclasses import dataclass
 from typing import Protocol
 
 from controller.protocol import Message, ProtocolError, Welcome
@@ -11,6 +12,21 @@ from controller.protocol import Message, ProtocolError, Welcome
 
 class LinkError(OSError):
     """A link cannot be opened; the message says why and what to do, in one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """Who is let in; a link passes it on to its sessions.
+
+    Attributes:
+        token: What a host has to know; "" lets everyone in.
+        key: What every frame is sealed with; b"": frames are not sealed.
+        exposed: The user has said that a link without a key may be open to other machines.
+    """
+
+    token: str = ""
+    key: bytes = b""
+    exposed: bool = False
 
 
 class Link(Protocol):
@@ -48,7 +64,9 @@ class Link(Protocol):
         """Say Bye, and end the thread. Nothing may be called afterwards but close."""
 
 
-def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
+def open_link(
+    url: str, welcome: Welcome, *, token: str = "", key: bytes = b"", exposed: bool = False
+) -> Link:
     """Open a link.
 
     Args:
@@ -56,6 +74,8 @@ def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
             its `url`); anything else is the name of a port, or a URL that pyserial knows.
         welcome: What the device says of itself.
         token: What a host has to know; "" lets everyone in.
+        key: What every frame is sealed with, on both ends; b"": frames are not sealed.
+        exposed: Let other machines in, although there is no key.
 
     Raises:
         LinkError: It cannot be opened.
@@ -65,7 +85,8 @@ def open_link(url: str, welcome: Welcome, *, token: str = "") -> Link:
     if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
         module = f"controller.links.{scheme}"
     try:
-        link: Link = importlib.import_module(module).create(url, welcome, token)
+        access = Access(token, key, exposed)
+        link: Link = importlib.import_module(module).create(url, welcome, access)
     except ProtocolError as error:  # this Welcome, before anybody has asked for it
         raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     return link

@@ -1,48 +1,56 @@
-"""A link that waits for a host on a TCP port of this machine: listen://127.0.0.1:PORT."""
+"""A link that waits for a host on a TCP port: listen://127.0.0.1:PORT.
+
+Only this machine can come there. Other machines can when the user asks for it, with an address such
+as 0.0.0.0 (all of this machine's), and with a key, or by saying that it shall be open without.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import ipaddress
+import logging
 import selectors
 import socket
 from urllib.parse import urlsplit
 
-from controller.links import LinkError
+from controller.links import Access, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import ProtocolError, Welcome
 
 SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
 PEERS = 8  # connections at a time; one of them is the host, the others are told so
 
+log = logging.getLogger(__name__)
 
-def create(url: str, welcome: Welcome, token: str) -> ListenLink:
-    """Listen at listen://127.0.0.1:PORT; port 0 takes any free one.
+
+def create(url: str, welcome: Welcome, access: Access) -> ListenLink:
+    """Listen at listen://ADDRESS:PORT; port 0 takes any free one.
 
     Raises:
-        LinkError: The address is not of this machine's own, or the port is taken.
+        LinkError: The address is for other machines, and there is no key; or the port is taken.
         ProtocolError: The wire cannot carry this Welcome.
     """
-    listener = _bind(url)
+    listener = _bind(url, access)
     try:
-        return ListenLink(listener, welcome, token)
+        return ListenLink(listener, welcome, access)
     except ProtocolError:
         listener.close()
         raise
 
 
 class ListenLink(StreamLink):
-    """One host at a time, from this machine only.
+    """One host at a time.
 
     Attributes:
-        url: Where hosts connect to: socket://127.0.0.1:PORT.
+        url: Where hosts of this machine connect to: socket://127.0.0.1:PORT.
     """
 
-    def __init__(self, listener: socket.socket, welcome: Welcome, token: str) -> None:
+    def __init__(self, listener: socket.socket, welcome: Welcome, access: Access) -> None:
         """Take over a listening socket, and begin."""
-        super().__init__(welcome, token)
+        super().__init__(welcome, access)
         host, port = listener.getsockname()[:2]
+        host = _OWN.get(host, host)
         self.url = f"socket://[{host}]:{port}" if ":" in host else f"socket://{host}:{port}"
         listener.setblocking(False)
         self._listener = listener
@@ -66,7 +74,10 @@ class ListenLink(StreamLink):
         super()._shut()
 
 
-def _bind(url: str) -> socket.socket:
+_OWN = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where a wildcard is reached from this machine
+
+
+def _bind(url: str, access: Access) -> socket.socket:
     """Return a socket that listens, or say in one sentence why not."""
     try:
         parts = urlsplit(url)
@@ -77,10 +88,7 @@ def _bind(url: str) -> socket.socket:
         raise LinkError(f"cannot listen at {url}; write listen://127.0.0.1:PORT, 0 for any port")
     host = "127.0.0.1" if host == "localhost" else host
     if not _is_loopback(host):
-        raise LinkError(
-            f"will not listen at {url}, where strangers could connect; only addresses of this "
-            f"machine's own are allowed: listen://127.0.0.1:{port}"
-        )
+        _expose(url, host, port, access)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family, backlog=PEERS)
@@ -90,6 +98,38 @@ def _bind(url: str) -> socket.socket:
             errno.EACCES: "ports below 1024 are the system's; name a higher one, or 0 for any",
         }.get(error.errno or 0, f"{error.strerror}; try listen://127.0.0.1:0")
         raise LinkError(f"cannot listen at {url}: {what}") from error
+
+
+def _expose(url: str, host: str, port: int, access: Access) -> None:
+    """Say what it means to listen for other machines; refuse it where nobody has agreed.
+
+    Raises:
+        LinkError: There is neither a key nor the user's word, or the address is none.
+    """
+    with contextlib.suppress(ValueError):
+        ipaddress.ip_address(host)
+        if access.key:
+            log.warning(
+                "listening at %s for hosts with the key; what the orb feels is not encrypted: "
+                "others on this network can read it, but not change it",
+                url,
+            )
+            return
+        if access.exposed:
+            log.warning(
+                "listening at %s without a key: everybody who reaches this address sees what the "
+                "orb feels, can keep your own host out and, if the orb is virtual, move it",
+                url,
+            )
+            return
+        raise LinkError(
+            f"will not listen at {url}, where strangers could connect; add --key FILE, or "
+            f"--unprotected to let everybody in, or write listen://127.0.0.1:{port}"
+        )
+    raise LinkError(
+        f"cannot listen at {url}, whose address is no number of this machine's; "
+        f"write listen://127.0.0.1:{port}, or 0.0.0.0 with --key FILE"
+    )
 
 
 def _is_loopback(host: str) -> bool:

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import serial
 
-from controller.links import LinkError
+from controller.links import Access, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import Welcome
 
@@ -22,13 +22,13 @@ RETRY_MS = 500  # between two attempts to open a port that has vanished
 log = logging.getLogger(__name__)
 
 
-def create(url: str, welcome: Welcome, token: str) -> PortLink:
+def create(url: str, welcome: Welcome, access: Access) -> PortLink:
     """Open a port.
 
     Raises:
         LinkError: It does not exist, is taken, is not allowed, or is no port.
     """
-    return PortLink(url, welcome, token)
+    return PortLink(url, welcome, access)
 
 
 class PortLink(StreamLink):
@@ -36,9 +36,9 @@ class PortLink(StreamLink):
 
     patient = True  # a line is there before anybody speaks
 
-    def __init__(self, url: str, welcome: Welcome, token: str) -> None:
+    def __init__(self, url: str, welcome: Welcome, access: Access) -> None:
         """Open the port, and begin."""
-        super().__init__(welcome, token)
+        super().__init__(welcome, access)
         self._url = url
         self._retry_ms = 0
         try:

@@ -10,13 +10,13 @@ import threading
 from collections.abc import Mapping
 from typing import TextIO
 
-from controller.links import LinkError
+from controller.links import Access, LinkError
 from controller.protocol import Command, Message, Welcome
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 
 
-def create(url: str, welcome: Welcome, token: str) -> StdoutLink:
+def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
     """Return the link to the standard output; it has use for none of the arguments.
 
     Raises:

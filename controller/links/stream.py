@@ -18,13 +18,16 @@ from collections import deque
 from functools import partial
 from typing import Protocol
 
-from controller.protocol import SILENCE_MS, Bye, Hello, Message, Welcome, encode
+from controller.links import Access
+from controller.outbox import Outbox
+from controller.protocol import SILENCE_MS, Bye, Command, Hello, Message, Welcome, encode
 from controller.session import DeviceSession
 
 REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off
 CHUNK = 16 * 1024  # bytes per read
 TICK_S = 0.05  # how late a heartbeat may be, seconds
 LINGER_MS = 500  # for what is still to be sent when the link closes
+HUSH_MS = 10_000  # a refusal in the same words is not logged again for so long
 
 log = logging.getLogger(__name__)
 
@@ -68,29 +71,34 @@ class StreamLink:
     """The common part; a link adds where its peers come from.
 
     Attributes:
-        dropped: Messages that never left: no host, or one that reads too slowly.
+        dropped: Messages that never left: no host, or one that reads too slowly. Commands are
+            counted in `outbox`.
+        outbox: Commands that no host has acknowledged yet, and how many were lost.
         patient: Whether a peer may stay without a session; else it is let go after 2 s.
     """
 
     patient = False
 
-    def __init__(self, welcome: Welcome, token: str) -> None:
+    def __init__(self, welcome: Welcome, access: Access) -> None:
         """Prepare; `start` begins.
 
         Args:
             welcome: What the device says of itself.
-            token: What a host has to know; "" lets everyone in.
+            access: Who is let in.
 
         Raises:
             ProtocolError: The wire cannot carry this Welcome.
         """
         encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
         self.dropped = 0
-        self._welcome, self._token = welcome, token
+        self.outbox = Outbox()
+        self._welcome, self._access = welcome, access
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
         self._lock = threading.Lock()  # guards peers and sessions
         self._peers: list[Peer] = []
         self._host: Peer | None = None  # the one peer that was welcomed
+        self._left: list[Peer] = []  # whose host has come anew on another line
+        self._refused = "", -HUSH_MS  # the newest refusal that was logged, and when
         self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
         self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
         self._polled = 0  # the session that the loop knows of; 0: none
@@ -116,10 +124,16 @@ class StreamLink:
         return self._polled != 0
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Send to the host that `poll` last told of; drop it if that one is gone."""
+        """Send to the host that `poll` last told of; drop it if that one is gone.
+
+        A command waits for a moment, in case the same host comes back.
+        """
         with self._lock:
             host = self._host
-            if host is None or host.session.number != self._polled:
+            if host is None and isinstance(message, Command):
+                self.outbox.put(message, t_ms, self._now_ms())
+                return
+            if host is None or not self._heard_of(host, message):
                 self.dropped += 1
                 return
             before = host.session.dropped
@@ -131,6 +145,11 @@ class StreamLink:
             waiting = bool(host.session.output)
         if waiting:
             self._ring()
+
+    def _heard_of(self, host: Peer, message: Message) -> bool:
+        """Whether the loop means this host; a command is for the one before, if it is back."""
+        session = host.session
+        return session.number == self._polled or (session.resumed and isinstance(message, Command))
 
     def poll(self) -> list[Message]:
         """Return the host's new requests, oldest first."""
@@ -184,7 +203,11 @@ class StreamLink:
 
     def _attach(self, stream: Stream) -> None:
         """Begin to listen to a new peer."""
-        peer = Peer(stream, DeviceSession(self._welcome, token=self._token), self._now_ms())
+        access = self._access
+        session = DeviceSession(
+            self._welcome, token=access.token, key=access.key, outbox=self.outbox
+        )
+        peer = Peer(stream, session, self._now_ms())
         self._selector.register(stream, selectors.EVENT_READ, partial(self._serve, peer))
         with self._lock:
             self._peers.append(peer)
@@ -208,6 +231,8 @@ class StreamLink:
                     raise ConnectionResetError("the other end closed it")
                 with self._lock:
                     self._hear(peer, data)
+                while self._left:
+                    self._detach(self._left.pop(), "the host has come anew")
             with self._lock:
                 peer.flush()
         except BlockingIOError:
@@ -224,10 +249,13 @@ class StreamLink:
     def _hear(self, peer: Peer, data: bytes) -> None:
         """Give a peer's bytes to its session, and the requests in them to the loop."""
         session = peer.session
-        session.busy = self._host not in (None, peer)
-        if not session.live:
+        taken = self._host not in (None, peer)
+        session.taken_by = self.outbox.host if taken else 0
+        if session.state == "waiting":
             session.number = self._number  # so that no two sessions have one number
         self._tell(peer, session.receive(data, self._now_ms()))
+        self._number = session.number or self._number
+        self._note_refusal(session)
         if self._requests.qsize() > REQUESTS:
             raise ConnectionAbortedError("the host sends faster than the orb can follow")
 
@@ -235,12 +263,25 @@ class StreamLink:
         """Queue requests for the loop, and keep track of who is the host."""
         for request in requests:
             if isinstance(request, Hello):
-                self._host, self._number = peer, peer.session.number
-                log.info("host %r connected, session %d", request.host, self._number)
+                if self._host not in (None, peer):
+                    self._left += filter(None, (self._host,))
+                self._host = peer
+                log.info("host %r connected, session %d", request.host, peer.session.number)
             elif isinstance(request, Bye):
+                if peer is not self._host:
+                    continue  # its host is here already, on another line
                 self._host = None
                 log.info("host gone: %s", request.reason)
             self._requests.put((peer.session.number, request))
+
+    def _note_refusal(self, session: DeviceSession) -> None:
+        """Log why somebody was turned away, but not for every knock at the door."""
+        reason, session.refused = session.refused, ""
+        before, when_ms = self._refused
+        now_ms = self._now_ms()
+        if reason and (reason != before or now_ms - when_ms >= HUSH_MS):
+            self._refused = reason, now_ms
+            log.warning("a host was turned away: %s", reason)
 
     def _tick(self, now_ms: int) -> None:
         """Let time pass: heartbeats, hosts that fell silent, peers that have no session."""

@@ -14,7 +14,7 @@ from controller.protocol import Command, Message, Telemetry
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
 from host.pause_menu import PauseMenu
-from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
 from host.scene import DESIGN, Scene
 from host.targets import TargetOptions
 from host.touch import Pad, Touch
@@ -170,6 +170,8 @@ class TetrisTarget:
                 elif isinstance(message, Command):
                     self.orb.command(message, now_s)
                 return self._go_on() if self.orb.heard() else ()
+            case Missed():
+                return ()  # too late to be played
 
     def _stop(self, link: LinkState, reason: str, details: str) -> tuple[Action, ...]:
         """Let go of everything, and pause a game that was running when the link went."""

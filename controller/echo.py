@@ -1,0 +1,64 @@
+"""How far away the other end is: round trip and clock offset, from what heartbeats carry.
+
+Each heartbeat carries its sender's clock, the newest clock reading that came from the other side,
+and for how long that was held; so both ends measure, as NTP does (RFC 5905, section 8). Whole
+milliseconds. Pure: time comes in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+NEVER: Final = 0xFFFFFFFF  # held for so long: nothing has come yet
+_WINDOW: Final = 32  # samples, 3 s of heartbeats; of them the one with the shortest trip counts
+_LONGEST_MS: Final = 10_000  # a longer round trip is none of a living session
+_GRAIN_MS: Final = 2  # what rounding and drift may add between two samples
+
+
+class Echo:
+    """One end's view of the other's clock.
+
+    Attributes:
+        rtt_ms: The newest round trip; None: not measured yet.
+        offset_ms: The other's clock minus ours, wrong by half a round trip at most; None: unknown.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self.rtt_ms: int | None = None
+        self.offset_ms: int | None = None
+        self._samples: deque[tuple[int, int]] = deque(maxlen=_WINDOW)  # (round trip, offset)
+        self._theirs_ms = 0  # the other's clock, as it came last
+        self._heard_ms: int | None = None  # when that was
+
+    def say(self, now_ms: int) -> tuple[int, int, int]:
+        """Return what the next heartbeat carries: our clock, theirs, and how long it was held."""
+        if self._heard_ms is None:
+            return now_ms & 0xFFFFFFFF, 0, NEVER
+        return now_ms & 0xFFFFFFFF, self._theirs_ms, min(now_ms - self._heard_ms, NEVER - 1)
+
+    def hear(self, sent_ms: int, echo_ms: int, held_ms: int, now_ms: int) -> None:
+        """Take what a heartbeat carried; what makes no sense is no measurement."""
+        self._theirs_ms, self._heard_ms = sent_ms, now_ms
+        if held_ms == NEVER:
+            return
+        rtt_ms = signed(now_ms - echo_ms - held_ms)
+        if not 0 <= rtt_ms <= _LONGEST_MS:
+            return
+        offset_ms = signed(sent_ms + rtt_ms // 2 - now_ms)
+        if self._samples and self.offset_ms is not None:
+            best_ms = min(self._samples)[0]
+            if abs(signed(offset_ms - self.offset_ms)) > (rtt_ms + best_ms) / 2 + _GRAIN_MS:
+                self._samples.clear()  # no clock could have shown both: one was set anew
+        self._samples.append((rtt_ms, offset_ms))
+        self.rtt_ms, self.offset_ms = rtt_ms, min(self._samples)[1]
+
+    def age_ms(self, sent_ms: int, now_ms: int) -> int | None:
+        """Return how old something is that the other's clock dates; None: unknown."""
+        return None if self.offset_ms is None else signed(now_ms - sent_ms + self.offset_ms)
+
+
+def signed(value: int) -> int:
+    """Return a difference of two u32 clocks, across the wrap."""
+    return (value + 0x80000000 & 0xFFFFFFFF) - 0x80000000

@@ -1,0 +1,102 @@
+"""The key that an orb and its host share: `controller key FILE` draws one into a new file.
+
+Both are given the file with --key. It holds hexadecimal digits, and must be its owner's alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import stat
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+SIZE: Final = 32  # bytes that are drawn; SHA-256 takes no more strength from a longer key
+LEAST: Final = 16  # bytes of a key that somebody made otherwise
+_LONGEST: Final = 4096  # bytes of a file that can be a key
+
+
+class KeyFileError(ValueError):
+    """A key file cannot be used or made; the message is one sentence for the user."""
+
+
+def read(path: Path) -> bytes:
+    """Return the key in a file.
+
+    Raises:
+        KeyFileError: It is missing, no key, or others may read it.
+    """
+    try:
+        with path.open("rb") as file:
+            found = os.fstat(file.fileno())
+            if not stat.S_ISREG(found.st_mode):
+                raise KeyFileError(f"the key {path} is no file; make one: controller key FILE")
+            if os.name == "posix":
+                _check_owner(path, found)
+            content = file.read(_LONGEST + 1)
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise KeyFileError(
+            f"cannot read the key {path}: {why}; `controller key FILE` makes a new one"
+        ) from error
+    try:
+        key = bytes.fromhex(content.decode("ascii")) if len(content) <= _LONGEST else b""
+    except ValueError:
+        key = b""
+    if len(key) < LEAST:
+        raise KeyFileError(
+            f"{path} is no key: expected are {2 * LEAST} or more hexadecimal digits; "
+            "`controller key FILE` makes one"
+        )
+    return key
+
+
+def make(path: Path) -> None:
+    """Draw a key into a new file that only its owner can read.
+
+    Raises:
+        KeyFileError: It cannot be written, or is there already.
+    """
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="ascii") as file:
+            file.write(secrets.token_hex(SIZE) + "\n")
+    except FileExistsError:
+        raise KeyFileError(
+            f"{path} is there already, and a key is never overwritten; name another file"
+        ) from None
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise KeyFileError(f"cannot write the key {path}: {why}; name another file") from error
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller key` and return its exit status: 0 success, 2 wrong usage."""
+    parser = argparse.ArgumentParser(
+        prog="controller key",
+        description="Draw a key into a new file that only you can read. Copy it to the other "
+        "machine (scp keeps it yours), and name it with --key on both: docs/link.md.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path)
+    path = parser.parse_args(argv).file
+    try:
+        make(path)
+    except KeyFileError as error:
+        print(f"controller: {error}", file=sys.stderr)
+        return 2
+    print(path)
+    return 0
+
+
+def _check_owner(path: Path, found: os.stat_result) -> None:
+    """Raise unless the file is ours, or root's, and nobody else may read or change it."""
+    if found.st_mode & 0o077:
+        raise KeyFileError(
+            f"the key {path} is open to others (mode {stat.S_IMODE(found.st_mode):03o}); "
+            f"draw a new one if they may have read it, else: chmod 600 {path}"
+        )
+    if found.st_uid not in (os.geteuid(), 0):
+        raise KeyFileError(f"the key {path} belongs to another user; copy it into a file of yours")
