@@ -1,17 +1,11 @@
 """What several rooms' tests share."""
 
-import os
 import socket
 import sys
-import tempfile
+from collections.abc import Iterator
 
 import hypothesis
 import pytest
-
-# No test sees what the person who runs it has installed and saved, nor leaves anything there.
-_HOME = tempfile.TemporaryDirectory(prefix="orbtouch-tests-")
-for _folder in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME"):
-    os.environ[_folder] = os.path.join(_HOME.name, _folder[4:-5].lower())  # noqa: PTH118
 
 # A machine that is busy, or emulated, is no finding.
 hypothesis.settings.register_profile("orbtouch", deadline=None)
@@ -24,6 +18,15 @@ if sys.platform == "win32":  # these play with ptys and signals, which Windows h
         "test_receiver.py",
         "test_whole_path.py",
     ]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def settings_of_nobody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What tests let programs remember is not the user's (where XDG's folders count)."""
+    with pytest.MonkeyPatch.context() as patch:
+        for kind in ("config", "data", "state"):
+            patch.setenv(f"XDG_{kind.upper()}_HOME", str(tmp_path_factory.mktemp(kind)))
+        yield
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 """`controller install`: prove a bundle on this device and take it into use."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +11,10 @@ from controller.ends import complain
 from controller.shelf import proof as proofs
 from controller.shelf.shelf import Entry, Shelf, name_of
 from controller.shelf.words import about, called, sensor
+
+
+class TooSlowError(BundleError):
+    """The bundle is good, and this device too slow for it."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -28,36 +32,49 @@ def main(argv: Sequence[str]) -> int:
         help="allow another grid or rate than the bundle in use has",
     )
     options = grammar.parse_args(argv)
-    shelf = Shelf()
     try:
-        fresh = bundles.read(options.file)
-        in_use = bundles.read(shelf.current()[0])
-        if not options.other_sensor:
-            check_fits(fresh, in_use)
-        print(f"{options.file} is whole: {about(fresh)}")
-        shown = proofs.prove(options.file)
+        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=print)
+    except TooSlowError as error:
+        return complain(error, 1)
     except BundleError as error:
         return complain(error, 2)
+    except OSError as error:
+        return complain(f"the bundle cannot be kept: {error.strerror or error}", 1)
+    print(told)
+    return 0
+
+
+def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str], object]) -> str:
+    """Prove a bundle and take it into use; return which one is, in a sentence.
+
+    Args:
+        path: The bundle.
+        shelf: Where it will stand.
+        other_sensor: Whether it may be for another grid or rate than the bundle in use.
+        tell: Takes what is found on the way, line by line.
+
+    Raises:
+        BundleError: It is damaged, does not fit, or proves to be no good here.
+        OSError: It cannot be written; nothing has changed.
+    """
+    fresh = bundles.read(path)
+    if not other_sensor:
+        check_fits(fresh, bundles.read(shelf.current()[0]))
+    tell(f"{path} is whole: {about(fresh)}")
+    shown = proofs.prove(path)
     for one in shown:
-        print(f"  {one.engine:12} {one.problem or _timed(one)}")
-    best = shown[0]
-    period_us = 1e6 / fresh.rate_hz
+        tell(f"  {one.engine:12} {one.problem or _timed(one)}")
+    best, period_us = shown[0], 1e6 / fresh.rate_hz
     if best.worst_us > period_us:
-        return complain(
+        raise TooSlowError(
             f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
-            f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network",
-            1,
+            f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
         )
     entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
-    try:
-        record = shelf.install(options.file.read_bytes(), entry)
-    except BundleError as error:
-        return complain(error, 1)
-    except OSError as error:
-        return complain(f"{shelf.folder} cannot be written: {error.strerror}", 1)
-    back = "" if record.previous is None else "; `controller rollback` goes back to "
-    print(f"{entry.name} is in use with {best.engine}{back}{called(record.previous)}")
-    return 0
+    record = shelf.install(path.read_bytes(), entry)
+    back = called(record.previous)
+    back = back and f"; `controller rollback` goes back to {back}"
+    return f"{entry.name} is in use with {best.engine}{back}"
 
 
 def check_fits(fresh: Bundle, in_use: Bundle) -> None:
