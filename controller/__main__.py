@@ -31,10 +31,13 @@ from controller.vocabulary import VocabularyError
 MISTAKES: Final = (
     BundleError, MappingError, RecordingError, SensorError, VocabularyError, LinkError, KeyFileError
 )  # fmt: skip
-# What has a command line of its own.
+# What has a command line of its own: its module, whose `main` runs it.
 COMMANDS: Final = {
+    "install": "controller.shelf.install",
     "key": "controller.key",
+    "models": "controller.shelf.models",
     "recordings": "controller.recordings.command",
+    "rollback": "controller.shelf.rollback",
     "teach": "controller.teaching.command",
     "pair": "controller.bluetooth.pair",
     "service": "controller.service.unit",

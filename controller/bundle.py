@@ -26,12 +26,15 @@ from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
 from controller.preprocess import PreprocessSettings
 
-FORMAT = 2  # of bundle.toml and of the list of parts
-READABLE = (1, FORMAT)  # form 1 did not say how z is made: by the ratio
+FORMAT = 3  # of bundle.toml and of the list of parts
+READABLE = (1, 2, FORMAT)  # form 1 did not say how z is made: by the ratio
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
-CONTENT = ("gesture.onnx", "gesture.npz", "location.onnx", "location.npz", GOLDEN)
+CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file
+# Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
+_OLD_CONTENT = ("gesture.onnx", "gesture.npz", "location.onnx", "location.npz", GOLDEN)
+_OLD_PARTS = (MANIFEST, *_OLD_CONTENT, SUMS)
 
 _LABEL = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain fields
@@ -81,9 +84,7 @@ class Bundle:
         mapping: What each gesture asks for.
         card: Where it comes from: data, accuracy, date, as its maker wrote it.
         gesture_onnx: The network window -> probabilities.
-        gesture_npz: Its weights as plain arrays.
         location_onnx: The network image -> touch; empty in a bundle that locates nothing.
-        location_npz: Its weights as plain arrays; likewise.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
     """
@@ -99,9 +100,7 @@ class Bundle:
     mapping: Mapping
     card: dict[str, Any]
     gesture_onnx: bytes
-    gesture_npz: bytes
     location_onnx: bytes
-    location_npz: bytes
     golden: Golden
     hash: str
 
@@ -123,13 +122,57 @@ def read(path: Path) -> Bundle:
         BundleError: There is no such file, or anything in it is not as it was written.
     """
     try:
-        data = _content(path)
-        parts = archive.unpack(data, PARTS)
-        if archive.sums(parts, SUMS) != parts[SUMS]:
-            raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
-        return _parse(parts, hashlib.sha256(data).hexdigest())
+        return parse(_content(path))
     except (BundleError, archive.ArchiveError) as error:
         raise BundleError(f"the bundle {path} {error}") from None
+
+
+def parse(data: bytes) -> Bundle:
+    """Return the bundle that bytes are, every one of them checked.
+
+    Raises:
+        BundleError: Anything in it is not as it was written.
+        ArchiveError: It is no such file at all. Neither message has a subject.
+    """
+    return _parse(unpack(data), hashlib.sha256(data).hexdigest())
+
+
+def unpack(data: bytes) -> dict[str, bytes]:
+    """Return the parts of a bundle's file, by name, those of `PARTS` among them.
+
+    Raises:
+        ArchiveError: They are not as they were packed.
+    """
+    try:
+        parts = archive.unpack(data, PARTS)
+    except archive.ArchiveError:
+        parts = archive.unpack(data, _OLD_PARTS)
+    if archive.sums(parts, SUMS) != parts[SUMS]:
+        raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
+    return parts
+
+
+def manifest(text: bytes) -> dict[str, Any]:
+    """Return what bundle.toml says, in the newest form.
+
+    Raises:
+        BundleError: It is no TOML, or of a form that is not known.
+    """
+    try:
+        table = tomllib.loads(text.decode())
+    except (ValueError, RecursionError) as error:
+        raise BundleError(f"has a manifest that is no TOML: {error}") from None
+    form = table.get("format")
+    if form not in READABLE or isinstance(form, bool):
+        raise BundleError(
+            f"has format {form!r}, this program reads {READABLE[0]} to {READABLE[-1]}; "
+            "update the older one"
+        )
+    if form == 1:
+        defaults = PreprocessSettings()
+        added = {"normalise": defaults.normalise, "scale": defaults.scale}
+        table["preprocess"] = {**added, **_table(table, "preprocess")}
+    return {**table, "format": FORMAT}
 
 
 def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) -> None:
@@ -174,7 +217,7 @@ def _content(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES)
     except FileNotFoundError:
-        raise BundleError("does not exist; check --bundle") from None
+        raise BundleError("does not exist; check its name") from None
     except (OSError, ValueError) as error:
         if isinstance(error, BundleError):
             raise
@@ -183,19 +226,7 @@ def _content(path: Path) -> bytes:
 
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     """Return the bundle that whole parts make, every field checked."""
-    try:
-        table = tomllib.loads(parts[MANIFEST].decode())
-    except (ValueError, RecursionError) as error:
-        raise BundleError(f"has a manifest that is no TOML: {error}") from None
-    if table.get("format") not in READABLE:
-        raise BundleError(
-            f"has format {table.get('format')!r}, this program reads "
-            f"{' and '.join(map(str, READABLE))}; update the older one"
-        )
-    if table["format"] == 1:
-        defaults = PreprocessSettings()
-        added = {"normalise": defaults.normalise, "scale": defaults.scale}
-        table["preprocess"] = {**added, **_table(table, "preprocess")}
+    table = manifest(parts[MANIFEST])
     labels = _labels(table.get("labels"))
     plain = {name: _number(table, name) for name in _LIMITS}
     rows, columns, window = int(plain["rows"]), int(plain["columns"]), int(plain["window"])
@@ -206,10 +237,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         mapping = parse_mapping(_table(table, "mapping"), labels)
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
-    located = [bool(parts[name]) for name in ("location.onnx", "location.npz")]
-    if any(located) != all(located):
-        raise BundleError("has half a location network")
-    if not any(located) and not all(rules[-1:] == rules for rules in mapping.rules.values()):
+    located = bool(parts["location.onnx"])
+    if not located and not all(rules[-1:] == rules for rules in mapping.rules.values()):
         raise BundleError("maps gestures by their place, but has no network that tells it")
     return Bundle(
         labels=labels,
@@ -223,10 +252,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         mapping=mapping,
         card=_table(table, "card"),
         gesture_onnx=parts["gesture.onnx"],
-        gesture_npz=parts["gesture.npz"],
         location_onnx=parts["location.onnx"],
-        location_npz=parts["location.npz"],
-        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels), located[0]),
+        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels), located),
         hash=digest,
     )
 

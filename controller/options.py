@@ -5,8 +5,7 @@ import math
 import time
 from pathlib import Path
 
-from controller import bundle as bundles
-from controller import sensors
+from controller import engines, sensors
 from controller.simulator.presets import PRESETS
 
 PRINT = "-"  # the link that prints commands
@@ -61,8 +60,16 @@ def parser() -> argparse.ArgumentParser:
         "--bundle",
         metavar="FILE",
         type=Path,
-        default=bundles.default_path(),
-        help="the trained networks and their settings (default: the one that ships)",
+        help="the trained networks and their settings (default: the one that `controller install` "
+        "took into use, else the one that ships)",
+    )
+    add(
+        "--engine",
+        metavar="NAME",
+        choices=engines.NAMES,
+        default="",
+        help=f"what runs the networks: {', '.join(engines.NAMES)} (default: what `controller "
+        f"install` measured to be the faster one here, else {engines.STANDARD})",
     )
     add(
         "--labels",

@@ -31,7 +31,7 @@ from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.recognizer import Recognizer, engine
+from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import (
     RATE_TOLERANCE,
@@ -44,6 +44,7 @@ from controller.runs import Runs
 from controller.sensors import Sensor, SensorError, SensorOptions
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Obedient, show
+from controller.shelf.shelf import Shelf
 from controller.tape import Plain, Tape
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
@@ -101,7 +102,8 @@ class Parts:
 def prepare(options: argparse.Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
-    bundle = bundles.read(options.bundle)
+    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
+    bundle = bundles.read(path)
     mapping = bundle.mapping
     if options.mapping is not None:
         mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
@@ -111,7 +113,7 @@ def prepare(options: argparse.Namespace) -> Parts:
             f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
         )
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle)
+    recognizer = Recognizer(bundle, options.engine or engine)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     runs = None
     if options.record is not None:
@@ -126,7 +128,7 @@ def prepare(options: argparse.Namespace) -> Parts:
     )
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
-        software(), platform.python_version(), engine(), platform.platform(), bundle.hash,
+        software(), platform.python_version(), recognizer.engine, platform.platform(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
     return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
@@ -274,7 +276,7 @@ def _origin(parts: Parts, sensor: Sensor) -> Origin:
         rate_hz=sensor.rate_hz,
         labels=parts.bundle.labels,
         bundle=parts.bundle.hash,
-        engine=engine(),
+        engine=parts.recognizer.engine,
         software=software(),
         user=options.user,
         session=options.session,

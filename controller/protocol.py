@@ -44,6 +44,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
                          gesture text40, ready bool, rate_hz f32
     19   Truth       D   number u32, label text40, onset_ms u32, release_ms u32
     20   Granted     D   until_ms u32
+    22   Delivery    D   state u8, offset u32, told text500
     32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
@@ -51,6 +52,8 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     35   Join        H   token text64, host text64, granted bool, host_nonce u32 >= 1,
                          boot_nonce u32, done u32
     36   Alive       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
+    48   Deliver     H   digest octets32, size u32, name text64
+    49   Piece       H   offset u32, data octets1000
     ==== =========== === ================================================================
 
     bool is u8, 0 or 1. size is u8 >= 1, span is u16 >= 1 (milliseconds). f32 is finite; share is an
@@ -110,6 +113,13 @@ Life
     deadman_ms the host releases everything and pauses; after 1 s it closes the link and connects
     anew. The device forgets a host that was silent for 2 s.
 
+Deliveries
+    A host may send the device a new bundle: Deliver (its SHA-256, its size), then Pieces of it. The
+    device answers each with Delivery: state 0 and how much it has, from which it wants more; 1 when
+    it has all and proves it; 2 when the bundle is in use, before it ends the session to begin anew
+    with it; 3 when it does not take it, and why. What it has outlives the session, so a host that
+    comes back says Deliver again and goes on. Only a link that proves who is there takes any.
+
 Granted time
     A host that says ``granted`` in Join owns the clock of a virtual device: Grant(t) lets it step
     exactly to t (milliseconds since the session's Welcome), and Granted(t) follows every packet up
@@ -140,6 +150,8 @@ DEADMAN_MS = 300  # without a valid packet: release everything, pause
 LOST_MS = 1000  # without a valid packet: close, and connect anew
 SILENCE_MS = 2000  # a device forgets a host, a host gives up on an answer
 LATE_MS = 250  # a command that is older is not obeyed any more
+PIECE = 1000  # bytes of a bundle in one packet
+WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 RESEND_MS = 50  # until a command that is not acknowledged is sent again, at least
 
 
@@ -165,6 +177,23 @@ class Offer:
     version: int  # the one chosen
     nonce: bytes  # drawn for the session
     keyed: bool  # every frame from here on is to be sealed
+
+
+@dataclass(frozen=True, slots=True)
+class Deliver:
+    """Host to device: there is a bundle for you."""
+
+    digest: bytes  # SHA-256 of the file
+    size: int  # bytes
+    name: str  # of the file, for the log
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Host to device: some bytes of the bundle."""
+
+    offset: int  # of the first
+    data: bytes  # at most PIECE of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +323,15 @@ class Granted:
 
 
 @dataclass(frozen=True, slots=True)
+class Delivery:
+    """Device to host: how it stands with the bundle that the host sends."""
+
+    state: int  # WANTED, PROVING, IN_USE, DECLINED
+    offset: int  # bytes that are here
+    told: str  # a sentence, or ""
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -330,7 +368,7 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Contacts | Perform | Grant | Join | Alive
+    | Truth | Granted | Delivery | Contacts | Perform | Grant | Join | Alive | Deliver | Piece
 )  # fmt: skip
 
 
@@ -522,11 +560,14 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (18, Telemetry, (u32, image, shares, point, name, flag, f32)),
         (19, Truth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
+        (22, Delivery, (u8, u32, sentence)),
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),
         (35, Join, (text, text, flag, wire.Number("I", 1, 0xFFFFFFFF), u32, u32)),
         (36, Alive, (u32, u32, u32, u32, u32)),
+        (48, Deliver, (wire.octets(32), u32, text)),
+        (49, Piece, (u32, wire.octets(PIECE))),
     )  # fmt: skip
     records = {number: wire.Record(message, kinds) for number, message, kinds in table}
     return {message: (number, records[number]) for number, message, _ in table}, records

@@ -1,37 +1,46 @@
-"""From window to probabilities and from image to touch: the one file that knows ONNX Runtime.
-
-One thread, in sequence, without spinning: at ten small runs a second anything else only
-makes the slowest run slower (measured: a 1 ms tail instead of 10 ms).
-"""
-
-from collections.abc import Callable
+"""From window to probabilities and from image to touch: a bundle's networks, proved before use."""
 
 import numpy as np
-import onnxruntime as ort
 from numpy.typing import NDArray
 
+from controller import engines, graph, shapes
 from controller.bundle import Bundle, BundleError
+from controller.engines import EngineError, Network
+from controller.graph import GraphError
 from controller.preprocess import Image, Window
 
-TOLERANCE = 1e-4  # greatest difference from a golden answer: processors round differently
-_FATAL = 4  # ONNX Runtime's severity above which it writes to standard error
+TOLERANCE = 1e-5  # greatest difference from a golden answer: processors round differently
 
 
 class Recognizer:
-    """The two networks of a bundle, proved with its golden vectors before they are used."""
+    """The two networks of a bundle, proved with its golden vectors before they are used.
 
-    def __init__(self, bundle: Bundle) -> None:
+    Attributes:
+        engine: Name and version of what runs them, for recordings.
+    """
+
+    def __init__(self, bundle: Bundle, engine: str = "") -> None:
         """Load both networks and ask them the golden questions.
+
+        Args:
+            bundle: What was read.
+            engine: One of `engines.NAMES`; "" is the standard one.
 
         Raises:
             BundleError: A network does not load, or answers differently than when it was made.
         """
         golden = bundle.golden
-        self._gesture = _network(bundle.gesture_onnx, "gesture")
+        engine = engine or engines.standard()
+        try:
+            self.engine = engines.version(engine)
+        except EngineError as error:
+            raise BundleError(str(error)) from None
+        asked, classes = (bundle.window, bundle.rows, bundle.columns), len(bundle.labels)
+        self._gesture = _network("gesture", bundle.gesture_onnx, asked, classes, engine)
         _prove("gesture", self._gesture, golden.windows, golden.probabilities)
         self._location: Network | None = None
         if bundle.locates:
-            self._location = _network(bundle.location_onnx, "location")
+            self._location = _network("location", bundle.location_onnx, asked[1:], 2, engine)
             _prove("location", self._location, golden.images, golden.touches)
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
@@ -50,33 +59,22 @@ class Recognizer:
         return float(x), float(y)
 
 
-def engine() -> str:
-    """Return name and version of what runs the networks, for recordings."""
-    return f"onnxruntime {ort.__version__}"
+def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engine: str) -> Network:
+    """Return a network whose every operator was looked at before any engine saw it.
 
-
-Network = Callable[[NDArray[np.float32]], NDArray[np.float32]]
-
-
-def _network(model: bytes, name: str) -> Network:
-    """Return a network as a function from a batch of one to a batch of one."""
-    options = ort.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.inter_op_num_threads = 1
-    options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    options.log_severity_level = _FATAL
+    Raises:
+        BundleError: It is no plain network, too large a one, or one for other questions.
+    """
     try:
-        session = ort.InferenceSession(model, options, providers=["CPUExecutionProvider"])
-        (entry,), (exit_,) = session.get_inputs(), session.get_outputs()
-    except Exception as error:  # ONNX Runtime has a dozen kinds, all derived from Exception only
-        raise BundleError(f"the {name} network does not load: {_first_line(error)}") from None
-
-    def network(batch: NDArray[np.float32]) -> NDArray[np.float32]:
-        answer: NDArray[np.float32] = session.run([exit_.name], {entry.name: batch})[0]
-        return answer
-
-    return network
+        read = graph.read(model)
+        given = shapes.sizes(read).shapes[read.output]
+        if (read.shape, given) != ((1, *asked), (1, answers)):
+            raise GraphError(
+                f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(answers,)} of {asked}"
+            )
+        return engines.open_network(engine, model, read)
+    except (GraphError, EngineError) as error:
+        raise BundleError(f"the {name} network {error}") from None
 
 
 def _prove(
@@ -90,15 +88,11 @@ def _prove(
     for question, answer in zip(questions, answers, strict=True):
         try:
             given = network(question[None])
-        except Exception as error:  # as above
-            raise BundleError(f"the {name} network does not run: {_first_line(error)}") from None
+        except EngineError as error:
+            raise BundleError(f"the {name} network {error}") from None
         fits = isinstance(given, np.ndarray) and given.shape == (1, *answer.shape)
         if not fits or not np.abs(given[0] - answer).max() <= TOLERANCE:  # NaN is refused as well
             raise BundleError(
                 f"the {name} network answers differently than when it was made; "
                 "copy the bundle again, or train it anew on this version"
             )
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0][:200]

@@ -26,6 +26,7 @@ from controller.protocol import (
     Command,
     Contacts,
     Decoder,
+    Deliver,
     Grant,
     Heartbeat,
     Hello,
@@ -35,6 +36,7 @@ from controller.protocol import (
     Offer,
     Packet,
     Perform,
+    Piece,
     Refuse,
     State,
     Welcome,
@@ -47,7 +49,7 @@ BACKLOG = 16 * 1024  # bytes that wait for a slow host, about 8 s; what comes on
 GRANTED_BACKLOG = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
 WRONG_KEY: Final = "the host has another key than the orb, or none; give both the same --key FILE"
 _NEXT: Final = next_states(DEVICE)
-_FROM_HOST: Final = (Alive, Contacts, Perform, Grant, Bye)
+_FROM_HOST: Final = (Alive, Contacts, Perform, Grant, Deliver, Piece, Bye)
 
 
 class DeviceSession:
@@ -117,7 +119,7 @@ class DeviceSession:
         return self.state == "live"
 
     def receive(self, data: bytes, now_ms: int) -> list[Message]:
-        """Return the requests in these bytes: Hello (welcomed), Contacts, Perform, Grant, Bye.
+        """Return the requests in these bytes: Hello (welcomed), all that the host asks, Bye.
 
         Args:
             data: What came over the link, cut anywhere.
@@ -295,6 +297,8 @@ class DeviceSession:
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
+        if isinstance(message, Deliver | Piece):
+            return [message]
         if self._welcome.virtual and (
             isinstance(message, Contacts | Perform) or (isinstance(message, Grant) and self.granted)
         ):

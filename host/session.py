@@ -24,6 +24,7 @@ from controller.protocol import (
     Bye,
     Command,
     Decoder,
+    Delivery,
     Grant,
     Granted,
     Heartbeat,
@@ -59,7 +60,7 @@ class Connected:
 class Delivered:
     """A message of the device, in order, each once."""
 
-    message: Message  # Command, State, Telemetry, Truth or Granted
+    message: Message  # Command, State, Telemetry, Truth, Granted or Delivery
     t_ms: int  # the device's time
 
 
@@ -90,7 +91,7 @@ class Missed:
 
 
 Received = Connected | Delivered | Stale | Lost | Refused | Missed
-_NEWS = (State, Telemetry, Truth, Granted)
+_NEWS = (State, Telemetry, Truth, Granted, Delivery)
 _FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
 
 

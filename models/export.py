@@ -1,4 +1,4 @@
-"""From trained networks to a bundle that proves itself: ONNX, weights, golden vectors, card.
+"""From trained networks to a bundle that proves itself: ONNX, golden vectors, card.
 
 The ONNX graphs are written node by node, so that the file holds exactly what the device
 runs, and nothing of the program that trained it. Before anything is written the two engines
@@ -44,13 +44,11 @@ class Part:
 
     Attributes:
         onnx: The network; empty where there is none.
-        npz: Its weights; likewise.
         questions: Golden questions.
         answers: Its answers to them.
     """
 
     onnx: bytes
-    npz: bytes
     questions: NDArray[np.float32]
     answers: NDArray[np.float32]
 
@@ -68,8 +66,8 @@ def gesture_part(net: GestureNet, windows: NDArray[np.float32]) -> tuple[Part, f
     flush(net)
     with torch.no_grad():
         answers = torch.softmax(net(torch.from_numpy(windows)), dim=1).numpy()
-    onnx_file, weights = gesture_model(net, windows.shape[1:])
-    return _part(onnx_file, weights, windows, answers)
+    onnx_file = gesture_model(net, windows.shape[1:])
+    return _part(onnx_file, windows, answers)
 
 
 def location_part(net: LocationNet, images: NDArray[np.float32]) -> tuple[Part, float]:
@@ -77,23 +75,23 @@ def location_part(net: LocationNet, images: NDArray[np.float32]) -> tuple[Part, 
     flush(net)
     with torch.no_grad():
         answers = net(torch.from_numpy(images)).numpy()
-    onnx_file, weights = location_model(net, images.shape[1:])
-    return _part(onnx_file, weights, images, answers)
+    onnx_file = location_model(net, images.shape[1:])
+    return _part(onnx_file, images, answers)
 
 
 def parts_of(loaded: Bundle) -> tuple[Part, Part]:
     """Return the networks of another bundle, as they are: the gestures', the location's."""
     golden = loaded.golden
     return (
-        Part(loaded.gesture_onnx, loaded.gesture_npz, golden.windows, golden.probabilities),
-        Part(loaded.location_onnx, loaded.location_npz, golden.images, golden.touches),
+        Part(loaded.gesture_onnx, golden.windows, golden.probabilities),
+        Part(loaded.location_onnx, golden.images, golden.touches),
     )
 
 
 def no_location(rows: int, columns: int) -> Part:
     """Return the part of a bundle that locates nothing."""
     images = np.empty((0, rows, columns), dtype=np.float32)
-    return Part(b"", b"", images, np.empty((0, 2), dtype=np.float32))
+    return Part(b"", images, np.empty((0, 2), dtype=np.float32))
 
 
 def write_bundle(path: Path, manifest: dict[str, Any], gesture: Part, location: Part) -> None:
@@ -113,9 +111,7 @@ def write_bundle(path: Path, manifest: dict[str, Any], gesture: Part, location: 
         manifest=tomli_w.dumps(manifest).encode(),
         parts={
             "gesture.onnx": gesture.onnx,
-            "gesture.npz": gesture.npz,
             "location.onnx": location.onnx,
-            "location.npz": location.npz,
             "golden.npz": _npz(golden),
         },
     )
@@ -153,16 +149,16 @@ def flush(net: nn.Module) -> None:
             parameter[parameter.abs() < TINY] = 0.0
 
 
-def gesture_model(net: GestureNet, shape: tuple[int, ...]) -> tuple[bytes, Weights]:
-    """Return CNN-3D as an ONNX file, and its weights; `shape` is (window, rows, columns)."""
+def gesture_model(net: GestureNet, shape: tuple[int, ...]) -> bytes:
+    """Return CNN-3D as an ONNX file; `shape` is (window, rows, columns)."""
     graph = _Graph(net)
     x = graph.trunk("windows", shape)
     graph.node("Softmax", graph.dense(x, "out"), name="probabilities", axis=1)
     return graph.file("gesture", "windows", shape, "probabilities", net.out.out_features)
 
 
-def location_model(net: LocationNet, shape: tuple[int, ...]) -> tuple[bytes, Weights]:
-    """Return CNN-2D as an ONNX file, and its weights; `shape` is (rows, columns)."""
+def location_model(net: LocationNet, shape: tuple[int, ...]) -> bytes:
+    """Return CNN-2D as an ONNX file; `shape` is (rows, columns)."""
     graph = _Graph(net)
     x = graph.trunk("images", shape)
     x = graph.node("Tanh", graph.dense(x, "out"))
@@ -226,7 +222,7 @@ class _Graph:
 
     def file(
         self, title: str, source: str, shape: tuple[int, ...], result: str, width: int
-    ) -> tuple[bytes, Weights]:
+    ) -> bytes:
         """Return the checked ONNX file."""
         take = helper.make_tensor_value_info(source, TensorProto.FLOAT, ["batch", *shape])
         give = helper.make_tensor_value_info(result, TensorProto.FLOAT, ["batch", width])
@@ -236,17 +232,17 @@ class _Graph:
         model = helper.make_model(graph, opset_imports=[opset], producer_name="orbtouch")
         model.ir_version = IR_VERSION
         onnx.checker.check_model(model, full_check=True)
-        return model.SerializeToString(deterministic=True), self.weights
+        return bytes(model.SerializeToString(deterministic=True))
 
 
 def _part(
-    model: bytes, weights: Weights, questions: NDArray[np.float32], answers: NDArray[np.float32]
+    model: bytes, questions: NDArray[np.float32], answers: NDArray[np.float32]
 ) -> tuple[Part, float]:
     """Compare the engines, and return the part with its first questions as golden ones."""
     worst = float(np.abs(_run(model, questions) - answers).max())
     if not worst <= AGREE:  # NaN is refused as well
         raise ExportError(f"PyTorch and ONNX Runtime differ by {worst:.1e}, more than {AGREE:.0e}")
-    return Part(model, _npz(weights), questions[:GOLDEN], answers[:GOLDEN]), worst
+    return Part(model, questions[:GOLDEN], answers[:GOLDEN]), worst
 
 
 def _run(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:

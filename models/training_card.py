@@ -20,12 +20,12 @@ def write(out: Path, loaded: Bundle, result: Training) -> None:
 
 def text(loaded: Bundle, result: Training) -> str:
     """Return the card as Markdown."""
-    weights = (len(loaded.gesture_npz) + len(loaded.location_npz)) // 1024
+    weights = (len(loaded.gesture_onnx) + len(loaded.location_onnx)) // 1024
     lines = [
         f"# {result.name}",
         "",
         f"{result.rows}×{result.columns} taxels at {result.rate_hz:g} Hz, windows of "
-        f"{loaded.window} images; labels {', '.join(loaded.labels)}. {weights} KiB of weights. "
+        f"{loaded.window} images; labels {', '.join(loaded.labels)}. {weights} KiB of networks. "
         f"SHA-256 `{loaded.hash[:16]}…`",
         "",
         "| made | |",

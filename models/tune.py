@@ -8,7 +8,6 @@ answer is worse than none.
 
 import dataclasses
 import itertools
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +16,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import archive, bundle
-from controller.bundle import CONTENT, MANIFEST, PARTS, Bundle
+from controller import bundle
+from controller.bundle import CONTENT, MANIFEST, Bundle
 from controller.debounce import DebounceSettings
 from controller.events import Answer, judge
 from models import intervals
@@ -176,8 +175,8 @@ def write(path: Path, loaded: Path, settings: DebounceSettings, said: str) -> Bu
     import tomli_w
 
     bundle.read(loaded)  # every byte of it is checked
-    parts = archive.unpack(loaded.read_bytes(), PARTS)
-    table = tomllib.loads(parts[MANIFEST].decode())
+    parts = bundle.unpack(loaded.read_bytes())
+    table = bundle.manifest(parts[MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
     table["card"]["tuned"] = said
     content = {name: parts[name] for name in CONTENT}

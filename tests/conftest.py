@@ -4,7 +4,12 @@ import socket
 import sys
 from collections.abc import Iterator
 
+import hypothesis
 import pytest
+
+# A machine that is busy, or emulated, is no finding.
+hypothesis.settings.register_profile("orbtouch", deadline=None)
+hypothesis.settings.load_profile("orbtouch")
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
@@ -19,7 +24,8 @@ if sys.platform == "win32":  # these play with ptys and signals, which Windows h
 def settings_of_nobody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """What tests let programs remember is not the user's (where XDG's folders count)."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
+        for kind in ("config", "data", "state"):
+            patch.setenv(f"XDG_{kind.upper()}_HOME", str(tmp_path_factory.mktemp(kind)))
         yield
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle, sensors
+from controller import bundle, engines, sensors
 from controller.__main__ import main
 from controller.device import Device, steady
 from controller.labelling.labeller import Labeller
@@ -35,7 +35,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.recognizer import Recognizer, engine
+from controller.recognizer import Recognizer
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
@@ -71,7 +71,15 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
     pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
     origin = Origin(
-        sensor.device_id, 5, 5, 10.0, rate_hz, shipped.labels, shipped.hash, engine(), "test"
+        sensor.device_id,
+        5,
+        5,
+        10.0,
+        rate_hz,
+        shipped.labels,
+        shipped.hash,
+        engines.version("onnxruntime"),
+        "test",
     )
     labeller = Labeller(shipped.labels)
     tape = Tape(lambda state: Recorder(path, origin, state), pipeline, labeller)

@@ -33,9 +33,9 @@ def test_the_exported_networks_answer_like_the_trained_ones(
     with torch.no_grad():
         probabilities = torch.softmax(gesture(windows), dim=1).numpy()
         touches = location(windows[:, 0]).numpy()
-    got = export._run(export.gesture_model(gesture, shape)[0], windows.numpy())
+    got = export._run(export.gesture_model(gesture, shape), windows.numpy())
     np.testing.assert_allclose(got, probabilities, atol=1e-6)
-    got = export._run(export.location_model(location, shape[1:])[0], windows[:, 0].numpy())
+    got = export._run(export.location_model(location, shape[1:]), windows[:, 0].numpy())
     np.testing.assert_allclose(got, touches, atol=1e-5)
 
 

@@ -13,6 +13,7 @@ from controller.protocol import (
     COMMANDS,
     MAX_FRAME,
     MAX_PAYLOAD,
+    PIECE,
     VERSION,
     Alive,
     Bye,
@@ -20,6 +21,8 @@ from controller.protocol import (
     Contact,
     Contacts,
     Decoder,
+    Deliver,
+    Delivery,
     Grant,
     Granted,
     Heartbeat,
@@ -30,6 +33,7 @@ from controller.protocol import (
     Offer,
     Packet,
     Perform,
+    Piece,
     ProtocolError,
     Refuse,
     State,
@@ -82,6 +86,9 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
         Join, text(64), text(64), st.booleans(), st.integers(1, 2**32 - 1), u32, u32
     ),
     Alive: st.builds(Alive, u32, u32, u32, u32, u32),
+    Delivery: st.builds(Delivery, u8, u32, reason),
+    Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
+    Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -152,6 +159,12 @@ GOLDEN: list[tuple[Message, str]] = [
         Alive(258, 1, 2, 3, 4),
         "20 24 0100 0200 03000000  02010000 01000000 02000000 03000000 04000000",
     ),
+    (Delivery(2, 258, "ok"), "20 16 0100 0200 03000000  02 02010000 0200 6f6b"),
+    (
+        Deliver(b"\1\2", 258, "my.orb"),
+        "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
+    ),
+    (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
 ]
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded import of, origin, played
 
-from controller import archive, bundle
+from controller import bundle
 from controller.debounce import Debouncer, DebounceSettings
 from controller.events import Answer, Score, judge
 from controller.recognizer import Recognizer
@@ -150,8 +150,8 @@ def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: P
     tuned = bundle.read(out)
     Recognizer(tuned)  # the golden vectors still hold
     assert "front" in told.read_text(encoding="utf-8")
-    old, new = (archive.unpack(path.read_bytes(), bundle.PARTS) for path in (PATH, out))
-    changed = {name for name in bundle.PARTS if old[name] != new[name]}
+    old, new = (bundle.unpack(path.read_bytes()) for path in (PATH, out))
+    changed = {name for name in old if old[name] != new[name]}
     assert changed == {bundle.MANIFEST, bundle.SUMS}
     assert "1 recordings" in tuned.card["tuned"]
     same = replace(tuned, debounce=SHIPPED.debounce, card=SHIPPED.card, hash=SHIPPED.hash)

@@ -40,5 +40,5 @@ def _bundle(labels: tuple[str, ...], grid: Geometry, rate_hz: float) -> Bundle:
     return Bundle(
         labels, grid.rows, grid.columns, grid.pitch_mm, rate_hz, window,
         PreprocessSettings(rate_hz=rate_hz, window=window), DebounceSettings(), Mapping(), {},
-        b"", b"", b"", b"", Golden(nothing, nothing, nothing, nothing), "",
+        b"", b"", Golden(nothing, nothing, nothing, nothing), "",
     )  # fmt: skip

@@ -24,7 +24,7 @@ from controller.labelling.plan import Ask
 from controller.labelling.terminal import Keyboard
 from controller.loop import Loop
 from controller.pipeline import Pipeline
-from controller.recognizer import Recognizer, engine
+from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Origin, software
 from controller.runs import Runs
@@ -259,7 +259,7 @@ def _origin(session: Session) -> Origin:
         rate_hz=sensor.rate_hz,
         labels=session.lesson.vocabulary.labels,
         bundle=model.hash if model is not None else "",
-        engine=engine() if model is not None else "",
+        engine="" if session.lesson.recognizer is None else session.lesson.recognizer.engine,
         software=software(),
         user=session.user,
         session=options.session,

@@ -1,0 +1,99 @@
+"""`controller install`: prove a bundle on this device and take it into use."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from controller import bundle as bundles
+from controller.bundle import Bundle, BundleError
+from controller.ends import complain
+from controller.shelf import proof as proofs
+from controller.shelf.shelf import Entry, Shelf, name_of
+from controller.shelf.words import about, called, sensor
+
+
+class TooSlowError(BundleError):
+    """The bundle is good, and this device too slow for it."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller install` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    grammar = argparse.ArgumentParser(
+        prog="controller install",
+        description="Prove a bundle on this device and take it into use: its hash, its golden "
+        "answers, and the time of a control step with each engine, of which the faster one is "
+        "kept. The bundle of before stays for `controller rollback`.",
+    )
+    grammar.add_argument("file", metavar="FILE", type=Path, help="a bundle, NAME.orb")
+    grammar.add_argument(
+        "--other-sensor",
+        action="store_true",
+        help="allow another grid or rate than the bundle in use has",
+    )
+    options = grammar.parse_args(argv)
+    try:
+        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=print)
+    except TooSlowError as error:
+        return complain(error, 1)
+    except BundleError as error:
+        return complain(error, 2)
+    except OSError as error:
+        return complain(f"the bundle cannot be kept: {error.strerror or error}", 1)
+    print(told)
+    return 0
+
+
+def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str], object]) -> str:
+    """Prove a bundle and take it into use; return which one is, in a sentence.
+
+    Args:
+        path: The bundle.
+        shelf: Where it will stand.
+        other_sensor: Whether it may be for another grid or rate than the bundle in use.
+        tell: Takes what is found on the way, line by line.
+
+    Raises:
+        BundleError: It is damaged, does not fit, or proves to be no good here.
+        OSError: It cannot be written; nothing has changed.
+    """
+    fresh = bundles.read(path)
+    if not other_sensor:
+        check_fits(fresh, bundles.read(shelf.current()[0]))
+    tell(f"{path} is whole: {about(fresh)}")
+    shown = proofs.prove(path)
+    for one in shown:
+        tell(f"  {one.engine:12} {one.problem or _timed(one)}")
+    best, period_us = shown[0], 1e6 / fresh.rate_hz
+    if best.worst_us > period_us:
+        raise TooSlowError(
+            f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
+            f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
+        )
+    entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
+    record = shelf.install(path.read_bytes(), entry)
+    back = called(record.previous)
+    back = back and f"; `controller rollback` goes back to {back}"
+    return f"{entry.name} is in use with {best.engine}{back}"
+
+
+def check_fits(fresh: Bundle, in_use: Bundle) -> None:
+    """Refuse a bundle for another sensor.
+
+    Raises:
+        BundleError: Its grid or rate is another than that of the bundle in use.
+    """
+    ours = (in_use.rows, in_use.columns, in_use.rate_hz)
+    if (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
+        raise BundleError(
+            f"the bundle is for {sensor(fresh)}, and this device has {sensor(in_use)}; "
+            "--other-sensor installs it all the same"
+        )
+
+
+def _timed(proof: proofs.Proof) -> str:
+    return f"{proof.step_us:6.0f} µs a step, {proof.worst_us:.0f} µs at most in 99 of 100"
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

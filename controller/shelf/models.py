@@ -1,0 +1,66 @@
+"""`controller models`: list the bundles of this device."""
+
+import argparse
+import json
+import sys
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from controller import bundle as bundles
+from controller.bundle import BundleError
+from controller.ends import complain
+from controller.links.stdout import let_go
+from controller.shelf.shelf import Record, Shelf
+from controller.shelf.words import about, called
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller models` and return its exit status."""
+    grammar = argparse.ArgumentParser(
+        prog="controller models", description="List the bundles of this device with their cards."
+    )
+    grammar.add_argument("--json", action="store_true", help="for programs, not people")
+    options = grammar.parse_args(argv)
+    shelf = Shelf()
+    try:
+        record = shelf.record()
+    except BundleError as error:
+        return complain(error, 1)
+    rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
+    lines = [json.dumps(rows)] if options.json else [line for row in rows for line in _lines(row)]
+    try:
+        print("\n".join(lines), flush=True)
+    except BrokenPipeError:  # whoever read the lines has gone: ... | head
+        let_go(sys.stdout)
+    return 0
+
+
+def _row(shelf: Shelf, record: Record, name: str) -> dict[str, Any]:
+    """Return what is known of one bundle."""
+    entry, path = record.entry(name), shelf.path(name)
+    row: dict[str, Any] = {
+        "name": called(name),
+        "path": str(path),
+        "in_use": name == record.current,
+        "previous": name == record.previous,
+        "engine": entry.engine if entry else "",
+        "step_us": entry.step_us if entry else None,
+        "installed": entry.installed if entry else "",
+        "problem": "",
+    }
+    try:
+        bundle = bundles.read(path)
+    except BundleError as error:
+        return {**row, "problem": str(error)}
+    return {**row, "hash": bundle.hash, "about": about(bundle), "card": bundle.card}
+
+
+def _lines(row: dict[str, Any]) -> Iterator[str]:
+    """Yield what people are told of one bundle."""
+    mark = "in use" if row["in_use"] else "before" if row["previous"] else ""
+    yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
+    if row["installed"]:
+        yield f"{'':28}installed {row['installed']}, {row['engine']}, {row['step_us']:.0f} µs"
+    for key, value in row.get("card", {}).items():
+        yield " " * 28 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")

@@ -1,0 +1,110 @@
+"""Prove a bundle on this device: golden vectors, then a control step timed, engine by engine.
+
+Each engine is tried in a process of its own with a deadline, since a library that was built for
+another processor does not raise but kills. `python -m controller.shelf.proof FILE ENGINE` is that
+process.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller import bundle as bundles
+from controller import engines
+from controller.bundle import Bundle, BundleError
+from controller.pipeline import Pipeline
+from controller.recognizer import Recognizer
+
+DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
+STEPS: Final = 1000  # timed, after as many again untimed
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What one engine showed.
+
+    Attributes:
+        engine: Its name.
+        step_us: The median control step: a frame in, a gesture out, microseconds.
+        worst_us: The slowest of a hundred, likewise.
+        problem: Why the engine cannot be used; "" if it can.
+    """
+
+    engine: str
+    step_us: float = 0.0
+    worst_us: float = 0.0
+    problem: str = ""
+
+
+def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
+    """Return what every engine shows with a bundle, the fastest usable one first.
+
+    Raises:
+        BundleError: The bundle is damaged, or no engine can run it; the message says why.
+    """
+    bundles.read(path)
+    proofs = [_in_a_process(path, name) for name in names]
+    usable = sorted((proof for proof in proofs if not proof.problem), key=lambda p: p.step_us)
+    if not usable:
+        raise BundleError("; ".join(proof.problem for proof in proofs))
+    return usable + [proof for proof in proofs if proof.problem]
+
+
+def _in_a_process(path: Path, engine: str) -> Proof:
+    command = [sys.executable, "-m", "controller.shelf.proof", str(path.resolve()), engine]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
+        return Proof(**json.loads(done.stdout.splitlines()[-1]))
+    except subprocess.TimeoutExpired:
+        return Proof(engine, problem=f"{engine} did not answer within {DEADLINE_S:g} s")
+    except (IndexError, ValueError, TypeError):
+        return Proof(engine, problem=f"{engine} ended with status {done.returncode} on this device")
+
+
+def measure(
+    bundle: Bundle, engine: str, clock_ns: Callable[[], int] = time.perf_counter_ns
+) -> Proof:
+    """Prove a bundle with one engine in this process, and time its control step.
+
+    Args:
+        bundle: What was read.
+        engine: One of `engines.NAMES`.
+        clock_ns: Nanoseconds that never go back.
+    """
+    try:
+        pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+    except BundleError as error:
+        return Proof(engine, problem=str(error))
+    rest = np.full((bundle.rows, bundle.columns), 40.0)
+    if bundle.preprocess.normalise == "difference":
+        rest = np.zeros_like(rest)
+    noise = np.random.default_rng(0).normal(0.0, 1.0, (64, *rest.shape)) * 0.01
+    scale = bundle.preprocess.scale if bundle.preprocess.normalise == "difference" else 40.0
+    frames = (rest + noise * scale).astype(np.float32)
+    pressed = frames + np.float32(0.2 * scale)
+    quiet = round(2 * bundle.preprocess.start_s * bundle.rate_hz)
+    times = np.empty(STEPS)
+    for number in range(quiet):  # rest is found
+        pipeline.step(frames[number % len(frames)], number / bundle.rate_hz)
+    for number in range(2 * STEPS):
+        # A touch every other second, so that both networks are asked.
+        touched = int(number / bundle.rate_hz) % 2
+        frame = (pressed if touched else frames)[number % len(frames)]
+        start = clock_ns()
+        pipeline.step(frame, (quiet + number) / bundle.rate_hz)
+        times[number % STEPS] = clock_ns() - start
+    p50, p99 = np.percentile(times, [50, 99]) / 1000.0
+    return Proof(engine, round(float(p50), 1), round(float(p99), 1))
+
+
+if __name__ == "__main__":
+    _path, _engine = sys.argv[1:]
+    _proof = measure(bundles.read(Path(_path)), _engine)
+    print(json.dumps({name: getattr(_proof, name) for name in Proof.__slots__}))

@@ -1,0 +1,26 @@
+"""`controller rollback`: take the bundle of before into use."""
+
+import argparse
+from collections.abc import Sequence
+
+from controller.bundle import BundleError
+from controller.ends import complain
+from controller.shelf.shelf import Shelf
+from controller.shelf.words import called
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller rollback` and return its exit status."""
+    argparse.ArgumentParser(
+        prog="controller rollback",
+        description="Take the bundle of before into use; run again, it brings the newer one back.",
+    ).parse_args(argv)
+    shelf = Shelf()
+    try:
+        record = shelf.rollback()
+    except BundleError as error:
+        return complain(error, 1)
+    except OSError as error:
+        return complain(f"{shelf.folder} cannot be written: {error.strerror}", 1)
+    print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
+    return 0

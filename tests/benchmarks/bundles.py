@@ -1,0 +1,203 @@
+"""What a device does with bundles that somebody or something changed.
+
+    python -m tests.benchmarks.bundles [--count N] [--seed N] [--json]
+
+Each mutation is made of the shipped bundle: cut short, bits flipped, pieces swapped or repeated,
+parts exchanged, numbers in the ONNX files made hostile, and then, for half of them, all sums made
+right again, as somebody would who means harm. Each is read, walked and proved as
+`controller install` does it; time and memory are bounded from outside, by a child that may use
+512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through; what
+is accepted after it was hashed anew must be a network within the limits: a wrong model at worst.
+"""
+
+import argparse
+import json
+import multiprocessing
+import random
+import resource
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Final
+
+from controller import archive, bundle, engines, shapes
+from controller import graph as graphs
+from controller.bundle import BundleError
+from controller.recognizer import Recognizer
+
+MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
+DEADLINE_S: Final = 20.0
+BATCH: Final = 250  # mutations for one child
+SHIPPED: Final = bundle.default_path().read_bytes()
+
+Change = Callable[[random.Random, bytes], bytes]
+
+
+def cut(draw: random.Random, data: bytes) -> bytes:
+    """Lose the end."""
+    return data[: draw.randrange(len(data))]
+
+
+def flip(draw: random.Random, data: bytes) -> bytes:
+    """Turn some bits over."""
+    changed = bytearray(data)
+    for _ in range(draw.randint(1, 8)):
+        changed[draw.randrange(len(data))] ^= 1 << draw.randrange(8)
+    return bytes(changed)
+
+
+def swap(draw: random.Random, data: bytes) -> bytes:
+    """Exchange two pieces."""
+    size = draw.randint(1, min(4096, len(data) // 2))
+    one, other = sorted(draw.randrange(len(data) - size) for _ in range(2))
+    if other < one + size:
+        return data[one:] + data[:one]
+    return (
+        data[:one]
+        + data[other : other + size]
+        + data[one + size : other]
+        + data[one : one + size]
+        + data[other + size :]
+    )
+
+
+def insert(draw: random.Random, data: bytes) -> bytes:
+    """Put bytes in, random ones or many of one kind."""
+    at = draw.randrange(len(data))
+    piece = draw.choice([draw.randbytes(draw.randint(1, 64)), b"\xff" * 9, b"\0" * 4096])
+    return data[:at] + piece + data[at:]
+
+
+def huge(draw: random.Random, data: bytes) -> bytes:
+    """Make a number of a protocol buffer as large as it can be, where the operators are."""
+    head = data[:4000] if draw.random() < 0.7 else data[-3000:]
+    at = draw.randrange(len(head))
+    number = draw.choice([b"\xff" * 9 + b"\x01", b"\x80\x80\x80\x80\x10", b"\xc0\x84\x3d", b"\x7f"])
+    begin = data.index(head)
+    return data[: begin + at] + number + data[begin + at + 1 :]
+
+
+WHOLE: Final[dict[str, Change]] = {"cut": cut, "flip": flip, "swap": swap, "insert": insert}
+PART: Final[dict[str, Change]] = {**WHOLE, "huge number": huge}
+
+
+def mutation(draw: random.Random) -> tuple[str, bytes]:
+    """Return a mutated bundle, and what was done to it."""
+    if draw.random() < 0.5:
+        name = draw.choice(list(WHOLE))
+        return name, WHOLE[name](draw, SHIPPED)
+    parts = bundle.unpack(SHIPPED)
+    if draw.random() < 0.1:
+        one, other = draw.sample(bundle.CONTENT, 2)
+        parts[one], parts[other] = parts[other], parts[one]
+        name = "parts exchanged"
+    else:
+        name = draw.choice(list(PART))
+        part = draw.choice([bundle.MANIFEST, *bundle.CONTENT])
+        parts[part] = PART[name](draw, parts[part])
+    parts[bundle.SUMS] = archive.sums(parts, bundle.SUMS)
+    return f"{name}, hashed anew", archive.pack(parts)
+
+
+def judge(data: bytes) -> str:
+    """Return which of our checks stopped a bundle; "accepted" if none did."""
+    try:
+        read = bundle.parse(data)
+    except archive.ArchiveError:
+        return "container or hash"
+    except BundleError:
+        return "manifest or golden vectors' form"
+    try:
+        for model in (read.gesture_onnx, read.location_onnx):
+            if model:
+                shapes.sizes(graphs.read(model))
+    except graphs.GraphError:
+        return "walk and limits"
+    try:
+        for engine in engines.NAMES:
+            Recognizer(read, engine)
+    except BundleError:
+        return "golden answers"
+    return "accepted"
+
+
+def child(first: int, count: int, seed: int, out: Connection) -> None:
+    """Judge some mutations, and tell each verdict with its time."""
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    resource.setrlimit(resource.RLIMIT_DATA, (used + MEMORY, used + MEMORY))
+    for number in range(first, first + count):
+        name, data = mutation(random.Random(seed * 1_000_003 + number))
+        start = time.perf_counter()
+        verdict = "unchanged" if data == SHIPPED else judge(data)
+        out.send((name, verdict, time.perf_counter() - start))
+    out.close()
+
+
+def measure(count: int, seed: int) -> tuple[Counter[tuple[str, str]], float, int]:
+    """Return verdicts by (what was done, what stopped it), the longest time, and lost children."""
+    verdicts: Counter[tuple[str, str]] = Counter()
+    longest, lost, done = 0.0, 0, 0
+    context = multiprocessing.get_context("spawn")
+    while done < count:
+        here, there = context.Pipe(duplex=False)
+        batch = min(BATCH, count - done)
+        worker = context.Process(target=child, args=(done, batch, seed, there))
+        worker.start()
+        there.close()
+        taken = 0
+        try:
+            while taken < batch and here.poll(DEADLINE_S):
+                name, verdict, took = here.recv()
+                verdicts[name, verdict] += 1
+                longest, taken = max(longest, took), taken + 1
+        except EOFError:
+            pass
+        if taken < batch:  # it died, or was too slow, at this one: that is a finding
+            lost += 1
+            taken += 1
+            worker.kill()
+        worker.join()
+        done += taken
+        print(f"\r{done} of {count}", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    return verdicts, longest, lost
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.bundles")
+    parser.add_argument("--count", type=int, default=10_000, help="mutations (default: 10000)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", action="store_true", help="results for programs, last line")
+    arguments = parser.parse_args()
+    verdicts, longest, lost = measure(arguments.count, arguments.seed)
+    stops = sorted({stop for _, stop in verdicts})
+    width = max(len(name) for name, _ in verdicts) + 2
+    print(" " * width + "  ".join(stops))
+    for name in sorted({name for name, _ in verdicts}):
+        cells = (f"{verdicts[name, stop] or '':>{len(stop)}}" for stop in stops)
+        print(f"{name:{width}}" + "  ".join(cells))
+    plain = sum(
+        n for (name, stop), n in verdicts.items() if stop == "accepted" and "anew" not in name
+    )
+    anew = sum(n for (name, stop), n in verdicts.items() if stop == "accepted" and "anew" in name)
+    results = [
+        ("bundles_accepted", plain, "", 0),
+        ("bundles_accepted_hashed_anew", anew, "", None),
+        ("bundles_lost_processes", lost, "", 0),
+        ("bundles_longest_s", round(longest, 3), "s", None),
+    ]
+    for label, value, unit, goal in results:
+        print(f"{label:32} {value:>10} {unit}" + ("" if goal is None else f"   goal {goal}"))
+    if arguments.json:
+        rows = [
+            {"name": label, "preset": "", "value": value, "unit": unit, "goal": goal}
+            for label, value, unit, goal in results
+        ]
+        print(json.dumps({"benchmark": "bundles", "results": rows}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,282 @@
+"""A day of play on a virtual clock: nothing grows, and every event of the hand is accounted for.
+
+    python -m tests.benchmarks.day [--hours N] [--preset NAME] [--seed N] [--json]
+
+The device's own loop, pipeline and networks take 864,000 frames of one orb that drifts all day
+while a hand plays on it, hour after hour; some hours have a fault, and the host goes away and comes
+back. What became of each of the hand's events is asked stage by stage, from the skin to the host,
+and the first stage that lost it has it on its account. The orb and the hand live in a process of
+their own, so that the memory measured is the device's.
+"""
+
+import argparse
+import gc
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Final
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import bundle as bundles
+from controller.device import Device, steady
+from controller.events import TAIL_S, Event
+from controller.loop import Loop
+from controller.pipeline import Pipeline, Step
+from controller.preprocess import Frame
+from controller.protocol import Bye, Command, Hello, Message
+from controller.recognizer import Recognizer
+from controller.sensors import Geometry
+from controller.simulator.faults import Fault
+from controller.simulator.hand import GESTURES, draw_mood, draw_style
+from controller.simulator.orb import OrbSimulator
+from controller.simulator.presets import PRESETS
+from controller.simulator.repertoire import shipped
+from controller.simulator.take import Take
+
+RATE_HZ: Final = 10.0
+HOUR: Final = 36_000  # frames
+CHUNK: Final = 600  # frames that come from the orb's process at once
+WARM: Final = 1  # hours before memory is compared
+# What is broken in which hour of the day.
+FAULTS: Final = {5: "dead:1,3", 9: "leaky:2,2", 13: "open_row:4", 17: "air_leak", 21: "mains"}
+# Minutes of the day, (from, to), without a host.
+AWAY: Final = ((125.0, 126.0), (300.0, 310.0), (601.5, 602.0), (1100.0, 1130.0))
+HELLO: Final = Hello(1, 1, "", "day", granted=False)
+STAGES: Final = ("hit", "rest", "skin", "network", "debounce", "mapping", "link")
+
+
+def orb(seed: int, preset: str, hours: int, out: Connection) -> None:
+    """Play all day, and send (frames of a chunk) and, after each hour, its true events."""
+    model = PRESETS[preset]
+    body, people, plays = np.random.SeedSequence([seed]).spawn(3)
+    simulator = OrbSimulator(body, RATE_HZ, model=model)
+    style = draw_style(np.random.default_rng(people))
+    grid = (model.rows, model.columns, model.pitch_mm)
+    repertoire, steps = shipped(), simulator.steps_per_frame
+    for hour, play in enumerate(plays.spawn(hours)):
+        fault = [Fault.parse(FAULTS[hour])] if hour in FAULTS else []
+        simulator.electronics.switch(fault)
+        rng = np.random.default_rng(play)
+        hand = Take(
+            HOUR * steps, RATE_HZ * steps, grid, draw_mood(style, rng), (0.0, 0.0), repertoire, rng
+        )
+        hand.stream(GESTURES)
+        for start in range(0, HOUR * steps, CHUNK * steps):
+            piece = slice(start, start + CHUNK * steps)
+            out.send(
+                simulator.advance(hand.point[piece], hand.depth_mm[piece], hand.radius_mm[piece])
+            )
+        out.send(hand.events)
+        simulator.electronics.switch(fault, on=False)
+    out.close()
+
+
+class Skin:
+    """The sensor: frames from the orb's process, in order."""
+
+    virtual = False
+    device_id = "virtual-day"
+    rate_hz = RATE_HZ
+
+    def __init__(self, source: Connection, geometry: Geometry) -> None:
+        self.geometry = geometry
+        self.events: list[Event] = []
+        self._source = source
+        self._chunk: NDArray[np.float32] = np.empty((0, 0, 0), np.float32)
+        self._at = 0
+        self._read = 0
+
+    def read(self, t_s: float) -> Frame:
+        """Return the next frame."""
+        if self._at == len(self._chunk):
+            self._chunk, self._at = self._source.recv(), 0
+        frame: Frame = self._chunk[self._at]
+        self._at += 1
+        self._read += 1
+        if self._read % HOUR == 0:
+            self.events = self._source.recv()
+        return frame
+
+    def button(self, t_s: float) -> str:
+        """Nobody presses it."""
+        return ""
+
+    def close(self) -> None:
+        """Let go of the orb."""
+
+
+class World:
+    """The clock, and a host that goes away and comes back."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.connected = False
+        self.received: set[int] = set()  # frames whose command the host has
+
+    def clock(self) -> float:
+        """Return the time."""
+        return self.now_s
+
+    def wait(self, timeout_s: float) -> None:
+        """Let time go by."""
+        self.now_s += timeout_s + 1e-9
+
+    def poll(self) -> list[Message]:
+        """Return the host's coming and going."""
+        there = not any(start <= self.now_s / 60 < end for start, end in AWAY)
+        if there == self.connected:
+            return []
+        self.connected = there
+        return [HELLO if there else Bye("the laptop was closed")]
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Take what the device says."""
+        if self.connected and isinstance(message, Command):
+            self.received.add(message.frame)
+
+
+@dataclass(slots=True)
+class Seen:
+    """What the stages said of one frame."""
+
+    ready: bool
+    quiet: bool
+    best: str
+    gesture: str
+    command: str
+
+
+class Witness(Device):
+    """A device that keeps what each stage said during the latest hour."""
+
+    def __post_init__(self) -> None:
+        """Begin with nothing seen."""
+        super().__post_init__()
+        self.seen: dict[int, Seen] = {}
+
+    def advance(self, rate_hz: float) -> Step:
+        """Take the frame that is due, and remember what the stages said."""
+        step = super().advance(rate_hz)
+        best = self.pipeline.labels[int(np.argmax(step.probabilities))]
+        command = step.command.command if step.command else ""
+        self.seen[step.frame] = Seen(step.ready, step.quiet, best, step.gesture or "", command)
+        return step
+
+
+def stage(event: Event, start_s: float, end_s: float, device: Witness, world: World) -> str:
+    """Return which stage lost an event, "hit" if none did."""
+    first = int(np.ceil((start_s + event.onset_s) * RATE_HZ - 1e-6))
+    last = int(np.floor(min(start_s + event.release_s + TAIL_S, end_s) * RATE_HZ + 1e-6))
+    frames = [n for n in range(first, last + 1) if n in device.seen]
+    fired = [n for n in frames if device.seen[n].gesture == event.kind]
+    commanded = [n for n in fired if device.seen[n].command]
+    if any(n in world.received for n in commanded):
+        return "hit"
+    if commanded:
+        return "link"
+    if fired:
+        return "mapping"
+    if any(device.seen[n].best == event.kind for n in frames):
+        return "debounce"
+    if not all(device.seen[n].ready for n in frames):
+        return "rest"
+    if all(device.seen[n].quiet for n in frames):
+        return "skin"
+    return "network"
+
+
+def resident_mb() -> float:
+    """Return the memory of this process."""
+    gc.collect()
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], list[float], float]:
+    """Return stages by hour, memory after each hour, and the CPU seconds of the device."""
+    shipped_bundle = bundles.read(bundles.default_path())
+    here, there = multiprocessing.Pipe(duplex=False)
+    worker = multiprocessing.get_context("spawn").Process(
+        target=orb, args=(seed, preset, hours, there), daemon=True
+    )
+    worker.start()
+    there.close()
+    geometry = Geometry(shipped_bundle.rows, shipped_bundle.columns, shipped_bundle.pitch_mm)
+    skin, world = Skin(here, geometry), World()
+    pipeline = Pipeline(shipped_bundle, Recognizer(shipped_bundle), shipped_bundle.mapping)
+    device = Witness(skin, pipeline, world, steady(RATE_HZ))
+    loop = Loop(world, lambda: device, world.clock)
+    tallies: list[Counter[str]] = []
+    memory: list[float] = []
+    begun = time.process_time()
+
+    def stopped() -> bool:
+        done = len(tallies)
+        if device.now_s * RATE_HZ + 0.5 < (done + 1) * HOUR:
+            return False
+        start_s = done * HOUR / RATE_HZ
+        ends = [start_s + event.onset_s for event in skin.events[1:]] + [start_s + 3600.0]
+        tallies.append(
+            Counter(
+                stage(event, start_s, end_s, device, world)
+                for event, end_s in zip(skin.events, ends, strict=True)
+            )
+        )
+        device.seen.clear()
+        world.received.clear()
+        skin.events = []
+        memory.append(resident_mb())
+        print(f"hour {len(tallies)} of {hours}: {memory[-1]:.1f} MB", file=sys.stderr)
+        return len(tallies) == hours
+
+    loop.run(stopped)
+    worker.join()
+    return tallies, memory, time.process_time() - begun
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.day")
+    parser.add_argument("--hours", type=int, default=24, help="of play (default: 24)")
+    parser.add_argument("--preset", default="nominal", choices=list(PRESETS))
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", action="store_true", help="results for programs, last line")
+    arguments = parser.parse_args()
+    tallies, memory, cpu_s = measure(arguments.seed, arguments.preset, arguments.hours)
+    print(f"{'hour':>4}  {'fault':12}" + "".join(f"{name:>10}" for name in STAGES) + f"{'MB':>9}")
+    for hour, (tally, used) in enumerate(zip(tallies, memory, strict=True)):
+        cells = "".join(f"{tally[name] or '':>10}" for name in STAGES)
+        print(f"{hour:>4}  {FAULTS.get(hour, ''):12}{cells}{used:9.2f}")
+    total = sum(tallies, Counter[str]())
+    events = total.total()
+    shares = "".join(f"{total[name] / events:>10.3%}" for name in STAGES)
+    print(f"{'all':>4}  {f'{events} events':12}{shares}")
+    assert sum(total[name] for name in STAGES) == events
+    grown = max(memory[WARM:], default=0.0) - memory[min(WARM, len(memory) - 1)]
+    print(f"memory grew by {grown:.2f} MB after the first hour (goal: within 1 MB)")
+    frames = arguments.hours * HOUR
+    print(f"{frames} frames, {cpu_s / frames * 1e6:.0f} µs of CPU time each")
+    if arguments.json:
+        rows: list[dict[str, Any]] = [
+            {"name": f"day_{name}", "preset": arguments.preset, "value": total[name] / events,
+             "unit": "", "goal": None} for name in STAGES
+        ]  # fmt: skip
+        rows.append(
+            {"name": "day_memory_growth_mb", "preset": arguments.preset, "value": grown,
+             "unit": "MB", "goal": 1.0}
+        )  # fmt: skip
+        print(json.dumps({"benchmark": "day", "results": rows}))
+
+
+if __name__ == "__main__":
+    main()

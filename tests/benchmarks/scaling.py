@@ -1,0 +1,89 @@
+"""How the cost of a control step grows with the grid, the window and the rate.
+
+    python -m tests.benchmarks.scaling [--json]
+
+Networks of the default shape at every size, made by the training machine's own exporter (the
+[train] extra) with weights as they are at the start of training: the cost depends on sizes, and
+none of these weights is tiny. Each row is the median control step, frame in, gesture out, in the
+engine that is faster for it; `first network` is the share of the gesture network.
+"""
+
+import argparse
+import dataclasses
+import json
+import os
+from typing import Any, Final
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from controller import bundle as bundles
+from controller import engines, graph, shapes
+from controller.bundle import Bundle, Golden
+from controller.shelf import proof
+
+GRIDS: Final = (5, 10, 15, 20)
+WINDOWS: Final = (10, 20, 40)
+RATES: Final = (10.0, 20.0, 50.0, 100.0, 200.0)
+
+
+def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
+    """Return a bundle like the shipped one, for another grid, window and rate."""
+    import torch
+
+    from models.export import gesture_model, location_model
+    from models.networks import GestureNet, LocationNet
+
+    torch.manual_seed(0)
+    gesture = GestureNet(window, side, side, len(shipped.labels))
+    location = LocationNet(side, side)
+    nothing = Golden(
+        np.empty((0, window, side, side), np.float32),
+        np.empty((0, len(shipped.labels)), np.float32),
+        np.empty((0, side, side), np.float32),
+        np.empty((0, 2), np.float32),
+    )
+    return dataclasses.replace(
+        shipped,
+        rows=side,
+        columns=side,
+        rate_hz=rate_hz,
+        window=window,
+        preprocess=dataclasses.replace(shipped.preprocess, rate_hz=rate_hz, window=window),
+        gesture_onnx=gesture_model(gesture, (window, side, side)),
+        location_onnx=location_model(location, (side, side)),
+        golden=nothing,
+    )
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.scaling")
+    parser.add_argument("--json", action="store_true", help="results for programs, last line")
+    arguments = parser.parse_args()
+    shipped = bundles.read(bundles.default_path())
+    cases = [(side, 10, 10.0) for side in GRIDS]
+    cases += [(5, window, 10.0) for window in WINDOWS[1:]]
+    cases += [(5, round(rate_hz), rate_hz) for rate_hz in RATES[1:]]  # a second at any rate
+    results: list[dict[str, Any]] = []
+    print(f"{'grid':>8}{'window':>8}{'rate Hz':>9}{'million MACs':>14}", end="")
+    print("".join(f"{engine:>14}" for engine in engines.NAMES) + "   of the time per frame")
+    for side, window, rate_hz in cases:
+        bundle = sized(shipped, side, window, rate_hz)
+        macs = shapes.sizes(graph.read(bundle.gesture_onnx)).macs / 1e6
+        shown = {engine: proof.measure(bundle, engine).step_us for engine in engines.NAMES}
+        best = min(shown.values())
+        print(f"{side:>5}×{side:<2}{window:>8}{rate_hz:>9g}{macs:>14.2f}", end="")
+        print("".join(f"{us:>11.0f} µs" for us in shown.values()), end="")
+        print(f"   {best * rate_hz / 1e4:.2f} %")
+        results.append(
+            {"name": f"step_us@{side}x{side},{window},{rate_hz:g}Hz", "preset": "",
+             "value": best, "unit": "us", "goal": None}
+        )  # fmt: skip
+    if arguments.json:
+        print(json.dumps({"benchmark": "scaling", "results": results}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,292 @@
+"""What a control step costs: the networks in every engine, the paced step, and the start.
+
+    python -m tests.benchmarks.step [--calls N] [--seconds S] [--json]
+
+`inference_ratio_ort` and `inference_ratio_torch`: median of the shipped gesture network in the
+engine that is faster here, over the median of the paper's network (`models/paper.orb`: its widths,
+trained, tiny weights set to zero) in ONNX Runtime and in PyTorch as it comes. All run interleaved,
+one thread, on windows of a real stream that slide as they do on the device. Peers that are not
+installed are reported as missing.
+
+`step`: frame in, packet out, on an absolute schedule at 10 and 100 frames a second, the packet
+written into a pipe. `startup`: from the start of the process until it can take a first command,
+over `import onnxruntime` alone, interleaved, and the resident memory then.
+"""
+
+import argparse
+import gc
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import time
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import bundle as bundles
+from controller import engines, graph
+from controller.bundle import Bundle
+from controller.device import telemetry
+from controller.engines import Network
+from controller.pipeline import Pipeline
+from controller.preprocess import Preprocessor, Window
+from controller.protocol import Command, encode
+from controller.recognizer import Recognizer
+from controller.recordings import reader
+
+Array = NDArray[np.float64]
+Rows = dict[str, Array | str]
+
+PAPER: Final = Path(str(files("models") / "paper.orb"))
+DEMO: Final = Path(str(files("assets") / "demo.npz"))
+ROUND: Final = 1000  # calls of one peer before the next has its turn
+STARTS: Final = 9
+GOALS: Final = {
+    "inference_ratio_ort": 0.15,
+    "inference_ratio_torch": 0.12,
+    "step_p99_ms": 1.0,
+    "startup_ratio": 1.2,
+    "rss_mb": 70.0,
+}
+
+
+def stream(bundle: Bundle) -> list[Window]:
+    """Return the windows of a recorded session, one a frame."""
+    preprocessor = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
+    windows = []
+    for frame in reader.load(DEMO).frames:
+        preprocessor.step(frame)
+        if (window := preprocessor.window()) is not None:
+            windows.append(window[None])
+    return windows
+
+
+def networks(shipped: Bundle, paper: Bundle | None) -> dict[str, Network | str]:
+    """Return every network that is timed, by name; text says why one is missing."""
+    out: dict[str, Network | str] = {}
+    for name, bundle in (("shipped", shipped), ("paper", paper)):
+        for engine in engines.NAMES:
+            key = f"{name}@{engine}"
+            if bundle is None:
+                out[key] = f"missing: {PAPER.name}"
+                continue
+            model = bundle.gesture_onnx
+            out[key] = engines.open_network(engine, model, graph.read(model))
+        for peer, opened in (("torch", _torch), ("litert", _litert)):
+            out[f"{name}@{peer}"] = f"missing: {PAPER.name}" if bundle is None else opened(bundle)
+    return out
+
+
+def _torch(bundle: Bundle) -> Network | str:
+    """Return a network in PyTorch eager, its layers as the graph names them."""
+    try:
+        import torch
+        from torch.nn import functional
+    except ImportError:
+        return "missing: PyTorch, the [train] extra"
+    torch.set_num_threads(1)
+    read = graph.read(bundle.gesture_onnx)
+    weights = {name: torch.from_numpy(np.array(array)) for name, array in read.weights.items()}
+    shape = tuple(int(size) for size in read.weights.get("shape", np.array([-1])))
+
+    def settle(node: graph.Node, values: dict[str, Any]) -> Any:
+        inputs = [values[name] for name in node.inputs]
+        match node.op:
+            case "Reshape":
+                return inputs[0].reshape(shape)
+            case "Add" | "Sub" | "Mul":
+                return getattr(torch, node.op.lower())(*inputs)
+            case "Conv":
+                pads = node.attributes.get("pads", (0,) * 6)
+                assert isinstance(pads, tuple)
+                half = len(pads) // 2
+                if pads[:half] != pads[half:]:
+                    flat = [p for pair in zip(pads[:half], pads[half:], strict=True) for p in pair]
+                    spread = [p for i in range(half - 1, -1, -1) for p in flat[2 * i : 2 * i + 2]]
+                    inputs[0], pads = functional.pad(inputs[0], spread), (0,) * len(pads)
+                strides = node.attributes.get("strides", (1,) * half)
+                convolve: Any = functional.conv3d if half == 3 else functional.conv2d
+                return convolve(*inputs, stride=strides, padding=pads[:half])
+            case "Relu" | "Tanh":
+                return getattr(torch, node.op.lower())(inputs[0])
+            case "Flatten":
+                return inputs[0].flatten(1)
+            case "Gemm":
+                return functional.linear(*inputs)
+            case "Softmax":
+                return torch.softmax(inputs[0], dim=1)
+        raise ValueError(node.op)
+
+    def run(window: NDArray[np.float32]) -> NDArray[np.float32]:
+        with torch.no_grad():
+            values: dict[str, Any] = {**weights, read.input: torch.from_numpy(window)}
+            for node in read.nodes:
+                values[node.output] = settle(node, values)
+            answer: NDArray[np.float32] = values[read.output].numpy()
+        return answer
+
+    return run
+
+
+def _litert(bundle: Bundle) -> Network | str:
+    """Return a network in LiteRT; its converter comes with the [bench] extra alone."""
+    if importlib.util.find_spec("ai_edge_litert") is None:
+        return "missing: LiteRT"
+    return "missing: a converter from ONNX to LiteRT"
+
+
+def interleaved(
+    peers: dict[str, Network | str], windows: list[Window], calls: int
+) -> dict[str, Array | str]:
+    """Return the microseconds of each call, peer by peer, in rounds that take turns."""
+    times: dict[str, list[Array]] = {name: [] for name, peer in peers.items() if callable(peer)}
+    for start in range(0, calls, ROUND):
+        for name, kept in times.items():
+            run = peers[name]
+            assert callable(run)
+            taken = np.empty(ROUND)
+            for i in range(ROUND):
+                window = windows[(start + i) % len(windows)]
+                begin = time.perf_counter_ns()
+                run(window)
+                taken[i] = time.perf_counter_ns() - begin
+            kept.append(taken / 1000.0)
+    return {
+        name: np.concatenate(times[name]) if name in times else str(peer)
+        for name, peer in peers.items()
+    }
+
+
+def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
+    """Return the milliseconds of each control step on a schedule, the packet in a pipe included."""
+    pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+    frames = reader.load(DEMO).frames
+    out, into = os.pipe()
+    count = round(seconds * rate_hz)
+    times = np.empty(count)
+    for number in range(len(frames) // 4):
+        pipeline.step(frames[number], number / bundle.rate_hz)
+    gc.collect()
+    gc.freeze()
+    origin = time.perf_counter()
+    for number in range(count):
+        due = origin + number / rate_hz
+        if (wait := due - time.perf_counter()) > 0:
+            time.sleep(wait)
+        frame = frames[number % len(frames)]
+        begin = time.perf_counter_ns()
+        step = pipeline.step(frame, number / bundle.rate_hz)
+        data = encode(telemetry(step, rate_hz), session=1, sequence=number & 0xFFFF, t_ms=number)
+        if step.command is not None:
+            c = step.command
+            command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)
+            data += encode(command, session=1, sequence=number & 0xFFFF, t_ms=number)
+        os.write(into, data)
+        times[number] = time.perf_counter_ns() - begin
+        os.read(out, 1 << 16)
+    gc.unfreeze()
+    os.close(out)
+    os.close(into)
+    return times / 1e6
+
+
+def starts(engine: str) -> tuple[Array, Array, Array]:
+    """Return seconds to a first command and of `import onnxruntime`, and resident MB then."""
+    ours = [sys.executable, "-m", "controller", "--replay", str(DEMO), "--engine", engine]
+    theirs = [sys.executable, "-c", "import onnxruntime; print(1, flush=True)"]
+    mine, other, memory = [], [], []
+    for _ in range(STARTS):
+        seconds, resident = _first_line(ours)
+        mine.append(seconds)
+        memory.append(resident)
+        other.append(_first_line(theirs)[0])
+    return np.array(mine), np.array(other), np.array(memory)
+
+
+def _first_line(command: list[str]) -> tuple[float, float]:
+    """Return seconds to a program's first line, and its resident megabytes at that moment."""
+    begin = time.perf_counter()
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
+    ) as program:
+        assert program.stdout is not None
+        program.stdout.readline()
+        seconds = time.perf_counter() - begin
+        status = Path(f"/proc/{program.pid}/status")
+        resident = 0.0
+        if status.exists():
+            for line in status.read_text().splitlines():
+                if line.startswith("VmRSS"):
+                    resident = int(line.split()[1]) / 1024
+        program.kill()
+    return seconds, resident
+
+
+def main() -> None:
+    """Run the benchmark and print its tables."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.step")
+    parser.add_argument("--calls", type=int, default=20_000, help="of each peer (default: 20000)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of each paced run")
+    parser.add_argument("--json", action="store_true", help="results for programs, last line")
+    arguments = parser.parse_args()
+    shipped = bundles.read(bundles.default_path())
+    paper = bundles.read(PAPER) if PAPER.exists() else None
+    results: list[dict[str, Any]] = []
+
+    def report(name: str, value: float | str, unit: str) -> None:
+        goal = GOALS.get(name.partition("@")[0])
+        text = value if isinstance(value, str) else f"{value:.3f} {unit}"
+        print(f"{name:36} {text:>28}" + ("" if goal is None else f"   goal {goal:g}"))
+        results.append({"name": name, "preset": "", "value": value, "unit": unit, "goal": goal})
+
+    timed = interleaved(networks(shipped, paper), stream(shipped), arguments.calls)
+    print(f"{'network@engine':24}{'p50':>10}{'p99':>10}{'p99.9':>10}  microseconds")
+    medians: dict[str, float] = {}
+    for name, times in timed.items():
+        if isinstance(times, str):
+            print(f"{name:24}  {times}")
+            continue
+        p50, p99, tail = np.percentile(times, [50, 99, 99.9])
+        medians[name] = float(p50)
+        print(f"{name:24}{p50:10.1f}{p99:10.1f}{tail:10.1f}")
+        for label, value in (("p50", p50), ("p99", p99), ("p999", tail)):
+            results.append(
+                {"name": f"inference_{label}@{name}", "preset": "", "value": float(value),
+                 "unit": "us", "goal": None}
+            )  # fmt: skip
+    chosen = min(engines.NAMES, key=lambda engine: medians[f"shipped@{engine}"])
+    ours = medians[f"shipped@{chosen}"]
+    print(f"the engine that `controller install` would choose: {chosen}")
+    for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):
+        known = peer in medians
+        report(f"inference_ratio_{name}", ours / medians[peer] if known else "missing", "")
+    tail_ratio = float(np.percentile(_times(timed[f"shipped@{chosen}"]), 99)) / ours
+    report("inference_p99_over_p50", tail_ratio, "")
+    for rate_hz in (10.0, 100.0):
+        steps = paced(shipped, chosen, rate_hz, arguments.seconds)
+        p50, p99, tail = np.percentile(steps, [50, 99, 99.9])
+        report(f"step_p99_ms@{rate_hz:g}Hz", float(p99), "ms")
+        report(f"step_p50_ms@{rate_hz:g}Hz", float(p50), "ms")
+        report(f"step_p999_ms@{rate_hz:g}Hz", float(tail), "ms")
+    mine, other, memory = starts(chosen)
+    report("startup_s", float(np.median(mine)), "s")
+    report("startup_ratio", float(np.median(mine) / np.median(other)), "")
+    report("rss_mb", float(np.median(memory)), "MB")
+    if arguments.json:
+        print(json.dumps({"benchmark": "step", "results": results}))
+
+
+def _times(times: Array | str) -> Array:
+    assert not isinstance(times, str)
+    return times
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,192 @@
+"""A bundle over the link: piece by piece, through losses and cuts, proved while play goes on."""
+
+import hashlib
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.bundle import BundleError
+from controller.protocol import (
+    DECLINED,
+    IN_USE,
+    PIECE,
+    PROVING,
+    WANTED,
+    Deliver,
+    Delivery,
+    Message,
+    Piece,
+    Welcome,
+)
+from controller.shelf.clerk import Clerk
+from controller.shelf.intake import FOLDER, Intake
+from host.courier import PATIENCE_S, Courier
+from host.session import Connected, Delivered, Lost, Received
+
+DATA = np.random.default_rng(1).bytes(40 * PIECE + 123)
+WELCOME = Welcome(
+    2, 7, "orb-1", "OrbTouch", False, 5, 5, 10.0, 10.0, 100, 300, ("null", "press"), ("drop",)
+)  # fmt: skip
+
+
+class Wire:
+    """A courier and an intake, and what is between them: messages may be lost on the way."""
+
+    def __init__(self, courier: Courier, intake: Intake, loses: Callable[[], bool]) -> None:
+        self.courier, self.intake, self.loses = courier, intake, loses
+        self.now_s = 0.0
+        self.answers: list[Delivery] = []
+        self.sent = 0
+
+    def send(self, message: Message) -> bool:
+        self.sent += 1
+        if not self.loses():
+            assert isinstance(message, Deliver | Piece)
+            self.answers.append(self.intake.take(message))
+        return True
+
+    def turn(self, *news: Received) -> None:
+        self.now_s += 0.1
+        answers = [Delivered(a, 0) for a in self.answers if not self.loses()]
+        self.answers.clear()
+        self.courier.turn([*news, *answers], self.now_s, self.send)
+
+
+def deliver(wire: Wire) -> None:
+    wire.turn(Connected(WELCOME))
+    for _ in range(3000):
+        if wire.intake.whole is not None:
+            return
+        wire.turn()
+    raise AssertionError("the delivery does not end")
+
+
+def test_a_file_arrives_whole_and_no_more_is_under_way_than_allowed(tmp_path: Path) -> None:
+    wire = Wire(Courier("new.orb", DATA), Intake(tmp_path), lambda: False)
+    deliver(wire)
+    assert wire.intake.whole is not None
+    assert wire.intake.whole.read_bytes() == DATA
+    assert wire.sent == 1 + 41  # the announcement, and each piece once
+    wire.turn()
+    assert wire.courier.stage == "proving"
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 999), st.floats(0.0, 0.3))
+def test_whatever_is_lost_on_the_way_is_sent_again(seed: int, share: float) -> None:
+    draw = Random(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        wire = Wire(Courier("new.orb", DATA), Intake(Path(folder)), lambda: draw.random() < share)
+        wire.turn(Connected(WELCOME))
+        for _ in range(3000):
+            if wire.intake.whole is not None:
+                break
+            wire.turn()
+        assert wire.intake.whole is not None
+        assert wire.intake.whole.read_bytes() == DATA
+
+
+def test_after_a_cut_it_goes_on_where_it_was_even_if_the_device_began_anew(tmp_path: Path) -> None:
+    wire = Wire(Courier("new.orb", DATA), Intake(tmp_path), lambda: False)
+    wire.turn(Connected(WELCOME))
+    wire.turn()
+    wire.turn()
+    before = wire.courier.offset
+    assert 0 < before < len(DATA)
+    wire.turn(Lost("the cable was pulled"))
+    wire.intake = Intake(tmp_path)  # switched off and on
+    sent = wire.sent
+    deliver(wire)
+    assert wire.intake.whole is not None
+    assert wire.intake.whole.read_bytes() == DATA
+    assert wire.sent - sent < 41 - before // PIECE + 3
+
+
+def test_what_is_not_what_was_announced_is_thrown_away(tmp_path: Path) -> None:
+    intake = Intake(tmp_path)
+    announced = Deliver(bytes(32), len(DATA), "new.orb")
+    assert intake.take(announced) == Delivery(WANTED, 0, "")
+    answers = [intake.take(Piece(i, DATA[i : i + PIECE])) for i in range(0, len(DATA), PIECE)]
+    assert answers[-1].state == DECLINED
+    assert "not what was announced" in answers[-1].told
+    assert intake.whole is None
+    assert not list((tmp_path / FOLDER).iterdir())
+
+
+def test_a_link_that_proves_nothing_delivers_nothing(tmp_path: Path) -> None:
+    intake = Intake(tmp_path, "this link has no key")
+    answer = intake.take(Deliver(bytes(32), 10, "new.orb"))
+    assert answer == Delivery(DECLINED, 0, "this link has no key")
+    assert intake.take(Piece(0, b"x")).state == DECLINED
+    assert not (tmp_path / FOLDER).exists()
+
+
+def test_a_file_of_any_claimed_size_takes_no_more_room_than_was_sent(tmp_path: Path) -> None:
+    intake = Intake(tmp_path)
+    assert intake.take(Deliver(bytes(32), 1 << 31, "new.orb")).state == DECLINED
+    assert intake.take(Deliver(bytes(32), 5000, "new.orb")) == Delivery(WANTED, 0, "")
+    assert intake.take(Piece(4000, bytes(1000))) == Delivery(WANTED, 0, "")  # not the next one
+    assert intake.take(Piece(0, bytes(1000))) == Delivery(WANTED, 1000, "")
+    assert intake.take(Piece(0, bytes(1000))) == Delivery(WANTED, 1000, "")  # twice
+    (part,) = (tmp_path / FOLDER).iterdir()
+    assert part.stat().st_size == 1000
+
+
+def test_one_unfinished_delivery_is_kept_not_many(tmp_path: Path) -> None:
+    intake = Intake(tmp_path)
+    for number in range(3):
+        intake.take(Deliver(bytes([number]) * 32, 5000, "new.orb"))
+        intake.take(Piece(0, bytes(1000)))
+    assert [path.stem for path in (tmp_path / FOLDER).iterdir()] == ["02" * 32]
+
+
+def hand_over(clerk: Clerk, data: bytes) -> Delivery:
+    clerk.take(Deliver(hashlib.sha256(data).digest(), len(data), "new.orb"))
+    answer = clerk.take(Piece(0, data))
+    assert answer.state == PROVING
+    assert clerk._thread is not None
+    clerk._thread.join()
+    outcome = clerk.poll()
+    assert outcome is not None
+    return outcome
+
+
+def test_the_clerk_proves_beside_the_loop_and_tells_it_to_switch(tmp_path: Path) -> None:
+    seen: list[bytes] = []
+
+    def install(path: Path) -> str:
+        seen.append(path.read_bytes())
+        return "it is in use"
+
+    clerk = Clerk(Intake(tmp_path), install)
+    assert clerk.poll() is None
+    assert hand_over(clerk, b"bundle") == Delivery(IN_USE, 0, "it is in use")
+    assert clerk.switched
+    assert seen == [b"bundle"]
+    assert not list((tmp_path / FOLDER).iterdir())
+
+
+def test_a_bundle_that_fails_its_proof_changes_nothing_and_the_host_hears_why(
+    tmp_path: Path,
+) -> None:
+    def install(path: Path) -> str:
+        raise BundleError("the gesture network answers differently than when it was made")
+
+    clerk = Clerk(Intake(tmp_path), install)
+    outcome = hand_over(clerk, b"bundle")
+    assert outcome.state == DECLINED
+    assert "answers differently" in outcome.told
+    assert not clerk.switched
+    assert hand_over(clerk, b"another").state == DECLINED  # and it takes the next one
+
+
+def test_the_courier_says_what_the_orb_said() -> None:
+    courier = Courier("new.orb", DATA)
+    courier.turn([Connected(WELCOME)], 0.0, lambda message: True)
+    courier.turn([Delivered(Delivery(DECLINED, 0, "no"), 0)], PATIENCE_S, lambda message: True)
+    assert (courier.over, courier.stage, courier.told) == (True, "declined", "no")

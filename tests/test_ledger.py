@@ -1,0 +1,78 @@
+"""The ledger: each hop of each frame, percentiles of the latest ones, and memory that stays."""
+
+import gc
+import os
+
+import numpy as np
+import pytest
+
+from controller import quiet
+from controller.ledger import Digest, Ledger
+
+
+def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
+    ledger = Ledger(("scan", "network"))
+    ledger.note([0, 2_000_000, 5_000_000])
+    assert ledger.latest().tolist() == [2.0, 3.0]
+    assert ledger.digest() == [
+        Digest("scan", 2.0, 2.0, 2.0),
+        Digest("network", 3.0, 3.0, 3.0),
+        Digest("all", 5.0, 5.0, 5.0),
+    ]
+
+
+def test_percentiles_are_numpys_own() -> None:
+    ledger = Ledger(("scan",), lines=1000)
+    for ms in range(1000):
+        ledger.note([0, ms * 1_000_000])
+    (scan, _) = ledger.digest()
+    assert (scan.p50, scan.p95, scan.p99) == pytest.approx(
+        np.percentile(np.arange(1000.0), [50, 95, 99])
+    )
+
+
+def test_old_frames_are_forgotten_and_nothing_grows() -> None:
+    ledger = Ledger(("scan",), lines=10)
+    for _ in range(10):
+        ledger.note([0, 9_000_000])
+    for _ in range(10):
+        ledger.note([0, 1_000_000])
+    assert ledger.digest()[0] == Digest("scan", 1.0, 1.0, 1.0)
+    assert ledger.lines == 20
+
+
+def test_an_empty_ledger_says_nothing() -> None:
+    assert Ledger().digest() == []
+
+
+def test_garbage_is_swept_between_frames_only() -> None:
+    sweeper = quiet.Sweeper()
+    try:
+        assert not gc.isenabled()
+        before = gc.get_stats()[1]["collections"]
+        sweeper.idle(now_s=10.0, left_s=0.001)  # the next frame is near
+        assert gc.get_stats()[1]["collections"] == before
+        sweeper.idle(now_s=10.0, left_s=0.09)
+        assert gc.get_stats()[1]["collections"] == before + 1
+        sweeper.idle(now_s=10.1, left_s=0.09)  # swept just now
+        assert gc.get_stats()[1]["collections"] == before + 1
+    finally:
+        sweeper.close()
+    assert gc.isenabled()
+
+
+def test_real_time_that_is_not_allowed_is_said_and_done_without(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def refuse(process: int, policy: int, parameter: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    assert not quiet.real_time(refuse)
+    assert "allow it with `ulimit -r 10`" in caplog.text
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
+def test_real_time_is_asked_for_this_thread_alone() -> None:
+    asked: list[tuple[int, int]] = []
+    assert quiet.real_time(lambda process, policy, parameter: asked.append((process, policy)))
+    assert asked == [(0, os.SCHED_FIFO)]

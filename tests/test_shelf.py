@@ -1,0 +1,209 @@
+"""The shelf: a bundle proves itself, is taken into use in one step, and there is always one."""
+
+import dataclasses
+import json
+import subprocess
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from controller import bundle as bundles
+from controller.__main__ import main
+from controller.bundle import Bundle, BundleError
+from controller.shelf import install, models, proof, rollback
+from controller.shelf.files import RealFiles
+from controller.shelf.shelf import KEEP, RECORD, Entry, Shelf, name_of
+
+SHIPPED = bundles.default_path()
+
+
+def variant(folder: Path, number: int) -> Path:
+    """A bundle that differs from the shipped one in its card."""
+    parts = bundles.unpack(SHIPPED.read_bytes())
+    path = folder / f"{number}.orb"
+    text = parts[bundles.MANIFEST] + f'\nvariant = "{number}"\n'.encode()
+    bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
+    return path
+
+
+def put(shelf: Shelf, path: Path) -> str:
+    name = name_of(bundles.read(path))
+    shelf.install(path.read_bytes(), Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00"))
+    return name
+
+
+def test_an_empty_shelf_offers_the_bundle_that_ships(tmp_path: Path) -> None:
+    assert Shelf(tmp_path / "none").current() == (SHIPPED, "")
+
+
+def test_an_installed_bundle_is_in_use_and_the_one_before_comes_back(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    one, two = put(shelf, variant(tmp_path, 1)), put(shelf, variant(tmp_path, 2))
+    assert shelf.current() == (shelf.path(two), "numpy")
+    assert shelf.rollback().current == one
+    assert shelf.current()[0] == shelf.path(one)
+    assert shelf.rollback().current == two
+
+
+def test_the_first_rollback_leads_to_the_bundle_that_ships(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    with pytest.raises(BundleError, match="nothing was installed before"):
+        shelf.rollback()
+    put(shelf, variant(tmp_path, 1))
+    shelf.rollback()
+    assert shelf.current()[0] == SHIPPED
+
+
+def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    names = [put(shelf, variant(tmp_path, number)) for number in range(KEEP + 3)]
+    kept = [entry.name for entry in shelf.record().entries]
+    assert kept == names[-KEEP:]
+    files = {path.name for path in shelf.folder.iterdir()}
+    assert files == {RECORD, *(f"{name}.orb" for name in kept)}
+
+
+def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path)
+    for text in ("no TOML [", 'current = "0123456789abcdef"', "current = 7", "", "[bundles.x]"):
+        (tmp_path / RECORD).write_text(text)
+        with pytest.raises(BundleError, match="remove it to go back"):
+            shelf.current()
+
+
+class PowerCutError(Exception):
+    """The power is gone."""
+
+
+class FailingFiles(RealFiles):
+    """A disk whose power is cut at one step: before it, in the middle of a write, or after it."""
+
+    def __init__(self, at: int, when: str) -> None:
+        self._step, self._at, self._when = count(), at, when
+        self.dead = False
+
+    def _turn(self) -> str:
+        if self.dead:
+            raise PowerCutError
+        self.dead = next(self._step) == self._at
+        if self.dead and self._when == "before":
+            raise PowerCutError
+        return self._when if self.dead else ""
+
+    def write(self, path: Path, data: bytes) -> None:
+        moment = self._turn()
+        super().write(path, data[: len(data) // 2] if moment == "amid" else data)
+        if moment:
+            raise PowerCutError
+
+    def rename(self, path: Path, to: Path) -> None:
+        moment = self._turn()
+        if moment != "amid":  # a rename has no middle
+            super().rename(path, to)
+        if moment:
+            raise PowerCutError
+
+    def remove(self, path: Path) -> None:
+        if not self.dead:
+            super().remove(path)
+
+
+CUTS = [(step, when) for step in range(4) for when in ("before", "amid", "after")]
+
+
+@pytest.mark.parametrize(("step", "when"), CUTS)
+def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
+    tmp_path: Path, step: int, when: str
+) -> None:
+    folder = tmp_path / "shelf"
+    old = put(Shelf(folder), variant(tmp_path, 1))
+    fresh = variant(tmp_path, 2)
+    with pytest.raises(PowerCutError):
+        put(Shelf(folder, FailingFiles(step, when)), fresh)
+    path, _ = Shelf(folder).current()
+    assert name_of(bundles.read(path)) in {old, name_of(bundles.read(fresh))}
+    assert put(Shelf(folder), fresh) == name_of(bundles.read(Shelf(folder).current()[0]))
+
+
+def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
+    class FullFiles(RealFiles):
+        def write(self, path: Path, data: bytes) -> None:
+            raise OSError(28, "No space left on device")
+
+    old = put(Shelf(tmp_path / "shelf"), variant(tmp_path, 1))
+    with pytest.raises(OSError, match="No space"):
+        put(Shelf(tmp_path / "shelf", FullFiles()), variant(tmp_path, 2))
+    assert Shelf(tmp_path / "shelf").record().current == old
+
+
+# --- the proof ---
+
+
+def test_the_median_step_is_what_the_clock_says() -> None:
+    ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
+    shown = proof.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks))
+    assert shown == proof.Proof("numpy", 7.0, 7.0)
+
+
+def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As ONNX Runtime does on a processor that it was not built for: status -4, not a word."""
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        if words[-1] == "onnxruntime":
+            return subprocess.CompletedProcess(words, -4, "", "")
+        return subprocess.CompletedProcess(
+            words, 0, json.dumps(dataclasses.asdict(proof.Proof("numpy", 50.0, 90.0)))
+        )
+
+    monkeypatch.setattr(subprocess, "run", run)
+    best, other = proof.prove(SHIPPED)
+    assert best.engine == "numpy"
+    assert other.problem == "onnxruntime ended with status -4 on this device"
+
+
+def test_no_engine_at_all_is_refused_with_every_reason() -> None:
+    with pytest.raises(BundleError, match="no engine is named 'abacus'"):
+        proof.prove(SHIPPED, ["abacus"])
+
+
+# --- the commands ---
+
+
+def test_install_models_rollback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for module in (install, models, rollback):
+        monkeypatch.setattr(module, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+    path = variant(tmp_path, 1)
+    assert main(["install", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 10 Hz" in out
+    assert "µs a step" in out
+    assert "`controller rollback` goes back to the shipped bundle" in out
+    assert main(["models", "--json"]) == 0
+    shipped, ours = json.loads(capsys.readouterr().out)
+    assert (shipped["in_use"], shipped["previous"]) == (False, True)
+    assert (ours["in_use"], ours["card"]["variant"]) == (True, "1")
+    assert main(["rollback"]) == 0
+    assert main(["models"]) == 0
+    assert "the shipped bundle  in use  press" in capsys.readouterr().out
+
+
+def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
+    shipped = bundles.read(SHIPPED)
+    other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
+    with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
+        install.check_fits(other, shipped)
+
+
+def test_a_file_that_is_no_bundle_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.orb"
+    path.write_bytes(b"nothing")
+    assert main(["install", str(path)]) == 2
+    assert "is damaged, or something else" in capsys.readouterr().err
