@@ -10,6 +10,9 @@ PRIORITY: Final = 10  # of SCHED_FIFO; the kernel's own threads have 50 and more
 SWEEP_S: Final = 5.0  # between two collections
 _SLACK_S: Final = 0.02  # a collection of young objects takes less than 1 ms; there is room for 20
 
+Schedule = Callable[[int, int, "os.sched_param"], None]
+_SCHEDULE: Final[Schedule | None] = getattr(os, "sched_setscheduler", None)
+
 _log = logging.getLogger("controller")
 
 
@@ -35,11 +38,7 @@ class Sweeper:
         gc.unfreeze()
 
 
-def real_time(
-    schedule: Callable[[int, int, os.sched_param], None] | None = getattr(
-        os, "sched_setscheduler", None
-    ),
-) -> bool:
+def real_time(schedule: Schedule | None = _SCHEDULE) -> bool:
     """Ask for real-time scheduling of this thread, and return whether it was granted."""
     if schedule is None:
         _log.warning("this system has no real-time scheduling for us; going on without")
