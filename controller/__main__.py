@@ -14,7 +14,7 @@ from typing import Final
 
 from controller.bundle import BundleError
 from controller.device import Device
-from controller.ends import complain, signals
+from controller.ends import Ends, complain, signals
 from controller.key import KeyFileError
 from controller.labelling.terminal import Keyboard, keyboard
 from controller.links import LinkError
@@ -22,7 +22,9 @@ from controller.links.stdout import let_go
 from controller.loop import ORPHAN_S, Loop
 from controller.mapping import MappingError
 from controller.options import PRINT, parser
-from controller.parts import Parts, open_device, prepare
+from controller.parts import Parts, open_device, prepare, renew
+from controller.parts import clerk as parts_clerk
+from controller.quiet import Sweeper, real_time
 from controller.recordings.recording import RecordingError
 from controller.sensors import SensorError
 from controller.service.notify import Heart
@@ -65,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
             with keyboard() if parts.runs is not None else nullcontext() as keys:
-                _run(parts, lambda: bool(ends), keys)
+                _run(parts, ends, keys)
         except (RecordingError, SensorError, LinkError) as error:
             return complain(error, 1)
         finally:
@@ -74,15 +76,38 @@ def main(argv: Sequence[str] | None = None) -> int:
         return complain(problem, 1) if problem else 0
 
 
-def _run(parts: Parts, stopped: Callable[[], bool], keyboard: Keyboard | None) -> None:
+def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := getattr(parts.link, "url", None):
         _announce(url)
     if printing and replaying:
-        _replay(open_device(parts, 1), stopped)
+        _replay(open_device(parts, 1), lambda: bool(ends))
         return
+    if parts.options.realtime:
+        real_time()
+    heart = Heart()
+    heart.ready()
+    parts.sweeper = sweeper = Sweeper()
+    try:
+        while _sessions(parts, ends, keyboard, heart):
+            ends.renew = False
+            try:
+                parts = renew(parts)
+            except MISTAKES as error:
+                _log.error("going on as before: %s", error)
+    finally:
+        heart.stopping()
+        sweeper.close()
+        if parts.ledger is not None:
+            parts.ledger.close()
+
+
+def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart) -> bool:
+    """Run with these parts; return whether to go on with new ones."""
+    printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
+    clerk = parts_clerk(parts)
     loop = Loop(
         parts.link,
         lambda: open_device(parts, next(sessions), keyboard),
@@ -90,23 +115,20 @@ def _run(parts: Parts, stopped: Callable[[], bool], keyboard: Keyboard | None) -
         # What is simulated or recorded has no time of its own: it begins when somebody looks.
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
+        clerk=clerk,
     )
-    heart = Heart()
-    heart.ready()
 
     def over() -> bool:
         """Show systemd that the loop turns; say whether it shall go on."""
         heart.beat()
         heart.tell(_state(parts))
         # Whoever read the lines has gone (`controller | head`): that is an end as well.
-        return stopped() or (printing and not parts.link.connected)
+        return bool(ends) or ends.renew or (printing and not parts.link.connected)
 
-    try:
-        loop.run(over)
-    finally:
-        heart.stopping()
+    loop.run(over)
     if loop.missed:
         _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+    return not ends and (ends.renew or (clerk is not None and clerk.switched))
 
 
 def _state(parts: Parts) -> str:

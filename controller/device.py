@@ -22,6 +22,7 @@ from controller.protocol import (
 from controller.recordings.recording import UNKNOWN
 from controller.sensors import Sensor, SensorAwayError, SensorError, VirtualSensor
 from controller.tape import Tape
+from controller.timekeeper import Timekeeper
 
 _log = logging.getLogger("controller")
 
@@ -65,6 +66,7 @@ class Device:
         tape: Where the session is kept, if it is.
         script: What the virtual orb's own hand does unasked, in order.
         obey: Says what it does for a cue that begins at a time, if it heeds cues.
+        timekeeper: Who is told where the time goes.
         on_long_press: Called when the orb's own button was held for long.
     """
 
@@ -77,9 +79,12 @@ class Device:
     script: Iterator[Wish] = field(default_factory=lambda: iter(()))
     obey: Callable[[Cue, float], Wish | None] | None = None
     on_long_press: Callable[[], None] | None = None
+    timekeeper: Timekeeper | None = None
 
     def __post_init__(self) -> None:
         """Begin before the first frame."""
+        if self.timekeeper is not None:
+            self.pipeline.mark = self.timekeeper.mark
         self.due = next(self.schedule, None)
         self.now_s = 0.0  # the latest time that the sensor has seen
         self._next = next(self.script, None)
@@ -111,11 +116,12 @@ class Device:
         except SensorError as error:
             _log.warning("performance %d ignored: %s", message.number, error)
 
-    def advance(self, rate_hz: float) -> Step | None:
+    def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
         """Scan the frame that is due, and send what it gave; None: the sensor is away.
 
         Args:
             rate_hz: The rate as measured, for the telemetry.
+            late_s: How long ago it was due.
 
         Raises:
             SensorError: The sensor gives no frame any more.
@@ -127,6 +133,8 @@ class Device:
         self.now_s = t_s
         if self.tape is not None:
             self.tape.turn()
+        if self.timekeeper is not None:
+            self.timekeeper.start(late_s)
         try:
             frame = self.sensor.read(t_s)
         except SensorAwayError as error:
@@ -141,11 +149,22 @@ class Device:
             self._away_s = None
         if self.on_long_press and self._button.step(self.sensor.button(t_s), t_s):
             self.on_long_press()
+        if self.timekeeper is not None:
+            self.timekeeper.mark()
         step = self.pipeline.step(frame, t_s, number)
         if self.tape is not None:
             self._keep(self.tape, frame, step)
         self._send(step, rate_hz)
+        if self.timekeeper is not None:
+            self.timekeeper.mark()
+            self.timekeeper.finish(number)
         return step
+
+    def untimed(self) -> None:
+        """Stop asking where the time goes: it is granted, and nobody's own."""
+        if self.timekeeper is not None:
+            self.timekeeper.close()
+            self.timekeeper = None
 
     def skip(self) -> None:
         """Let the frame that is due pass unread."""
@@ -157,6 +176,7 @@ class Device:
         Raises:
             RecordingError: The recording cannot be written where it should be.
         """
+        self.untimed()
         try:
             self.sensor.close()
         finally:

@@ -7,16 +7,33 @@ from contextlib import contextmanager
 from types import FrameType
 
 
+class Ends(list[str]):
+    """Reasons to end, in their order.
+
+    Attributes:
+        renew: Whether somebody asks to read the settings anew, and go on.
+    """
+
+    renew = False
+
+
 @contextmanager
-def signals() -> Iterator[list[str]]:
-    """Turn signals to end into reasons to end, in order, for as long as the context lasts."""
-    reasons: list[str] = []
+def signals() -> Iterator[Ends]:
+    """Turn signals to end into reasons to end, in order, for as long as the context lasts.
+
+    SIGHUP is the end of the terminal that a program runs in; to one that runs in none it says that
+    the settings have changed.
+    """
+    reasons = Ends()
     numbers = [signal.SIGINT, signal.SIGTERM]
     hangup = getattr(signal, "SIGHUP", None)  # the terminal was closed; Windows has none
     if hangup is not None and signal.getsignal(hangup) is not signal.SIG_IGN:  # by nohup
         numbers.append(hangup)
 
     def handle(number: int, frame: FrameType | None) -> None:
+        if number == hangup and not sys.stdin.isatty():
+            reasons.renew = True
+            return
         reasons.append(signal.Signals(number).name)
 
     before = {number: signal.signal(number, handle) for number in numbers}

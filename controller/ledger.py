@@ -50,7 +50,8 @@ class Ledger:
     def latest(self) -> NDArray[np.float64]:
         """Return the newest line's hops, milliseconds, (hops,)."""
         line = self._stamps[(self.lines - 1) % len(self._stamps)]
-        return np.diff(line) / 1e6
+        hops: NDArray[np.float64] = np.diff(line) / 1e6
+        return hops
 
     def digest(self) -> list[Digest]:
         """Return each hop's percentiles, and those of all of them together."""

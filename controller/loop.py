@@ -10,7 +10,18 @@ from collections.abc import Callable
 from typing import Final
 
 from controller.device import Device, Outlet
-from controller.protocol import Bye, Contacts, Grant, Granted, Hello, Message, Perform
+from controller.protocol import (
+    Bye,
+    Contacts,
+    Deliver,
+    Grant,
+    Granted,
+    Hello,
+    Message,
+    Perform,
+    Piece,
+)  # fmt: skip
+from controller.shelf.clerk import Clerk
 
 ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
 GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms
@@ -31,6 +42,7 @@ class Loop:
         *,
         await_host: bool = False,
         orphan_s: float | None = None,
+        clerk: Clerk | None = None,
     ) -> None:
         """Prepare to run.
 
@@ -40,6 +52,7 @@ class Loop:
             clock: Seconds that never go back, such as `time.monotonic`.
             await_host: Begin when a host says Hello, instead of now.
             orphan_s: End when no host was there for so long; None: never.
+            clerk: Takes new bundles from the host; once one is in use, the run ends.
         """
         self.missed = 0  # frames whose time was over before they could be read
         self.device: Device | None = None
@@ -48,6 +61,7 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
+        self._clerk = clerk
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
         self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
@@ -71,6 +85,8 @@ class Loop:
                 elif self._orphan_s is not None and self._clock() - seen_s > self._orphan_s:
                     _log.info("the host has been gone for %g s, so this orb ends", self._orphan_s)
                     break
+                if self._clerk is not None and self._hear(self._clerk):
+                    break
                 if self.device is None or (self._granted and self.device.due is not None):
                     self._link.wait(_IDLE_S)
                 elif not self._turn(self.device):
@@ -78,11 +94,23 @@ class Loop:
         finally:
             self._end()
 
+    def _hear(self, clerk: Clerk) -> bool:
+        """Tell the host how its delivery went; return whether to begin anew with it."""
+        outcome = clerk.poll()
+        if outcome is not None:
+            self._link.send(outcome, self._now_ms())
+        return clerk.switched
+
+    def _now_ms(self) -> int:
+        return round((self.device.now_s if self.device is not None else 0.0) * 1000)
+
     def _begin(self, *, granted: bool) -> None:
         """Start anew: a fresh device whose time is 0."""
         self._end()
         self.device = device = self._open()
         self._granted = granted
+        if granted:
+            device.untimed()
         first = device.due[1] if device.due else 0.0
         self._origin_s = self._clock() - (0.0 if device.live else first)
         self._ends.clear()
@@ -99,6 +127,9 @@ class Loop:
                 self._begin(granted=message.granted)
             else:
                 self.device.greet(self._elapsed_s())
+        elif isinstance(message, Deliver | Piece):
+            if self._clerk is not None:
+                self._link.send(self._clerk.take(message), self._now_ms())
         elif self.device is None:
             return
         elif isinstance(message, Bye):
@@ -135,7 +166,10 @@ class Loop:
             device.skip()
             self.missed += 1
             late_s = self._elapsed_s() - device.due[1]
-        device.advance(self._rate_hz(device))
+        device.advance(self._rate_hz(device), max(late_s, 0.0))
+        if device.timekeeper is not None and device.due is not None:
+            now_s = self._elapsed_s()
+            device.timekeeper.idle(now_s, device.due[1] - now_s, self.missed)
         return True
 
     def _elapsed_s(self) -> float:

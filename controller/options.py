@@ -150,6 +150,17 @@ def parser() -> argparse.ArgumentParser:
         type=_rate,
         help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
     )
+    add(
+        "--ledger",
+        metavar="FILE",
+        type=Path,
+        help="keep how long each hop of each frame took, as comma-separated milliseconds",
+    )
+    add(
+        "--realtime",
+        action="store_true",
+        help="ask the system to wake the loop before all ordinary programs",
+    )
     return grammar  # fmt: skip
 
 

@@ -7,11 +7,11 @@ import platform
 import secrets
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol, runtime_checkable
+from typing import Final, Protocol, TextIO, runtime_checkable
 
 from controller import bundle as bundles
 from controller import key as keys
@@ -31,6 +31,7 @@ from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import (
@@ -44,8 +45,12 @@ from controller.runs import Runs
 from controller.sensors import Sensor, SensorError, SensorOptions
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Obedient, show
+from controller.shelf.clerk import Clerk
+from controller.shelf.install import install
+from controller.shelf.intake import Intake
 from controller.shelf.shelf import Shelf
 from controller.tape import Plain, Tape
+from controller.timekeeper import Timekeeper, status_file
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
 FREE: Final = "free"  # the protocol of a recording without cues
@@ -69,6 +74,14 @@ class Pairable(Protocol):
         """Let new hosts find and pair with us for a while, without waiting."""
 
 
+@runtime_checkable
+class Renewable(Protocol):
+    """A link that can be another device from one moment to the next."""
+
+    def renew(self, welcome: Welcome, reason: str) -> None:
+        """Say Bye to the host, and Welcome when it comes back."""
+
+
 @dataclass
 class Parts:
     """Everything that a run needs, checked.
@@ -83,6 +96,8 @@ class Parts:
         owned: By the host that started this process.
         runs: Where recordings go; None: nowhere.
         plan: What shall be recorded; None: whatever happens.
+        ledger: Where each frame's hops are kept; None: nowhere.
+        sweeper: Collects garbage between frames; None: Python does, whenever it likes.
     """
 
     options: argparse.Namespace
@@ -94,6 +109,8 @@ class Parts:
     owned: bool
     runs: Runs | None
     plan: Plan | None
+    ledger: TextIO | None = None
+    sweeper: Sweeper | None = None
 
 
 # --- before the first frame -----------------------------------------------------------------------
@@ -102,11 +119,7 @@ class Parts:
 def prepare(options: argparse.Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
-    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
-    bundle = bundles.read(path)
-    mapping = bundle.mapping
-    if options.mapping is not None:
-        mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
+    bundle, engine, mapping = _deployed(options)
     plan = None if options.cues is None else plans.read(options.cues, bundle.labels)
     if options.label and options.label not in bundle.labels[1:]:
         raise RecordingError(
@@ -131,7 +144,50 @@ def prepare(options: argparse.Namespace) -> Parts:
         software(), platform.python_version(), recognizer.engine, platform.platform(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
-    return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
+    parts = Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
+    if options.ledger is not None:
+        parts.ledger = _ledger(options.ledger)
+    return parts
+
+
+def _ledger(path: Path) -> TextIO:
+    """Return the ledger's file, which must not exist.
+
+    Raises:
+        LinkError: It exists, or cannot be written.
+    """
+    try:
+        return path.open("x", encoding="utf-8")
+    except FileExistsError:
+        raise LinkError(f"{path} exists; name another file with --ledger") from None
+    except OSError as error:
+        raise LinkError(f"cannot write {path}: {error.strerror}; name another --ledger") from None
+
+
+def renew(parts: Parts) -> Parts:
+    """Return the parts with bundle and mapping read anew; the link stays, and its host is told.
+
+    Raises:
+        BundleError, MappingError, ...: One of our errors; the old parts are as they were.
+    """
+    options = parts.options
+    bundle, engine, mapping = _deployed(options)
+    sensor = _sensor(options, bundle)
+    recognizer = Recognizer(bundle, options.engine or engine)
+    if isinstance(parts.link, Renewable):
+        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+    _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
+    return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
+
+
+def _deployed(options: argparse.Namespace) -> tuple[Bundle, str, Mapping]:
+    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean."""
+    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
+    bundle = bundles.read(path)
+    mapping = bundle.mapping
+    if options.mapping is not None:
+        mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
+    return bundle, engine, mapping
 
 
 def _exclude(options: argparse.Namespace) -> None:
@@ -241,7 +297,46 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     if isinstance(link, Pairable) and tape is None and not sensor.virtual:
         press = partial(link.pair, WINDOW_S)
     return Device(
-        sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey, on_long_press=press
+        sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey, on_long_press=press,
+        timekeeper=_timekeeper(parts, sensor),
+    )  # fmt: skip
+
+
+def clerk(parts: Parts) -> Clerk | None:
+    """Return who takes new bundles over the link; None where nobody can send any."""
+    link, shelf = parts.link, Shelf()
+    if parts.options.link == PRINT or parts.options.replay is not None:
+        return None
+    objection = ""
+    if not getattr(link, "proves", False):
+        objection = (
+            "this link does not prove who is there; give orb and host the same --key FILE, or copy "
+            "the bundle to the orb and run `controller install` there"
+        )
+    elif parts.options.bundle is not None:
+        objection = "this orb was started with a --bundle of its own"
+    return Clerk(
+        Intake(shelf.folder, objection),
+        lambda path: install(path, shelf, other_sensor=False, tell=_log.info),
+    )
+
+
+def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
+    """Return who keeps the ledger of a session."""
+    about: dict[str, object] = {
+        "device": sensor.device_id,
+        "bundle": parts.bundle.hash,
+        "engine": parts.recognizer.engine,
+        "link": parts.options.link,
+    }
+    link = parts.link
+    return Timekeeper(
+        1.0 / sensor.rate_hz,
+        lambda pace: link.send(pace, 0) if link.connected else None,
+        sweeper=parts.sweeper,
+        file=parts.ledger,
+        status=status_file(),
+        about=about,
     )
 
 

@@ -1,5 +1,6 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -94,6 +95,7 @@ class Pipeline:
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
+        self.mark: Callable[[], None] = _unmarked  # called at the end of each stage, see `ledger`
 
     def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
         """Take one frame the whole way.
@@ -109,9 +111,11 @@ class Pipeline:
         self._number = self._number + 1 if number is None else number
         prepared = self._preprocessor.step(frame)
         window = self._preprocessor.window() if prepared.ready else None
+        self.mark()
         probabilities = self._certain.copy()
         if window is not None:
             probabilities = self._recognizer.probabilities(window)
+        self.mark()
         before = self._debouncer.held
         gesture = self._debouncer.step(probabilities)
         released = bool(before) and not self._debouncer.held
@@ -122,6 +126,7 @@ class Pipeline:
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
         held = self._debouncer.held
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
+        self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command
         )
@@ -172,6 +177,10 @@ class Pipeline:
         self._touch.step(prepared.image, prepared.idle, null=null, released=released)
         image = self._touch.image()
         return None if image is None else self._recognizer.touch(image)
+
+
+def _unmarked() -> None:
+    """Nobody asks where the time goes."""
 
 
 def _unlike(given: NDArray[np.float64], own: NDArray[np.float64]) -> bool:

@@ -45,6 +45,8 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     19   Truth       D   number u32, label text40, onset_ms u32, release_ms u32
     20   Granted     D   until_ms u32
     22   Delivery    D   state u8, offset u32, told text500
+    23   Pace        D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
+                         p50_ms f32, p95_ms f32, p99_ms f32
     32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
@@ -332,6 +334,25 @@ class Delivery:
 
 
 @dataclass(frozen=True, slots=True)
+class Hop:
+    """One part of a frame's way through the device, and how long it took, milliseconds."""
+
+    name: str
+    p50_ms: float
+    p95_ms: float
+    p99_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Device to host, every second: where the time of the latest frames went, milliseconds."""
+
+    period_ms: float  # from frame to frame: what there is to spend
+    missed: int  # frames that could not be read in their time, since the start
+    hops: tuple[Hop, ...]  # in their order, the last one all of them together
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -368,7 +389,8 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Delivery | Contacts | Perform | Grant | Join | Alive | Deliver | Piece
+    | Truth | Granted | Delivery | Pace | Contacts | Perform | Grant | Join | Alive | Deliver
+    | Piece
 )  # fmt: skip
 
 
@@ -546,6 +568,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
     flag, point, shares, image = wire.BOOL, wire.POINT, wire.SHARES, wire.octets(900)
     text, sentence, name = wire.text(64), wire.text(500), wire.text(40)
     names = wire.many(name, 64)
+    hop = wire.Record(Hop, (name, f32, f32, f32))
     contact = wire.Record(Contact, (wire.U16, f32, f32, f32, f32))
     table: tuple[tuple[int, type, tuple[wire.Kind, ...]], ...] = (
         (1, Hello, (u8, u8, text, text, flag)),
@@ -561,6 +584,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (19, Truth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
         (22, Delivery, (u8, u32, sentence)),
+        (23, Pace, (f32, u32, wire.many(hop, 16))),
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),

@@ -189,6 +189,16 @@ class DeviceSession:
         self.output.clear()
         return [Bye(reason)] if was_live else []
 
+    def renew(self, welcome: Welcome, reason: str, now_ms: int) -> list[Message]:
+        """Be another device from now on: a host hears Bye, and may come back at once."""
+        if self.live:
+            self._say(Bye(reason), now_ms + self._skew_ms, now_ms)
+        said = bytes(self.output)
+        ended = self.end(reason)
+        self.output += said
+        self._welcome = welcome
+        return ended
+
     # --- the handshake ---
 
     def _greet(self, packet: Packet, hello: Hello, now_ms: int) -> list[Message]:

@@ -33,6 +33,7 @@ from controller.protocol import (
     Message,
     Numbered,
     Offer,
+    Pace,
     Packet,
     Refuse,
     State,
@@ -60,7 +61,7 @@ class Connected:
 class Delivered:
     """A message of the device, in order, each once."""
 
-    message: Message  # Command, State, Telemetry, Truth, Granted or Delivery
+    message: Message  # Command, State, Telemetry, Truth, Granted, Delivery or Pace
     t_ms: int  # the device's time
 
 
@@ -91,7 +92,7 @@ class Missed:
 
 
 Received = Connected | Delivered | Stale | Lost | Refused | Missed
-_NEWS = (State, Telemetry, Truth, Granted, Delivery)
+_NEWS = (State, Telemetry, Truth, Granted, Delivery, Pace)
 _FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
 
 

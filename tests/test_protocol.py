@@ -27,10 +27,12 @@ from controller.protocol import (
     Granted,
     Heartbeat,
     Hello,
+    Hop,
     Join,
     Message,
     Numbered,
     Offer,
+    Pace,
     Packet,
     Perform,
     Piece,
@@ -61,6 +63,7 @@ def text(limit: int) -> st.SearchStrategy[str]:
 name, reason = text(40), text(500)
 names = st.lists(text(8), max_size=40).map(tuple)
 shares = st.lists(u8.map(lambda value: value / 255.0), max_size=8).map(tuple)
+hop = st.builds(Hop, name, f32, f32, f32)
 contact = st.builds(Contact, u16, f32, f32, f32, f32)
 MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Hello: st.builds(Hello, u8, u8, text(64), text(64), st.booleans()),
@@ -87,6 +90,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     ),
     Alive: st.builds(Alive, u32, u32, u32, u32, u32),
     Delivery: st.builds(Delivery, u8, u32, reason),
+    Pace: st.builds(Pace, f32, u32, st.lists(hop, max_size=16).map(tuple)),
     Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
     Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
 }  # fmt: skip
@@ -160,6 +164,10 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 24 0100 0200 03000000  02010000 01000000 02000000 03000000 04000000",
     ),
     (Delivery(2, 258, "ok"), "20 16 0100 0200 03000000  02 02010000 0200 6f6b"),
+    (
+        Pace(100.0, 7, (Hop("scan", 1.0, 1.0, 2.0),)),
+        "20 17 0100 0200 03000000  0000c842 07000000 01 04 7363616e 0000803f 0000803f 00000040",
+    ),
     (
         Deliver(b"\1\2", 258, "my.orb"),
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",

@@ -171,6 +171,24 @@ class StreamLink:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._requests.get(timeout=max(timeout_s, 0.0)))
 
+    def renew(self, welcome: Welcome, reason: str) -> None:
+        """Be another device from now on; the host is told why, and comes back by itself.
+
+        Raises:
+            ProtocolError: The wire cannot carry this Welcome.
+        """
+        encode(welcome, session=0, sequence=0, t_ms=0)
+        with self._lock:
+            self._welcome = welcome
+            for peer in self._peers:
+                self._tell(peer, peer.session.renew(welcome, reason, self._now_ms()))
+        self._ring()
+
+    @property
+    def proves(self) -> bool:
+        """Whether a host has to prove who it is before it is heard."""
+        return bool(self._access.key or self._access.token)
+
     def close(self) -> None:
         """Say Bye to the host, let go of everything, and end the thread."""
         if not self._closing:

@@ -21,6 +21,7 @@ from controller.doctor import command, leads, probe
 from controller.doctor.verdict import Row, Verdict
 from controller.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
+
 from .wired import COLUMNS, ROWS, Wired
 
 NOTHING: Final = "nothing"
