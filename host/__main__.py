@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from controller import key as keys
-from host import loop, remembering, taps, targets
+from host import install, loop, remembering, taps, targets
 from host.device import OwnDevice
 from host.keys import backends
 from host.overheard import Ear, Overheard
@@ -27,9 +27,21 @@ _DEMO_S = 120.0  # how long the demo plays unless told otherwise
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
-_TROUBLE = (DisplayError, TargetError, TapError, LinkError, loop.PictureError, keys.KeyFileError)
+_TROUBLE = (
+    install.FileError,
+    DisplayError,
+    TargetError,
+    TapError,
+    LinkError,
+    loop.PictureError,
+    keys.KeyFileError,
+)
 # First words that do something else, each with a main().
-_VERBS = {"find": "host.find.command", "pair": "host.bluetooth.pair"}
+_VERBS = {
+    "find": "host.find.command",
+    "install": "host.install",
+    "pair": "host.bluetooth.pair",
+}
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -89,6 +101,8 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             noted = remembering.Note(memory, options, target, seeker)
             stack.callback(noted.close)
             ears.append(noted.hear)
+        if options.install is not None:
+            ears.append(install.Errand(install.load(options.install), receiver.send).hear)
         receiver.start()
         orb = Overheard(receiver, ears)
         if surface is None:
@@ -190,6 +204,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         type=Path,
         help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
+    )
+    add(
+        "--install",
+        metavar="FILE",
+        type=Path,
+        help="send the orb a new bundle while you play, as `host install` does without a game",
     )
     add(
         "--target",
