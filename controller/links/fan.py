@@ -93,6 +93,18 @@ class FanLink:
             if pair := getattr(link, "pair", None):
                 pair(seconds)
 
+    @property
+    def proves(self) -> bool:
+        """Whether a host has to prove who it is, on every link that hosts can talk on."""
+        talking = [link for link in self.links if hasattr(link, "proves")]
+        return bool(talking) and all(link.proves for link in talking)
+
+    def renew(self, welcome: Welcome, reason: str) -> None:
+        """Be another device from now on, on every link that says what it is."""
+        for link in self.links:
+            if renew := getattr(link, "renew", None):
+                renew(welcome, reason)
+
     def close(self) -> None:
         """Close all links, the last one first."""
         for link in reversed(self.links):

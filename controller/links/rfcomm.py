@@ -62,6 +62,8 @@ class RfcommLink(StreamLink):
         self.url = f"rfcomm://{service.address}:{CHANNEL}"
         self.start()
 
+    proves = True  # who is not bonded, and on an encrypted line, is not let in at all
+
     @property
     def state(self) -> str:
         """Whether Bluetooth is "ready", or what is missing."""

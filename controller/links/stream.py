@@ -75,9 +75,11 @@ class StreamLink:
             counted in `outbox`.
         outbox: Commands that no host has acknowledged yet, and how many were lost.
         patient: Whether a peer may stay without a session; else it is let go after 2 s.
+        proves: Whether a host has to prove who it is before it is heard.
     """
 
     patient = False
+    proves = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
         """Prepare; `start` begins.
@@ -93,6 +95,7 @@ class StreamLink:
         self.dropped = 0
         self.outbox = Outbox()
         self._welcome, self._access = welcome, access
+        self.proves = self.proves or bool(access.key or access.token)
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
         self._lock = threading.Lock()  # guards peers and sessions
         self._peers: list[Peer] = []
@@ -183,11 +186,6 @@ class StreamLink:
             for peer in self._peers:
                 self._tell(peer, peer.session.renew(welcome, reason, self._now_ms()))
         self._ring()
-
-    @property
-    def proves(self) -> bool:
-        """Whether a host has to prove who it is before it is heard."""
-        return bool(self._access.key or self._access.token)
 
     def close(self) -> None:
         """Say Bye to the host, let go of everything, and end the thread."""
