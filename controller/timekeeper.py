@@ -148,12 +148,19 @@ def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
     return Pace(period_s * 1000, missed, tuple(Hop(d.hop, d.p50, d.p95, d.p99) for d in digest))
 
 
+def status_folders() -> list[Path]:
+    """Return where running controllers tell how they are: the service, then the user's own."""
+    own = os.environ.get("XDG_RUNTIME_DIR", "")
+    state = platformdirs.user_state_path("orbtouch", appauthor=False)
+    return [Path("/run/orbtouch"), Path(own) / "orbtouch" if own else state]
+
+
 def status_file() -> Path | None:
-    """Return where a running controller tells how it is; None if there is no such place."""
-    folder = os.environ.get("RUNTIME_DIRECTORY", "").partition(":")[0]  # systemd's
-    path = Path(folder) if folder else platformdirs.user_runtime_path("orbtouch", appauthor=False)
+    """Return where this controller tells how it is; None if there is no such place."""
+    service = os.environ.get("RUNTIME_DIRECTORY", "").partition(":")[0]  # systemd's
+    folder = Path(service) if service else status_folders()[-1]
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return None
-    return path / "status.json"
+    return folder / "status.json"

@@ -14,6 +14,7 @@ from pathlib import Path
 from controller import key as keys
 from host import install, loop, remembering, taps, targets
 from host.device import OwnDevice
+from host.hops import Hops, Paced
 from host.keys import backends
 from host.overheard import Ear, Overheard
 from host.receiver import Receiver
@@ -103,12 +104,28 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             ears.append(noted.hear)
         if options.install is not None:
             ears.append(install.Errand(install.load(options.install), receiver.send).hear)
+        hops = Hops(lambda: receiver.clock_offset_ms)
+        ears.append(hops.hear)
         receiver.start()
         orb = Overheard(receiver, ears)
         if surface is None:
             loop.serve(target, orb, seconds=options.seconds)
         else:
-            loop.play(target, orb, surface, seconds=options.seconds, screenshot=options.screenshot)
+            loop.play(
+                target,
+                orb,
+                surface,
+                seconds=options.seconds,
+                screenshot=options.screenshot,
+                drawn=lambda: _drawn(target, hops),
+            )
+
+
+def _drawn(target: targets.Target, hops: Hops) -> None:
+    """Note that a picture is on the screen, and let the panel show how long that took."""
+    hops.drawn()
+    if isinstance(target, Paced):
+        target.paced(hops)
 
 
 def _end(number: int, frame: object) -> None:

@@ -47,6 +47,7 @@ def play(
     *,
     seconds: float | None = None,
     screenshot: Path | None = None,
+    drawn: Callable[[], object] = lambda: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Play until the window is closed, or for some seconds.
@@ -57,6 +58,7 @@ def play(
         surface: The window's surface.
         seconds: When to stop by itself; None plays on.
         screenshot: Where to save the last picture.
+        drawn: Called when a picture is on the screen.
         clock: Seconds that never turn back.
 
     Raises:
@@ -82,6 +84,7 @@ def play(
             orb.send(message)
         target.draw(surface)
         pygame.display.flip()
+        drawn()
         pace.tick(FRAMES_PER_S)
         playing = playing and (seconds is None or now_s < seconds)
     if screenshot is not None:

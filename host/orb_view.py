@@ -11,7 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol import Command, Contact, Telemetry, Welcome, image_from_bytes
+from controller.protocol import Command, Contact, Hop, Telemetry, Welcome, image_from_bytes
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
@@ -47,6 +47,8 @@ class OrbView:
         probabilities: One per label of the handshake, in its order, eased as well.
         contacts: The fingers that this host puts on a virtual dome, for the rings.
         hint: The line below the dome while no gesture is held.
+        hops: How long frames take: in the orb, from its schedule to here, to the screen.
+        period_ms: From frame to frame in the orb; 0 while it has not said.
     """
 
     link: LinkState = "connecting"
@@ -60,6 +62,8 @@ class OrbView:
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()
     hint: str = ""
+    hops: tuple[Hop, ...] = ()
+    period_ms: float = 0.0
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))

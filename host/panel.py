@@ -81,6 +81,7 @@ class Panel:
             top = self._bars(surface, view, self._caption(surface, view, top))
         else:
             self._reason(surface, view, top + self._unit.px(20))
+        self._hops(surface, view)
         self._trace(surface, view, now_s, top)
 
     def _header(self, surface: pygame.Surface, view: OrbView) -> None:
@@ -187,11 +188,25 @@ class Panel:
             top += step
         return top
 
+    def _hops(self, surface: pygame.Surface, view: OrbView) -> None:
+        """Draw how long frames take: in half of them, and in all but one of a hundred."""
+        if not view.hops or view.link != "live":
+            return
+        words = "   ".join(
+            f"{h.name} {h.p50_ms:.0f} / {h.p95_ms:.0f} / {h.p99_ms:.0f}" for h in view.hops
+        )
+        if view.period_ms:
+            left = view.period_ms - view.hops[0].p99_ms
+            words += f" ms   left {left:.0f} of {view.period_ms:.0f}"
+        line = self._unit.text(words, 13, theme.TEXT_DIM)
+        middle = self.rect.centerx, self.rect.bottom - self._unit.px(15)
+        surface.blit(line, line.get_rect(center=middle))
+
     def _trace(self, surface: pygame.Surface, view: OrbView, now_s: float, top: int) -> None:
         """Draw how far the membrane was from rest over the last seconds."""
         left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)
-        top = max(top + self._unit.px(8), self.rect.bottom - self._unit.px(50))
-        bottom = self.rect.bottom - self._unit.px(16)
+        top = max(top + self._unit.px(8), self.rect.bottom - self._unit.px(64))
+        bottom = self.rect.bottom - self._unit.px(32)
         caption = self._unit.text("deviation", 16, theme.TEXT_DIM)
         surface.blit(caption, caption.get_rect(bottomleft=(left, bottom)))
         start = left + self._unit.px(66)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -14,16 +15,18 @@ from typing import Any, Final
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
 from controller.service.unit import NAME
+from controller.timekeeper import status_folders
 
 ASKED: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
                 "ActiveEnterTimestamp")  # fmt: skip
 
 
 def main(argv: Sequence[str]) -> int:
-    """Print how the device is; return 0 if its service runs, 1 if not."""
+    """Print how the device is; return 0 if it runs, as a service or not, 1 if not."""
     parser = argparse.ArgumentParser(
         prog="controller status",
-        description="Say whether the device's service runs, and who is paired and connected.",
+        description="Say whether the device's service runs, who is paired and connected, and where "
+        "the time of its frames goes.",
     )
     parser.add_argument("--json", action="store_true", help="as one line of JSON")
     options = parser.parse_args(argv)
@@ -32,11 +35,46 @@ def main(argv: Sequence[str]) -> int:
         radio = read_radio(asyncio.run(_objects()))
     except BluetoothError as error:
         radio = {"problem": str(error)}
+    running = read_running()
     if options.json:
-        print(json.dumps({"service": service, "bluetooth": radio}))
+        print(json.dumps({"service": service, "bluetooth": radio, "running": running}))
     else:
-        print("\n".join([*service_lines(service), *radio_lines(radio)]))
-    return 0 if service.get("ActiveState") == "active" else 1
+        lines = [*service_lines(service), *radio_lines(radio), *running_lines(running)]
+        print("\n".join(lines))
+    return 0 if service.get("ActiveState") == "active" or running else 1
+
+
+def read_running() -> dict[str, Any]:
+    """Return what a running controller says of itself, the service's first; {} if none runs."""
+    for folder in status_folders():
+        try:
+            said: dict[str, Any] = json.loads((folder / "status.json").read_text())
+            os.kill(said["pid"], 0)
+        except PermissionError:
+            return said  # it is there, and somebody else's
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        return said
+    return {}
+
+
+def running_lines(running: dict[str, Any]) -> list[str]:
+    """Return where the time of its frames goes, for people."""
+    if not running:
+        return ["loop       no controller runs"]
+    period_ms = running["period_ms"]
+    lines = [
+        f"loop       {running['device']}, bundle {running['bundle'][:8]} on {running['engine']}, "
+        f"link {running['link']}",
+        f"           {running['frames']} frames, {running['missed']} missed",
+        f"{'':11}{'hop':12}{'p50':>9}{'p95':>9}{'p99':>9}  ms",
+    ]
+    for hop, *spans in running["hops"]:
+        lines.append(f"{'':11}{hop:12}" + "".join(f"{span:9.3f}" for span in spans))
+        if hop == "all":
+            left = period_ms - spans[-1]
+            lines.append(f"{'':11}{left:.1f} of {period_ms:g} ms are left in 99 of 100 frames")
+    return lines
 
 
 def read_service() -> dict[str, str]:

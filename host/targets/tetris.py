@@ -11,6 +11,7 @@ from typing import Final
 import pygame
 
 from controller.protocol import Command, Message, Telemetry
+from host.hops import Hops
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
 from host.pause_menu import PauseMenu
@@ -31,6 +32,7 @@ from tetris.window.settings import FILE_NAME, Settings, changed, load
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.
 PACE: Final = Config(gravity_cap=3, lock_delay_s=1.0)
 AGAIN_S: Final = 1.0  # a drop meant for the last piece does not start the next game
+PACED_FRAMES: Final = 10  # frames of the orb between two looks at the ledger
 
 ACTIONS: Final[dict[str, Action]] = {
     "left": Action.LEFT,
@@ -237,6 +239,11 @@ class TetrisTarget:
         self._scene.draw(
             surface, self.game, self.orb, self.touch.pad, self._now_s, self.reason, menu
         )
+
+    def paced(self, hops: Hops) -> None:
+        """Take how long frames take, about once a second."""
+        if hops.frames % PACED_FRAMES == 0 and hops.pace is not None:
+            self.orb.hops, self.orb.period_ms = tuple(hops.digest()), hops.pace.period_ms
 
     def close(self) -> None:
         """Nothing outside the window has to be let go."""
