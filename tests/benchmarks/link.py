@@ -5,7 +5,7 @@
 
 A round trip is Grant and its Granted, program to program: `host.receiver` here, and
 `controller.links` with a loop in another process. Its peer is the same number of bytes there and
-back through pyserial's own read and write, over the same kind of wire, in the same run, in turns. The
+back through pyserial, over the same kind of wire, in the same run, in turns. The
 pty's wire is a process between two ptys, which both pay for. The ledger is in `link_ledger`; it
 needs Xvfb and the [keys] extra, and is reported as missing without.
 """
