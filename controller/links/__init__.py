@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from controller.protocol import Message, ProtocolError, Welcome
@@ -24,8 +24,8 @@ class Access:
         exposed: The user has said that a link without a key may be open to other machines.
     """
 
-    token: str = ""
-    key: bytes = b""
+    token: str = field(default="", repr=False)
+    key: bytes = field(default=b"", repr=False)
     exposed: bool = False
 
 
