@@ -120,6 +120,8 @@ GAME = "[profile.game]\n"
             "every_ms must be more",
         ),
         (GAME + 'left = {key = "a", down_ms = ' + "9" * 400 + "}", ", line 2", "is too large"),
+        (GAME + '"\\u001b[2J" = "a"', "", r"[profile.game] '\x1b[2J': a command is a name"),
+        ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07' has control characters"),
         ("long_ms = 100\n" + GAME, ", line 1", "long_ms is 100, not 500 to 10000"),
         (GAME + '[long]\ndrop = "a"', ", line 3", "only arm and profile can wait"),
         (GAME + '[long]\ndrop = {profile = "x"}', ", line 3", "no profile 'x'"),

@@ -67,6 +67,11 @@ def parse(table: dict[str, Any], kind: Kind) -> KeyMap:
     profiles = _table("profile", table.get("profile", {}))
     if not profiles:
         raise KeyMapError("it has no profile; write [profile.NAME] above the commands")
+    for name in profiles:
+        if not name.isprintable():  # it is told on the terminal
+            raise KeyMapError(
+                f"the name of profile {name!r} has control characters; choose another"
+            )
     allowed = tuple(_chord("allow", chord, KEYS) for chord in _list("allow", table))
     parser = _Parser(kind, allowed, tuple(profiles))
     common = parser.entries("everywhere", table.get("everywhere", {}))
@@ -129,7 +134,7 @@ class _Parser:
     def entries(self, where: str, table: Any) -> dict[str, Entry]:
         entries = {}
         for command, value in _table(where, table).items():
-            at = f"[{where}] {command}"
+            at = f"[{where}] {command if command.isprintable() else ascii(command)}"
             if not _COMMAND.fullmatch(command):
                 raise KeyMapError(f"{at}: a command is a name in small letters, such as drop")
             entries[command] = self.entry(at, value)
