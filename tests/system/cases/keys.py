@@ -119,5 +119,5 @@ def held(device: Any, code: int) -> bool:
     """Return whether a key is down; one whose device has gone is not."""
     try:
         return code in device.active_keys()
-    except OSError:
+    except (OSError, SystemError):  # evdev's C code says either when the device has gone
         return False
