@@ -58,7 +58,7 @@ def opened(url: str) -> Transport:
 
 def game(url: str, seed: int, seconds: float) -> int:
     """Play a demo game, and print what came of it."""
-    demo.open_transport = opened
+    vars(demo)["open_transport"] = opened
     return demo.run(seed=seed, seconds=seconds, speed=0, headless=True, as_json=True, link=url)
 
 
