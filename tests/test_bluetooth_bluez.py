@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import socket
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -117,6 +118,24 @@ def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLin
         link._leave(DEVICE_PATH)
         (bye,) = until(link.poll)
         assert isinstance(bye, Bye)
+
+
+def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
+    link = open_link("rfcomm:", welcome())
+    assert isinstance(link, RfcommLink)
+    near, far = socket.socketpair()
+    with near, far:
+        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
+        far.close()
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.greet()
+        assert host.message() == State(())
+        closing = threading.Thread(target=link.close)
+        closing.start()
+        assert isinstance(host.message(), Bye)
+        near.shutdown(socket.SHUT_RDWR)
+        closing.join()
 
 
 def test_it_is_registered_anew_after_bluetoothd_has_restarted(
