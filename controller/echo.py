@@ -28,7 +28,9 @@ class Echo:
         """Know nothing yet."""
         self.rtt_ms: int | None = None
         self.offset_ms: int | None = None
-        self._samples: deque[tuple[int, int]] = deque(maxlen=_WINDOW)  # (round trip, offset)
+        # (round trip, offset, the most that the offset can be)
+        self._samples: deque[tuple[int, int, int]] = deque(maxlen=_WINDOW)
+        self._most_ms = 0
         self._theirs_ms = 0  # the other's clock, as it came last
         self._heard_ms: int | None = None  # when that was
 
@@ -51,12 +53,18 @@ class Echo:
             best_ms = min(self._samples)[0]
             if abs(signed(offset_ms - self.offset_ms)) > (rtt_ms + best_ms) / 2 + _GRAIN_MS:
                 self._samples.clear()  # no clock could have shown both: one was set anew
-        self._samples.append((rtt_ms, offset_ms))
+        # It was heard there after it was said here, so their clock cannot be further ahead.
+        self._samples.append((rtt_ms, offset_ms, signed(sent_ms - held_ms - echo_ms)))
         self.rtt_ms, self.offset_ms = rtt_ms, min(self._samples)[1]
+        self._most_ms = min(most_ms for _, _, most_ms in self._samples)
 
     def age_ms(self, sent_ms: int, now_ms: int) -> int | None:
-        """Return how old something is that the other's clock dates; None: unknown."""
-        return None if self.offset_ms is None else signed(now_ms - sent_ms + self.offset_ms)
+        """Return how old something can be at most that the other's clock dates; None: unknown.
+
+        It is more than the truth by the quickest way there, which is not known apart from the way
+        back.
+        """
+        return None if self.offset_ms is None else signed(now_ms - sent_ms + self._most_ms)
 
 
 def signed(value: int) -> int:

@@ -73,7 +73,8 @@ def parser() -> argparse.ArgumentParser:
         "--link",
         metavar="URL",
         default=PRINT,
-        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, "
+        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, rfcomm: "
+        "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), "
         "else a serial port or a pyserial URL (default: -)",
     )
     add(

@@ -72,32 +72,41 @@ Handshake
     Refuse; both repeat the Hello's sequence, which tells them from remains of an earlier host in
     some buffer, and a 0x00 before Hello and its answer ends such remains. Both sides count on from
     there. The host sends Join, and the device answers with Welcome, or Refuse. State(()) follows
-    Welcome at once. If Offer says ``keyed``, every frame from Join on is sealed with the key that
-    both have, and frames that are not are not taken, Hello and Refuse apart; a side with a key ends
-    the handshake with one that has none. So before it has proved that it knows the key a host
-    learns the version, a random number, and that there is a key. Another Hello at any time starts a
-    new session; packets of another session are ignored. Without a session 2 s after Hello each side
-    gives up; the host closes the link and tries again. `controller.conversation` has all states and
-    what leads from one to another.
+    Welcome at once.
+
+    Another Hello at any time starts a new session; packets of another session are ignored. Without
+    a session 2 s after Hello each side gives up; the host closes the link and tries again.
+    `controller.conversation` has all states and what leads from one to another.
+
+    If Offer says ``keyed``, every frame from Join on is sealed with the key that both have, and
+    frames that are not are not taken, Hello and Refuse apart; a side with a key ends the handshake
+    with one that has none. So before it has proved that it knows the key a host learns the version,
+    a random number, and that there is a key.
 
 Once
     A packet is taken once per (session, sequence): only if its sequence is ahead of the last one
-    taken, by 1 to 32767 modulo 65536 (`is_ahead`). Commands have numbers of their own, counted from
-    the device's start, and are sent until the host acknowledges them: ``done`` in Alive is the
-    newest number that it has taken or missed, and is sent every heartbeat_ms and at once after a
-    command. What is not acknowledged after 50 ms, or two round trips if that is more, is sent
-    again, in order; after 250 ms it is given up. ``done`` of the device is the newest number that
-    it will not send again. The host takes number after number; what the device is done with and
-    never came, what comes 250 ms late, and what comes out of a silence of 300 ms, is missed, and
-    counted in ``missed``. A host that comes back (host_nonce, boot_nonce: drawn at each start of
-    the host and of the device) says in Join up to where it is done, and the device goes on behind
-    that: ``resumed``. Any other host begins behind all that was, at Welcome's ``done``. State is a
-    snapshot of what is held, and ``pressed`` in Heartbeat repeats it, so that it repairs anything.
+    taken, by 1 to 32767 modulo 65536 (`is_ahead`).
+
+    Commands have numbers of their own, counted from the device's start, and are sent until the host
+    acknowledges them: ``done`` in Alive is the newest number that it has taken or missed, and is
+    sent every heartbeat_ms and at once after a command. What is not acknowledged after 50 ms, or
+    two round trips if that is more, is sent again, in order; after 250 ms it is given up. ``done``
+    of the device is the newest number that it will not send again. The host takes number after
+    number; what the device is done with and never came, what comes 250 ms late, and what comes out
+    of a silence of 300 ms, is missed, and counted in ``missed``.
+
+    A host that comes back (host_nonce, boot_nonce: drawn at each start of the host and of the
+    device) says in Join up to where it is done, and the device goes on behind that: ``resumed``.
+    Any other host begins behind all that was, at Welcome's ``done``.
+
+    State is a snapshot of what is held, and ``pressed`` in Heartbeat repeats it, so that it repairs
+    anything.
 
 Life
     Device and host send Heartbeat and Alive every heartbeat_ms, and measure with them round trip
     and clock offset: sent_ms is the sender's link clock, echo_ms the newest one that came from the
-    other side, held_ms how long ago that was (2**32 - 1: none yet). When nothing valid came for
+    other side, held_ms how long ago that was (2**32 - 1: none yet). The answer to Join begins it:
+    t_ms of Welcome is the device's link clock. When nothing valid came for
     deadman_ms the host releases everything and pauses; after 1 s it closes the link and connects
     anew. The device forgets a host that was silent for 2 s.
 

@@ -247,13 +247,13 @@ class DeviceSession:
             box.expire(now_ms)
         else:
             box.begin(join.host_nonce)
-        self._say(dataclasses.replace(self._welcome, resumed=resumed, done=box.done), 0, now_ms)
+        told = dataclasses.replace(self._welcome, resumed=resumed, done=box.done)
+        self._say(told, now_ms, now_ms)
         self._say(State(()), 0, now_ms)
         for posted in box.posted:
             self._deliver(posted, now_ms)
         hello, _ = self._greeted
-        told = Hello(hello.version_min, hello.version_max, join.token, join.host, join.granted)
-        return [told]
+        return [Hello(hello.version_min, hello.version_max, join.token, join.host, join.granted)]
 
     def _objection(self, join: Join) -> str:
         """Return why this host cannot be welcomed, or "" if it can."""

@@ -179,6 +179,7 @@ class HostSession:
         self._sequence = self._taken = sequence
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
         self._deadman_ms = DEADMAN_MS
+        self._joined_ms = now_ms  # when Join was sent
         self._skew_ms = 0  # from the device's link clock to the one that its messages carry
         self._pressed: tuple[str, ...] | None = None  # None: to be told anew
         self._owes = False  # a command came that is not acknowledged
@@ -353,6 +354,7 @@ class HostSession:
         past = self.past
         ours = past.host_nonce, past.boot_nonce, past.done
         self._say(Join(self._token, "host", self._granted, *ours), now_ms)
+        self._joined_ms = now_ms
         return []
 
     def _meet(self, packet: Packet, welcome: Welcome, now_ms: int) -> list[Received]:
@@ -360,6 +362,8 @@ class HostSession:
         self.state, self.welcomed = _NEXT[self.state, "welcome"], True
         self._taken, self._heard_ms = packet.sequence, now_ms
         self._deadman_ms = min(welcome.deadman_ms, LOST_MS)
+        # The first command may be on our heels, and its age has to be known.
+        self.echo.hear(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
         past = self.past
         if not (welcome.resumed and welcome.boot_nonce == past.boot_nonce):
             past.boot_nonce, past.done, past.missed = welcome.boot_nonce, welcome.done, 0

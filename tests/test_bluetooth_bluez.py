@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import socket
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -15,7 +16,7 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.bluetooth import keeper
-from controller.bluetooth.bluez import ADAPTER
+from controller.bluetooth.bluez import ADAPTER, DEVICE
 from controller.bluetooth.names import SERIAL_PATH, SERVICE_UUID
 from controller.links import LinkError, open_link
 from controller.links.rfcomm import RfcommLink
@@ -119,6 +120,24 @@ def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLin
         assert isinstance(bye, Bye)
 
 
+def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
+    link = open_link("rfcomm:", welcome())
+    assert isinstance(link, RfcommLink)
+    near, far = socket.socketpair()
+    with near, far:
+        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
+        far.close()
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.greet()
+        assert host.message() == State(())
+        closing = threading.Thread(target=link.close)
+        closing.start()
+        assert isinstance(host.message(), Bye)
+        near.shutdown(socket.SHUT_RDWR)
+        closing.join()
+
+
 def test_it_is_registered_anew_after_bluetoothd_has_restarted(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
@@ -185,6 +204,16 @@ def test_the_window_opens_for_a_time_and_somebody_may_pair(
     assert fake.get("/org/bluez/hci0", ADAPTER, "PairableTimeout") == 90
     assert fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
     assert confirmation(fake, link) == ""
+
+
+def test_a_host_that_pairs_while_the_window_is_open_is_trusted(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    link.pair(90)
+    until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
+    fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
+    fake.call("/", "org.bluez.Mock", "PairDevice", "ss", "hci0", "AA:BB:CC:DD:EE:FF")
+    until(lambda: fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted"))
 
 
 def confirmation(fake: FakeBluez, link: RfcommLink) -> str:

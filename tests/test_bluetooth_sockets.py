@@ -9,11 +9,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from fake_device import welcome
 
 if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
-from host.bluetooth import sockets
+from controller.bluetooth import bluez
+from controller.bluetooth import pair as orb_pair
+from controller.links import LinkError, open_link
+from host.bluetooth import pair, sockets
 from host.bluetooth.protocol_rfcomm import explain
 
 
@@ -85,3 +89,35 @@ def test_our_numbers_are_python_s_own() -> None:
 )
 def test_every_error_is_a_sentence_with_what_to_do(number: int, words: str) -> None:
     assert words in explain("rfcomm://AA", "AA", OSError(number, "too many"))
+
+
+@pytest.mark.parametrize(("system", "port"), [("win32", "COM5"), ("darwin", "/dev/cu.OrbTouch")])
+def test_other_systems_are_led_through_their_own_settings(
+    system: str, port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", system)
+    assert pair.main([]) == 0
+    told = capsys.readouterr().out
+    assert "controller pair" in told
+    assert f"host --link {port}" in told
+
+
+def test_without_its_package_bluetooth_says_what_to_install(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bluez, "available", lambda: False)
+    with pytest.raises(LinkError, match=r"pip install 'orbtouch\[bluetooth\]'"):
+        open_link("rfcomm:", welcome())
+    for main in (pair.main, orb_pair.main):
+        assert main([]) == 2
+        assert "pip install 'orbtouch[bluetooth]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("address", ["nonsense", "00:11:22:33:44", "00:11:22:33:44:55:1"])
+def test_an_address_to_pair_with_looks_like_one(
+    address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        pair.main([address])
+    assert ended.value.code == 2
+    assert "is no address like 00:11:22:33:44:55" in capsys.readouterr().err

@@ -1,6 +1,8 @@
 """The demo: the player's manners, the record's arithmetic, and a real game of two processes."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -119,3 +121,21 @@ def test_a_demo_plays_and_the_same_seed_is_the_same_game(
     assert isinstance(first["intended"], int)
     assert first["intended"] >= 6
     assert play() == first
+
+
+def test_a_demo_over_a_link_is_the_same_game_as_with_an_orb_of_its_own() -> None:
+    command = [sys.executable, "-m", "controller", "--seed", "7", "--link", "listen://127.0.0.1:0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as orb:
+        assert orb.stdout is not None
+        url = json.loads(orb.stdout.readline())["listening"]
+        games = []
+        for link in (None, url):
+            with demo.Demo(7, 7.0, link=link) as game:
+                while not game.over:
+                    game.tick()
+                verdict = game.verdict()
+            del verdict["link_bytes"]
+            games.append(verdict)
+        orb.terminate()
+    assert games[0] == games[1]
+    assert games[0]["commands"]

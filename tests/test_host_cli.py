@@ -32,7 +32,6 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--seconds", "nan", "--demo"], "must be a number"),
         (["--seed", "-3"], "whole number"),
         (["--headless"], "add --demo or --seconds"),
-        (["--demo", "--link", "COM7"], "leave out --link"),
         (["--link", ""], "leave it out to play with a virtual orb"),
         (["--dry-run"], "need --target keyboard or gamepad"),
         (["--keys", "mine.toml"], "need --target keyboard or gamepad"),

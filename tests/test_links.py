@@ -20,8 +20,9 @@ from urllib.parse import urlsplit
 import pytest
 import serial
 from fake_device import welcome
-from handmade import HELLO, JOIN, HandMadeHost
+from handmade import HELLO, JOIN, HandMadeHost, plain
 
+from controller import outbox
 from controller.links import Link, LinkError, open_link
 from controller.links.listen import PEERS, ListenLink
 from controller.links.port import PortLink
@@ -38,6 +39,7 @@ from controller.protocol import (
     Telemetry,
     Welcome,
 )
+from controller.session import WRONG_KEY
 
 PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
@@ -421,3 +423,125 @@ def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects()
     chatty = dataclasses.replace(welcome(), commands=tuple(f"wish_{k}" for k in range(65)))
     with pytest.raises(LinkError, match="cannot send Welcome: 65 values, where at most 64 fit; "):
         open_link("listen://127.0.0.1:0", chatty)
+
+
+# --- keys, other machines, and hosts that come back ---
+
+KEY = bytes(range(32))
+
+
+@pytest.fixture
+def to(request: pytest.FixtureRequest) -> Iterator[Callable[..., HandMadeHost]]:
+    """Connect a hand-made host to a link."""
+    sockets = []
+
+    def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
+        parts = urlsplit(link.url)
+        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
+        sockets.append(connection)
+        return HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
+
+    yield connect
+    for connection in sockets:
+        connection.close()
+
+
+def listening(url: str = "listen://127.0.0.1:0", **access: Any) -> ListenLink:
+    link = open_link(url, welcome(), **access)
+    assert isinstance(link, ListenLink)
+    return link
+
+
+def test_a_host_with_the_key_is_welcomed_and_one_with_another_is_told(
+    to: Callable[..., HandMadeHost], caplog: pytest.LogCaptureFixture
+) -> None:
+    link = listening(key=KEY)
+    for wrong in (bytes(32), b""):
+        assert to(link, wrong).greet() == Refuse(WRONG_KEY)
+    assert link.poll() == []
+    host = to(link, KEY)
+    assert host.greet() == welcome()
+    assert request(link) == [HELLO]
+    link.send(PRESS, 0)
+    assert host.message() == State(())
+    command = plain(host.message())
+    assert isinstance(command, Command)
+    assert command.name == "left"
+    link.close()
+    assert caplog.text.count(f"a host was turned away: {WRONG_KEY}") == 1  # not for every knock
+
+
+@pytest.mark.parametrize(
+    ("access", "warning"),
+    [
+        ({"key": KEY}, "for hosts with the key; what the orb feels is not encrypted"),
+        ({"exposed": True}, "without a key: everybody who reaches this address sees what the orb"),
+    ],
+)
+def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
+    access: dict[str, Any], warning: str, caplog: pytest.LogCaptureFixture,
+    to: Callable[..., HandMadeHost],
+) -> None:  # fmt: skip
+    link = listening("listen://0.0.0.0:0", **access)
+    assert link.url.startswith("socket://127.0.0.1:")
+    assert warning in caplog.text
+    assert to(link, access.get("key", b"")).greet() == welcome()
+    link.close()
+
+
+def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
+    link: ListenLink, connect: Callable[[], HandMadeHost], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
+    gone, again = connect(), connect()
+    gone.greet()
+    assert request(link) == [HELLO]
+    link.send(PRESS, 0)  # it never gets there: nobody reads that line any more
+    join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
+    assert again.greet(join) == dataclasses.replace(welcome(), resumed=True)
+    assert again.message() == State(())
+    assert isinstance(plain(again.message()), Command)
+    assert request(link) == [HELLO]
+    assert link.connected
+    until(lambda: len(link._peers) == 1)
+    again.say(Contacts(()))
+    assert request(link) == [Contacts(())]
+
+
+def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
+    link: ListenLink, to: Callable[..., HandMadeHost], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
+    first = to(link)
+    first.greet()
+    assert request(link) == [HELLO]
+    first.say(Bye("back in a moment"))
+    assert request(link) == [Bye("back in a moment")]
+    link.send(PRESS, 0)
+    join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
+    again = to(link)
+    again.greet(join)
+    assert again.message() == State(())
+    assert isinstance(plain(again.message()), Command)
+    stranger = to(link)
+    again.say(Bye(""))
+    assert [type(item) for item in (*request(link), *request(link))][-1] is Bye
+    link.send(PRESS, 0)
+    stranger.greet(dataclasses.replace(join, host_nonce=78))
+    assert stranger.message() == State(())
+    assert link.outbox.posted == ()
+
+
+def test_a_host_may_greet_again_on_its_old_line_however_old_that_is(
+    link: ListenLink, to: Callable[..., HandMadeHost]
+) -> None:
+    host = to(link)
+    host.greet()
+    assert request(link) == [HELLO]
+    [peer] = link._peers
+    peer.since_ms = -60_000  # when it connected; but it has a session
+    until(lambda: peer.since_ms >= 0)
+    assert host.message() == State(())
+    assert host.greet() == welcome()
+    requests = request(link)
+    assert [*requests, *([] if HELLO in requests else request(link))][1:] == [HELLO]

@@ -355,6 +355,23 @@ def test_an_orb_that_belongs_to_another_program_refuses() -> None:
     link.close()
 
 
+def test_a_key_has_to_be_the_same_at_both_ends(ears: Callable[[Receiver], Ear]) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
+    for key, sentence in (
+        (b"", "the orb wants a key; add --key"),
+        (bytes(range(32)), "has another key"),
+    ):
+        with pytest.raises(LinkError, match=sentence):
+            Receiver(lambda: open_transport(link.url), key=key).connect()
+    ear = ears(Receiver(lambda: open_transport(link.url), key=bytes(32)))
+    assert ear.receiver.connect() == welcome()
+    link.wait(DEADLINE_S)
+    assert [type(request) for request in link.poll()] == [Hello]
+    link.send(Command("drop", "pinch", 0.5, None, 1), 0)
+    assert ear.message(Command).name == "drop"
+    link.close()
+
+
 def test_a_port_that_closes_before_an_orb_answers_is_explained() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         url = f"socket://127.0.0.1:{server.getsockname()[1]}"

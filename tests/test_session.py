@@ -9,6 +9,7 @@ from handmade import HELLO, JOIN, numbered
 
 from controller import wire
 from controller.echo import NEVER
+from controller.outbox import Outbox
 from controller.protocol import (
     VERSION,
     Alive,
@@ -25,6 +26,7 @@ from controller.protocol import (
     Offer,
     Packet,
     Perform,
+    ProtocolError,
     Refuse,
     State,
     Telemetry,
@@ -38,9 +40,11 @@ from host.session import (
     HostSession,
     Lost,
     Missed,
+    Past,
     Received,
     Refused,
     Stale,
+    pause_s,
 )
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
@@ -437,3 +441,272 @@ def test_a_host_says_how_long_it_can_wait() -> None:
     assert pair.host.wait_ms(pair.now_ms) == 100
     assert pair.host.wait_ms(pair.now_ms + 30) == 70
     assert pair.host.wait_ms(pair.now_ms + 5_000) == 0
+
+
+# --- acknowledgement, resume, and what is missed ---
+
+
+def test_a_command_is_acknowledged_at_once_and_forgotten() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert [posted.number for posted in pair.device.outbox.posted] == [1]
+    assert pair.exchange() == [Delivered(DROP, 0)]  # no time has passed
+    assert pair.device.outbox.posted == ()
+    assert pair.let(1_000) == []
+
+
+def test_a_command_that_got_lost_is_sent_again_and_those_behind_it_wait_for_it() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(DROP, 0, pair.now_ms)
+    pair.device.output.clear()  # a bad moment of the wire
+    left = dataclasses.replace(DROP, name="left")
+    pair.device.send(left, 0, pair.now_ms)
+    assert pair.exchange() == []
+    assert pair.let(50) == [Delivered(DROP, 0), Delivered(left, 0)]
+    assert pair.let(1_000) == []
+
+
+def test_a_command_that_never_gets_through_is_missed_and_both_ends_know() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.let(200)
+    pair.device.send(DROP, 0, pair.now_ms)
+    for _ in range(30):  # only heartbeats get through
+        pair.now_ms += 10
+        pair.device.tick(pair.now_ms)
+        beats = [packet for packet in said(pair.device) if isinstance(packet.message, Heartbeat)]
+        for beat in beats:
+            assert beat.message is not None
+            data = encode(
+                beat.message, session=beat.session, sequence=beat.sequence, t_ms=beat.t_ms
+            )
+            pair.news += pair.host.receive(data, pair.now_ms)
+    assert pair.news == [Missed(1)]
+    pair.let(200)
+    assert (pair.host.past.missed, pair.device.outbox.missed, pair.device.outbox.lost) == (1, 1, 1)
+
+
+def test_a_command_that_crawled_through_the_wire_is_too_late() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.let(500)
+    pair.device.send(DROP, 0, pair.now_ms)
+    kept = bytes(pair.device.output)
+    pair.device.output.clear()
+    pair.now_ms += 260
+    assert pair.host.state == "live"  # 260 ms are no silence yet
+    assert pair.host.receive(kept, pair.now_ms) == [Missed(1)]
+
+
+class Again(Pair):
+    """A pair whose line is cut, and which meets again."""
+
+    def meet_again(self, *, nonce: int = 7) -> list[Received]:
+        """Connect anew; a device with another nonce has been switched off and on."""
+        past, box = self.host.past, self.device.outbox
+        if nonce != 7:
+            box = Outbox()
+        self.device.end("cut")
+        self.device = DeviceSession(welcome(nonce=nonce), outbox=box, number=50)
+        self.host = HostSession("orb", 9, self.now_ms, past=past)
+        return self.exchange()
+
+
+def test_young_commands_come_after_a_cut_and_old_ones_are_told_to_be_missed() -> None:
+    pair = Again()
+    pair.exchange()
+    for name in ("left", "right"):
+        pair.device.send(dataclasses.replace(DROP, name=name), 0, pair.now_ms)
+        pair.now_ms += 200
+    again = dataclasses.replace(welcome(), resumed=True, done=1)
+    right = dataclasses.replace(DROP, name="right")
+    # left is 400 ms old by now, right 200
+    assert pair.meet_again() == [
+        Connected(again), Missed(1), Delivered(State(()), 0), Delivered(right, 0)
+    ]  # fmt: skip
+    assert pair.meet_again() == [
+        Connected(dataclasses.replace(again, done=2)), Delivered(State(()), 0)
+    ]  # fmt: skip
+    assert (pair.host.past.missed, pair.device.outbox.lost) == (1, 1)
+
+
+def test_what_was_delivered_but_not_acknowledged_does_not_come_twice() -> None:
+    pair = Again()
+    pair.exchange()
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.host.receive(bytes(pair.device.output), pair.now_ms) == [Delivered(DROP, 0)]
+    pair.host.output.clear()  # the acknowledgement is cut off
+    assert [type(news) for news in pair.meet_again()] == [Connected, Delivered]
+    assert pair.device.outbox.posted == ()
+
+
+def test_a_command_given_while_nobody_was_there_waits_for_the_same_host_only() -> None:
+    pair = Again()
+    pair.exchange()
+    pair.device.end("cut")
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.meet_again()[-1] == Delivered(DROP, 0)
+    pair.device.end("cut")
+    pair.device.send(DROP, 0, pair.now_ms)
+    pair.host.past = Past(host_nonce=99)  # another program
+    assert [type(news) for news in pair.meet_again()] == [Connected, Delivered]
+    assert pair.device.outbox.lost == 1
+
+
+def test_after_a_restart_of_the_device_nothing_is_resumed() -> None:
+    pair = Again()
+    pair.exchange()
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.meet_again(nonce=8) == [Connected(welcome(nonce=8)), Delivered(State(()), 0)]
+    pair.device.send(DROP, 0, pair.now_ms)
+    assert pair.exchange() == [Delivered(DROP, 0)]
+    assert pair.host.past == Past(1, boot_nonce=8, done=1, missed=0)
+
+
+def test_the_heartbeat_repeats_what_is_held_and_mends_a_lost_release() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(State(("down",)), 0, pair.now_ms)
+    assert pair.exchange() == [Delivered(State(("down",)), 0)]
+    pair.device.send(State(()), 0, pair.now_ms)
+    pair.device.output.clear()  # the release is lost
+    assert "down" in pair.host.pressed
+    assert [type(news) for news in pair.let(100)] == [Delivered]
+    assert not pair.host.pressed
+    assert pair.let(1_000) == []  # and is not told again and again
+
+
+def test_what_is_held_is_let_go_after_300_ms_and_told_again_if_it_is_held_still() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(State(("down",)), 0, pair.now_ms)
+    pair.exchange()
+    pair.now_ms += 300
+    assert pair.host.tick(pair.now_ms) == [Stale()]
+    assert pair.host.pressed == ()
+    news = pair.let(100)
+    assert [item.message for item in news if isinstance(item, Delivered)] == [State(("down",))]
+
+
+def test_round_trip_and_offset_are_measured_at_both_ends() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(FRAME, 71_000, pair.now_ms)
+    pair.let(500)
+    assert (pair.host.echo.rtt_ms, pair.device.echo.rtt_ms) == (0, 0)
+    assert pair.host.clock_offset_ms == 71_000 - 1_000
+
+
+# --- peers that lie, flood or echo ---
+
+
+def test_a_line_that_echoes_is_no_orb_and_keeps_nobody_alive() -> None:
+    host = HostSession("orb", 9, 0)
+    for now_ms in range(0, 2_000, 10):
+        host.receive(bytes(host.output), now_ms)
+        host.output.clear()
+        assert host.state == "greeting"
+    [refused] = host.tick(2_000)
+    assert isinstance(refused, Refused)
+    pair = Pair()
+    pair.exchange()
+    news: list[Received] = []
+    for _ in range(100):  # the orb is pulled out, and the line begins to echo
+        pair.now_ms += 10
+        news += pair.host.tick(pair.now_ms)
+        data = bytes(pair.host.output)
+        pair.host.output.clear()
+        news += pair.host.receive(data, pair.now_ms)
+    assert [type(item) for item in news] == [Stale, Lost]
+
+
+def test_an_orb_that_greets_for_ever_is_given_up_after_two_seconds() -> None:
+    host = HostSession("orb", 9, 0)
+    offer = encode(Offer(VERSION, bytes(16), False), session=4, sequence=9, t_ms=0)
+    for now_ms in range(0, 2_000, 10):
+        assert host.receive(offer, now_ms) == []
+    assert isinstance(host.tick(2_000)[0], Refused)
+    assert len(host.output) < 200
+
+
+def test_a_host_that_greets_for_ever_costs_no_memory_and_is_given_up() -> None:
+    session = DeviceSession(welcome())
+    for sequence in range(10_000):
+        heard(session, Hello(2, 2, str(sequence), "", False), sequence=sequence, now_ms=0)
+    assert len(session.output) < 100
+    session.tick(2_001)
+    assert session.state == "waiting"
+
+
+def test_a_hello_that_the_line_doubles_does_not_end_the_session() -> None:
+    session = DeviceSession(welcome())
+    hello = Hello(VERSION, VERSION, "a number", "", False)
+    heard(session, hello, sequence=1, now_ms=0)
+    heard(session, JOIN, sequence=2, now_ms=0)
+    assert heard(session, hello, sequence=1, now_ms=0) == []
+    assert session.live
+
+
+def test_an_orb_that_lies_about_its_commands_invents_none_and_costs_no_memory() -> None:
+    pair = Pair()
+    pair.exchange()
+    news: list[Received] = []
+    lies: tuple[Message, ...] = (
+        numbered(DROP, 2**32 - 1, done=0),  # far ahead
+        numbered(DROP, 0, done=0),
+        Heartbeat(0, 0, 0, 2**32 - 1, ()),  # done with four thousand million
+        numbered(DROP, 5, done=4),
+    )
+    for sequence, message in enumerate(lies):
+        data = encode(message, session=pair.host._number, sequence=100 + sequence, t_ms=0)
+        news += pair.host.receive(data, pair.now_ms)
+    assert news == [Missed(2**32 - 1)]
+
+
+def test_a_host_that_lies_about_what_it_has_loses_nothing() -> None:
+    pair = Pair()
+    pair.exchange()
+    pair.device.send(DROP, 0, pair.now_ms)
+    lie = dataclasses.replace(ALIVE, done=2**32 - 1, missed=2**32 - 1)
+    heard(pair.device, lie, sequence=65_100, now_ms=pair.now_ms)
+    assert len(pair.device.outbox.posted) == 1
+
+
+def test_a_host_that_acknowledges_nothing_costs_no_memory() -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1)
+    for now_ms in range(0, 1_900, 5):
+        session.send(DROP, 0, now_ms)
+        session.tick(now_ms)
+    assert len(session.output) < BACKLOG + 200
+    assert len(session.outbox.posted) <= 32
+
+
+def test_what_the_wire_cannot_carry_is_refused_where_it_is_said() -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1)
+    with pytest.raises(ProtocolError):
+        session.send(dataclasses.replace(DROP, name="x" * 41), 0, 0)
+    assert session.outbox.number == 0
+    assert session.tick(60) == []
+
+
+def test_pauses_grow_and_hosts_do_not_knock_in_step() -> None:
+    assert [pause_s(failures, 0.5) for failures in range(6)] == [0.25, 0.5, 1.0, 2.0, 2.0, 2.0]
+    assert (pause_s(0, 0.0), pause_s(0, 1.0)) == (0.1875, 0.3125)
+
+
+def test_the_handshake_tells_how_far_the_clocks_are_apart_so_that_no_command_is_too_old() -> None:
+    device, host = DeviceSession(welcome()), HostSession("orb", 9, 1_000)
+    for _ in range(2):
+        data = bytes(host.output)
+        host.output.clear()
+        device.receive(data, 71_000)
+        answer = bytes(device.output)
+        device.output.clear()
+        host.receive(answer, 1_040)
+    assert (host.state, host.echo.offset_ms) == ("live", 70_000 - 40)
+    device.send(DROP, 0, 71_000)
+    assert host.receive(bytes(device.output), 1_300) == [Missed(1)]

@@ -56,7 +56,8 @@ async def _ask() -> list[Row]:
         except BluetoothError as error:
             return [Row("permission", _FAULT, "BlueZ does not answer this user", str(error),
                         "no_permission")]  # fmt: skip
-        return [version(_version()), *judge(objects), plugin(_arguments())]
+        allowed = Row("permission", _GOOD, "BlueZ answers this user")
+        return [version(_version()), allowed, *judge(objects), plugin(_arguments())]
     finally:
         bus.close()
 

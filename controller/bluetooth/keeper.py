@@ -14,7 +14,7 @@ import threading
 from collections.abc import Coroutine, Sequence
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from controller.bluetooth.bluez import ADAPTER, BluetoothError, Bus, Properties
+from controller.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
 from controller.bluetooth.names import ALIAS
 
 if TYPE_CHECKING:
@@ -146,6 +146,9 @@ class Keeper:
             self._off = self._off or off
             if gone or off:
                 over.set()
+            guest = path.startswith(adapter + "/") and interface == DEVICE
+            if guest and changes and changes.get("Paired") and self._agent and self._agent.open:
+                self.submit(bus.set(path, DEVICE, "Trusted", "b", True))
 
         bus.listen(hear)
         await self._power(bus, adapter)

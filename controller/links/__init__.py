@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from controller.protocol import Message, ProtocolError, Welcome
@@ -27,8 +27,8 @@ class Access:
         exposed: The user has said that a link without a key may be open to other machines.
     """
 
-    token: str = ""
-    key: bytes = b""
+    token: str = field(default="", repr=False)
+    key: bytes = field(default=b"", repr=False)
     exposed: bool = False
 
 

@@ -72,9 +72,9 @@ class RfcommLink(StreamLink):
         self._keeper.pair(seconds)
 
     def close(self) -> None:
-        """Let BlueZ forget us, say Bye, and end both threads."""
-        self._keeper.close()
+        """Say Bye, let BlueZ forget us, and end both threads."""
         super().close()
+        self._keeper.close()
 
     # --- the keeper's side ---
 

@@ -49,7 +49,7 @@ class Stream(Protocol):
 
 
 class Peer:
-    """Somebody at the other end, welcomed or not."""
+    """Somebody at the other end, welcomed or not; since when not, is in `since_ms`."""
 
     def __init__(self, stream: Stream, session: DeviceSession, since_ms: int) -> None:
         self.stream = stream
@@ -288,7 +288,9 @@ class StreamLink:
         for peer in tuple(self._peers):
             with self._lock:
                 self._tell(peer, peer.session.tick(now_ms))
-            if peer.session.live or self.patient or now_ms - peer.since_ms <= SILENCE_MS:
+            if peer.session.live:
+                peer.since_ms = now_ms
+            if self.patient or now_ms - peer.since_ms <= SILENCE_MS:
                 self._serve(peer, 0)
             else:
                 self._detach(peer, "no session")

@@ -1,7 +1,7 @@
 """Run the cases in a virtual machine and print what they found: python -m tests.system [CASE ...].
 
 It needs qemu, mmdebstrap and squashfs-tools, on Linux on x86-64. The first run builds the image,
-which takes two minutes more.
+which takes some minutes more.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from . import vm
-from .image import ImageError
+from .image import DEFAULT, SUITES, ImageError
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -23,13 +23,16 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("cases", nargs="*", help=f"default: all, {', '.join(vm.names())}")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep every log here")
+    parser.add_argument(
+        "--debian", choices=tuple(SUITES), default=DEFAULT, help="release (default: %(default)s)"
+    )
     options = parser.parse_args(argv)
     unknown = set(options.cases) - set(vm.names())
     if unknown:
         parser.error(f"there is no case {sorted(unknown)[0]}; there are {', '.join(vm.names())}")
     start_s = time.monotonic()
     try:
-        results = vm.run(options.cases or vm.names(), options.keep)
+        results = vm.run(options.cases or vm.names(), options.keep, options.debian)
     except ImageError as error:
         print(f"tests.system: {error}", file=sys.stderr)
         return 2

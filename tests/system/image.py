@@ -13,12 +13,14 @@ import contextlib
 import gzip
 import hashlib
 import io
+import os
 import platform
 import shutil
 import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,8 +28,23 @@ from typing import Final
 
 import platformdirs
 
-SUITE: Final = "bookworm"
-PYTHON: Final = "3.11"  # the suite's
+
+@dataclass(frozen=True)
+class Suite:
+    """A release of Debian.
+
+    Attributes:
+        python: Its Python.
+        glibc: Its C library, 2.x, which decides what wheels it takes.
+    """
+
+    python: str
+    glibc: int
+
+
+SUITES: Final = {"trixie": Suite("3.13", 41), "bookworm": Suite("3.11", 36)}
+DEFAULT: Final = os.environ.get("ORBTOUCH_VM_DEBIAN", "trixie")
+DAYS: Final = 30  # after which an image that nobody has booted is thrown away
 PACKAGES: Final = """
     linux-image-amd64 bluez bluez-test-tools dbus python3 python3-evdev udev kmod iproute2
     procps busybox-static
@@ -76,27 +93,33 @@ class Image:
     root: Path
 
 
-def image() -> Image:
-    """Return the image, built first if it is not in the cache: about two minutes, 120 MB.
+def image(suite: str = DEFAULT) -> Image:
+    """Return the image, built first if it is not in the cache: about three minutes, 140 MB.
+
+    Args:
+        suite: The release of Debian.
 
     Raises:
-        ImageError: A tool is missing, or a step failed.
+        ImageError: A tool is missing, there is no such suite, or a step failed.
     """
     _check_tools()
-    folder = platformdirs.user_cache_path("orbtouch") / "system" / _key()
-    found = Image(folder / "vmlinuz", folder / "initrd.gz", folder / "root.squashfs")
+    if suite not in SUITES:
+        raise ImageError(f"there is no Debian {suite} here; there are {', '.join(SUITES)}")
+    cache = platformdirs.user_cache_path("orbtouch") / "system"
+    folder = cache / f"{suite}-{_key()}"
     if not folder.is_dir():
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix="building-") as name:
+        cache.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=cache, prefix="building-") as name:
             done = Path(name) / "done"
             done.mkdir()
-            _build(Path(name), done)
-            with contextlib.suppress(FileExistsError):  # somebody else was quicker
+            _build(suite, Path(name), done)
+            with contextlib.suppress(OSError):  # somebody else was quicker
                 done.rename(folder)
-        for old in folder.parent.iterdir():
-            if old != folder and not old.name.startswith("building-"):
-                shutil.rmtree(old, ignore_errors=True)
-    return found
+    os.utime(folder)
+    for old in cache.iterdir():
+        if time.time() - old.stat().st_mtime > DAYS * 86_400:
+            shutil.rmtree(old, ignore_errors=True)
+    return Image(folder / "vmlinuz", folder / "initrd.gz", folder / "root.squashfs")
 
 
 def _check_tools() -> None:
@@ -113,19 +136,18 @@ def _key() -> str:
     return hashlib.sha256(text).hexdigest()[:16]
 
 
-def _build(work: Path, done: Path) -> None:
-    print("building the virtual machine's image, once: about two minutes", file=sys.stderr)
-    packages = work / "packages"
-    _step("installing Python packages", lambda: _install(packages))
-    tar = work / "root.tar"
-    _step("installing Debian", lambda: _bootstrap(tar))
-    _step("writing the root", lambda: _write(tar, packages, done))
+def _build(suite: str, work: Path, done: Path) -> None:
+    def say(what: str) -> None:
+        print(what, file=sys.stderr, flush=True)
 
-
-def _step(what: str, action: object) -> None:
-    print(f"  {what} ...", file=sys.stderr, flush=True)
-    assert callable(action)
-    action()
+    say(f"building the virtual machine's image of Debian {suite}, once: about three minutes")
+    say("  fetching Python packages ...")
+    packages, tar = work / "py", work / "root.tar"
+    _install(SUITES[suite], packages)
+    say("  installing Debian ...")
+    _bootstrap(suite, packages, tar)
+    say("  writing the root ...")
+    _write(tar, done)
 
 
 def _run(command: list[str], **options: object) -> None:
@@ -139,41 +161,43 @@ def _run(command: list[str], **options: object) -> None:
         raise ImageError(f"{command[0]} failed: {last}")
 
 
-def _install(into: Path) -> None:
+def _install(suite: Suite, into: Path) -> None:
     """Fetch wheels for the guest's Python, whatever Python this is."""
     pip = [
         sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
-        "--target", str(into), "--python-version", PYTHON, "--only-binary=:all:",
-        "--implementation", "cp", "--abi", f"cp{PYTHON.replace('.', '')}", "--abi", "abi3",
-        "--abi", "none", "--no-compile", "--upgrade",
+        "--target", str(into), "--python-version", suite.python, "--only-binary=:all:",
+        "--implementation", "cp", "--abi", f"cp{suite.python.replace('.', '')}", "--abi", "abi3",
+        "--abi", "none", "--no-compile", "--upgrade", "--platform", "manylinux2014_x86_64",
     ]  # fmt: skip
-    for glibc in (36, 35, 34, 31, 28, 27, 26, 24, 17):  # Debian 12 has 2.36
+    for glibc in range(suite.glibc, 16, -1):  # pip matches each by its name
         pip += ["--platform", f"manylinux_2_{glibc}_x86_64"]
-    pip += ["--platform", "manylinux2014_x86_64", "--platform", "linux_x86_64"]
     _run([*pip, *WHEELS.split()])
     _run([*pip, "--no-deps", *BARE_WHEELS.split()])
-    if f"{sys.version_info[0]}.{sys.version_info[1]}" == PYTHON:
-        # Emulated, the guest would need a minute for what takes seconds here.
-        _run([sys.executable, "-m", "compileall", "-q", "-s", str(into), "-p", "/opt/py",
-              "--invalidation-mode", "unchecked-hash", str(into)])  # fmt: skip
 
 
-def _bootstrap(tar: Path) -> None:
-    """Let mmdebstrap install a minimal Debian from this machine's own sources, if it has any."""
+def _bootstrap(suite: str, packages: Path, tar: Path) -> None:
+    """Let mmdebstrap install a minimal Debian, from this machine's own sources if they fit.
+
+    The packages go in, too, and are compiled by the guest's Python here: emulated, that would take
+    it a minute.
+    """
     command = [
         "mmdebstrap", "--variant=minbase", f"--include={','.join(PACKAGES.split())}",
         '--aptopt=APT::Install-Recommends "false"',
         "--dpkgopt=path-exclude=/usr/share/doc/*", "--dpkgopt=path-exclude=/usr/share/man/*",
         "--dpkgopt=path-exclude=/usr/share/locale/*",
-        SUITE, str(tar),
+        f"--customize-hook=copy-in {packages} /opt",
+        '--customize-hook=chroot "$1" python3 -m compileall -q '
+        "--invalidation-mode unchecked-hash /opt/py || true",
+        suite, str(tar),
     ]  # fmt: skip
     sources = Path("/etc/apt/sources.list.d/debian.sources")
-    if sources.exists() and SUITE in sources.read_text():
+    if sources.exists() and f"Suites: {suite}" in sources.read_text():
         command.append(str(sources))
     _run(command)
 
 
-def _write(tar: Path, packages: Path, done: Path) -> None:
+def _write(tar: Path, done: Path) -> None:
     """Split the tar into kernel, first file system and pruned root."""
     with tarfile.open(tar) as archive:
         members = {member.name: member for member in archive}
@@ -196,7 +220,7 @@ def _write(tar: Path, packages: Path, done: Path) -> None:
                     if _kept(name, keep):
                         data = archive.extractfile(member) if member.isreg() else None
                         out.addfile(member, data)
-                _add(out, packages)
+                _add(out)
         if squash.returncode:
             raise ImageError("mksquashfs failed; is the disk full?")
 
@@ -207,20 +231,12 @@ def _kept(name: str, modules: set[str]) -> bool:
     return not name.startswith(LEFT_OUT)
 
 
-def _add(out: tarfile.TarFile, packages: Path) -> None:
-    """Add what Debian does not have: the Python packages, the first script, and mount points."""
-    for folder in ("./opt/py", "./repo", "./out", "./work"):
+def _add(out: tarfile.TarFile) -> None:
+    """Add what Debian does not have: the first script, and mount points."""
+    for folder in ("./repo", "./out", "./work"):
         entry = tarfile.TarInfo(folder)
         entry.type, entry.mode = tarfile.DIRTYPE, 0o755
         out.addfile(entry)
-
-    def plain(entry: tarfile.TarInfo) -> tarfile.TarInfo:
-        entry.uid = entry.gid = 0
-        entry.uname = entry.gname = "root"
-        return entry
-
-    for path in sorted(packages.iterdir()):
-        out.add(path, f"./opt/py/{path.name}", filter=plain)
     script = (HERE / "init.sh").read_bytes()
     entry = tarfile.TarInfo("./init.sh")
     entry.size, entry.mode = len(script), 0o755

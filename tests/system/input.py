@@ -47,7 +47,7 @@ class Desktop:
         looks = {"Transport": variant("s", self.transport)}
         self._do(self._bus.call(HOST, ADAPTER, "SetDiscoveryFilter", "a{sv}", looks))
         self._do(self._bus.call(HOST, ADAPTER, "StartDiscovery"))
-        self.guest.until(lambda: self.path, "the orb to be found", 40.0)
+        self.guest.until(lambda: self.path, "the orb to be found")
         with contextlib.suppress(BluetoothError):  # it may be about to stop by itself
             self._do(self._bus.call(HOST, ADAPTER, "StopDiscovery"))
 
@@ -162,7 +162,7 @@ def _l2cap(address: str, port: int) -> socket.socket:
 
 
 def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float, str, int]]:
-    """Return the next events of keys, buttons and axes: (when it was read, its name, its value)."""
+    """Return the next events of keys, buttons and axes: (the kernel's time, its name, its value)."""
     import evdev
 
     found: list[tuple[float, str, int]] = []
@@ -174,7 +174,7 @@ def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float
             if event.type in (evdev.ecodes.EV_KEY, evdev.ecodes.EV_ABS):
                 names = evdev.ecodes.bytype[event.type][event.code]
                 name = names if isinstance(names, str) else names[0]
-                found.append((time.perf_counter(), name, event.value))
+                found.append((event.timestamp(), name, event.value))
     return found
 
 

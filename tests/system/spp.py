@@ -17,14 +17,14 @@ def orb(guest: Guest) -> tuple[Process, str]:
     link = f"rfcomm:{guest.addresses[1]}"
     words = ["--sensor", "virtual", "--seed", SEED, "--link", link]
     process = guest.python("controller", *words)
-    line = process.expect('"listening"', 60.0)
+    line = process.expect('"listening"')
     return process, json.loads(line)["listening"]
 
 
 def pair(guest: Guest, address: str) -> str:
     """Pair hci0 with the orb on hci1 as two people would; return the digits."""
     window = guest.python("controller", "pair", "--adapter", "hci1", name="controller-pair")
-    window.expect("waiting for a host", 60.0)
+    window.expect("waiting for a host")
     host = guest.python("host", "pair", address, "--adapter", "hci0", name="host-pair")
     asked = digits(guest, host, "is it the same there?"), digits(guest, window, "is it the same")
     if asked[0] != asked[1]:
@@ -42,9 +42,9 @@ def pair(guest: Guest, address: str) -> str:
 def pair_quickly(guest: Guest) -> None:
     """Pair both adapters with nobody looking."""
     window = guest.python("controller", "pair", "--yes", "--adapter", "hci1", name="window")
-    window.expect("waiting for a host", 60.0)
+    window.expect("waiting for a host")
     host = guest.python("host", "pair", guest.addresses[1], "--adapter", "hci0", "--yes")
-    window.expect("paired with", 60.0)
+    window.expect("paired with")
     if window.wait() or host.wait():
         raise CaseError("pairing did not end well")
 
@@ -61,7 +61,7 @@ def game(guest: Guest, link: str | None) -> dict[str, Any]:
     """Play a demo game with `host`; return what came of it, without the count of bytes."""
     words = ["--demo", "--headless", "--speed", "0", "--seed", SEED, "--seconds", SECONDS, "--json"]
     process = guest.python("host", *words, *(["--link", link] if link else []), name="host-demo")
-    if process.wait(90.0):
+    if process.wait():
         raise CaseError(f"host ended badly: {process.lines[-3:]}")
     verdict: dict[str, Any] = json.loads(process.lines[-1])
     del verdict["link_bytes"]
@@ -79,6 +79,6 @@ def told(verdict: dict[str, Any]) -> str:
 def round_trips(guest: Guest, link: str) -> list[float]:
     """Return how long grants took over a link."""
     process = guest.python(f"{__package__}.play", link, name="play")
-    if process.wait(60.0):
+    if process.wait():
         raise CaseError(f"play ended badly: {process.lines[-3:]}")
     return list(json.loads(process.lines[-1])["seconds"])

@@ -1,0 +1,111 @@
+"""The file that holds the key: its owner's alone, and never a surprise."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from controller import key as keys
+from controller.__main__ import main as controller
+from controller.key import KeyFileError
+from host.__main__ import main as host
+
+posix = pytest.mark.skipif(os.name != "posix", reason="Windows has other permissions")
+
+
+def written(path: Path, content: str | bytes, mode: int = 0o600) -> Path:
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    path.chmod(mode)
+    return path
+
+
+def test_a_key_is_drawn_into_a_file_that_only_its_owner_reads(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "orb.key"
+    assert controller(["key", str(path)]) == 0
+    assert capsys.readouterr().out == f"{path}\n"
+    assert len(keys.read(path)) == 32
+    if os.name == "posix":
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    other = tmp_path / "other.key"
+    keys.make(other)
+    assert keys.read(other) != keys.read(path)
+
+
+def test_a_key_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "orb.key", "precious")
+    assert controller(["key", str(path)]) == 2
+    assert path.read_text() == "precious"
+    assert "is there already, and a key is never overwritten" in capsys.readouterr().err
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o666])
+def test_a_key_that_others_can_reach_is_refused(tmp_path: Path, mode: int) -> None:
+    path = written(tmp_path / "orb.key", "00" * 32, mode)
+    with pytest.raises(KeyFileError, match=f"is open to others .mode {mode:o}.*chmod 600"):
+        keys.read(path)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "0" * 31, "00" * 15, "hello " * 10, b"\xff" * 40, "00" * 10_000]
+)
+def test_what_is_no_key_is_refused_in_one_sentence(tmp_path: Path, content: str | bytes) -> None:
+    path = written(tmp_path / "orb.key", content)
+    with pytest.raises(KeyFileError, match="is no key: expected are 32 or more hexadecimal") as no:
+        keys.read(path)
+    assert "\n" not in str(no.value)
+
+
+def test_a_key_may_have_blanks_and_line_ends(tmp_path: Path) -> None:
+    path = written(tmp_path / "orb.key", "00 11 22 33 44 55 66 77\n88 99 aa bb cc dd ee ff\r\n")
+    assert keys.read(path) == bytes.fromhex("00112233445566778899aabbccddeeff")
+
+
+def test_a_missing_key_and_a_folder_are_told_apart(tmp_path: Path) -> None:
+    with pytest.raises(KeyFileError, match="no such file"):
+        keys.read(tmp_path / "none.key")
+    with pytest.raises(KeyFileError, match=r"cannot read|is no file"):
+        keys.read(tmp_path)
+    with pytest.raises(KeyFileError, match="cannot write"):
+        keys.make(tmp_path / "none" / "orb.key")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--link", "socket://127.0.0.1:1", "--key", "none.key"], "cannot read the key none.key"),
+        (["--key", "none.key"], "--key is for an orb elsewhere"),
+    ],
+)
+def test_the_host_says_what_is_wrong_with_a_key(
+    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status: object = host([*words, "--headless", "--seconds", "1"])
+    except SystemExit as error:
+        status = error.code
+    assert status == 2
+    assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--link", "listen://127.0.0.1:0", "--key", "none.key"], "cannot read the key none.key"),
+        (["--key", "none.key"], "--key and --unprotected are for hosts"),
+        (["--unprotected"], "--key and --unprotected are for hosts"),
+        (
+            ["--link", "listen://127.0.0.1:0", "--key", "none.key", "--unprotected"],
+            "leave out --key or --unprotected",
+        ),
+        (["--link", "listen://0.0.0.0:0"], "add --key FILE, or --unprotected"),
+    ],
+)
+def test_the_controller_says_what_is_wrong_with_a_key(
+    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert controller(words) == 2
+    assert sentence in capsys.readouterr().err
