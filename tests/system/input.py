@@ -21,7 +21,7 @@ from typing import Any
 
 from controller.bluetooth.bluez import DEVICE, BluetoothError, Bus, Properties, devices, variant
 
-from .guest import CaseError, Guest
+from .guest import ANSWER_S, CaseError, Guest
 
 HOST = "/org/bluez/hci0"
 ORB = "/org/bluez/hci1"
@@ -161,8 +161,8 @@ def _l2cap(address: str, port: int) -> socket.socket:
     return fresh
 
 
-def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float, str, int]]:
-    """Return the next events of keys, buttons and axes: (the kernel's time, its name, its value)."""
+def events(device: Any, count: int, timeout_s: float = ANSWER_S) -> list[tuple[float, str, int]]:
+    """Return the next events of keys, buttons and axes: (kernel's time, name, value)."""
     import evdev
 
     found: list[tuple[float, str, int]] = []
@@ -176,6 +176,12 @@ def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float
                 name = names if isinstance(names, str) else names[0]
                 found.append((event.timestamp(), name, event.value))
     return found
+
+
+def until_told(device: Any, name: str, value: int) -> None:
+    """Return when a device has told something."""
+    while all(event[1:] != (name, value) for event in events(device, 1)):
+        pass
 
 
 def drain(device: Any) -> None:

@@ -9,7 +9,7 @@ URL, WHAT = "hid:hci1", "HID over GATT"
 
 def run(guest: Guest) -> None:
     """Pair, press, come back five times, be seen by a game, and leave nothing down."""
-    guest.radio("-d")
+    guest.radio()
     link, desktop = orb(URL), Desktop(guest)
     pair(guest, link, desktop)
     pad = there(guest, link, desktop)["pad"]
