@@ -12,6 +12,7 @@ URL, WHAT = "hid:classic,hci1", "classic HID"
 def run(guest: Guest) -> None:
     """Pair, press, come back five times, be seen by a game, and leave nothing down."""
     guest.radio()
+    guest.run("hciconfig", "hci1", "class", "0x002508")  # as Class = in main.conf does
     try:
         orb(URL).close()
     except LinkError as error:
