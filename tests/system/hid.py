@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import logging
 import signal
@@ -45,14 +46,22 @@ def press(link: HidLink, name: str) -> None:
 
 
 def there(guest: Guest, link: HidLink, desktop: Desktop) -> dict[str, Any]:
-    """Wait until the desktop has input devices, and the orb a host."""
-    inputs: dict[str, Any] = guest.until(desktop.inputs, "input devices")
+    """Wait until the orb has a host, and the desktop input devices that stay."""
 
     def connected() -> bool:
         link.poll()
         return link.connected
 
+    def settled() -> dict[str, Any]:
+        found = desktop.inputs() if desktop.settled() else {}
+        with contextlib.suppress(OSError):  # it has gone again: the desktop was not ready
+            for device in found.values():
+                drain(device)
+            return found
+        return {}
+
     guest.until(connected, "the orb to have a host")
+    inputs: dict[str, Any] = guest.until(settled, "input devices")
     return inputs
 
 

@@ -78,6 +78,10 @@ class Desktop:
         interfaces = self._do(self._bus.objects()).get(self.path, {})
         return {**interfaces.get(DEVICE, {}), **interfaces.get("org.bluez.Battery1", {})}
 
+    def settled(self) -> bool:
+        """Return whether BlueZ has looked at everything that the orb offers."""
+        return bool(self.known.get("ServicesResolved"))
+
     def inputs(self) -> dict[str, Any]:
         """Return the kernel's devices that the orb has become: "keyboard" and "pad"; {}: none."""
         import evdev
@@ -129,6 +133,10 @@ class ClassicDesktop(Desktop):
             channels.append(channel)
         self._hand_over(channels)
         self._thread.start()
+
+    def settled(self) -> bool:
+        """Return True: the kernel looks at nothing but the reports."""
+        return True
 
     def _welcome(self) -> None:
         """Do the same for an orb that comes by itself."""
