@@ -19,6 +19,7 @@ from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 from reference import hid
 
 from controller.bluetooth.bluez import BluetoothError, Bus
+from controller.bluetooth.hid import gatt
 from controller.bluetooth.hid.gatt import GattPart
 from controller.bluetooth.hid.held import Held
 from controller.bluetooth.hid.hosts import Hosts, Known
@@ -26,7 +27,6 @@ from controller.bluetooth.hid.mapping import read
 from controller.bluetooth.hid.pad import Pad
 from controller.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
 from controller.bluetooth.hid.reports import RELEASED, gamepad, keyboard
-from controller.bluetooth.hid.services import Offer
 from controller.protocol import Command, State
 
 NOBODY = Known()
@@ -46,7 +46,8 @@ class Table:
         self.pad = Pad(
             Held(read(mapping)), hosts, tell=self.told.append, remember=self.remembered.append
         )
-        self.part = GattPart(self.pad, Offer("OrbTouch", 87), "OrbTouch")
+        self.percent = 87
+        self.part = GattPart(self.pad, "OrbTouch", lambda: self.percent)
 
     async def again(self) -> Bus:
         """Return a new connection to the bus, as for every round of the keeper."""
@@ -320,15 +321,17 @@ def test_before_the_orb_goes_it_says_that_nothing_is_down_and_disconnects(play: 
     play(scene)
 
 
-def test_the_battery_is_told_when_it_changes(play: Play) -> None:
+def test_the_battery_is_told_when_it_changes(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gatt, "BATTERY_S", 0.001)
+
     async def scene(it: Table) -> None:
         await it.play(LAPTOP)
         await it.bluez.listen(LAPTOP, BATTERY)
         it.bluez.heard.clear()
-        for percent in (87, 86, 86, 120):
-            it.part.charge(percent)
-        await it.settle()
-        assert it.values(LAPTOP) == [bytes([86]), bytes([100])]
+        for percent, told in ((86, 86), (120, 100)):
+            it.percent = percent
+            await it.bluez.until(lambda: it.bluez.heard)
+            assert it.values(LAPTOP) == [bytes([told])]
 
     play(scene)
 

@@ -170,6 +170,5 @@ def _part(pad: Pad, name: str, *, classic: bool) -> Part:
 
         return ClassicPart(pad, name)
     from controller.bluetooth.hid.gatt import GattPart
-    from controller.bluetooth.hid.services import Offer
 
-    return GattPart(pad, Offer(name, memory.charge()), name)
+    return GattPart(pad, name, memory.charge)

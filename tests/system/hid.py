@@ -1,17 +1,23 @@
-"""What the cases of the HID links share."""
+"""What the cases of the HID links share: an orb in this process, and a desktop to try it with."""
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import logging
+import signal
 import sys
 import time
+from pathlib import Path
+from typing import Any
 
+from controller.bluetooth.bluez import BluetoothError
 from controller.links import open_link
 from controller.links.hid import HidLink
 from controller.protocol import COMMANDS, VERSION, Command, State, Welcome
 
 from .guest import Guest
-from .input import Desktop, drain, events
+from .input import Desktop, drain, events, until_told
 
 WELCOME = Welcome(
     version=VERSION, boot_nonce=1, device_id="virtual-1", name="OrbTouch", virtual=True,
@@ -20,6 +26,7 @@ WELCOME = Welcome(
 )  # fmt: skip
 PRESSES = 200
 RETURNS = 5
+HOLD = "".join(f'{name} = {{ key = "left", mode = "hold" }}\n' for name in COMMANDS)
 
 
 def orb(url: str) -> HidLink:
@@ -38,21 +45,112 @@ def press(link: HidLink, name: str) -> None:
     link.send(State((name,)), 0)
 
 
-def look(guest: Guest, url: str, transport: str) -> None:
-    """Try out a link: pairing, events, latency, return, release."""
-    link = orb(url)
+def there(guest: Guest, link: HidLink, desktop: Desktop) -> dict[str, Any]:
+    """Wait until the orb has a host, and the desktop input devices that stay."""
+
+    def connected() -> bool:
+        link.poll()
+        return link.connected
+
+    def settled() -> dict[str, Any]:
+        found = desktop.inputs() if desktop.settled() else {}
+        with contextlib.suppress(OSError):  # it has gone again: the desktop was not ready
+            for device in found.values():
+                drain(device)
+            return found
+        return {}
+
+    guest.until(connected, "the orb to have a host")
+    inputs: dict[str, Any] = guest.until(settled, "input devices")
+    return inputs
+
+
+def pair(guest: Guest, link: HidLink, desktop: Desktop) -> None:
+    """Be refused while nobody asks for pairing, then pair."""
     link.pair(120)
-    desktop = Desktop(guest, guest.addresses[1], transport)
-    known = desktop.pair()
-    guest.saw(f"BlueZ: {known}")
-    inputs = guest.until(desktop.inputs, "input devices")
-    guest.saw(str(inputs))
-    guest.until(lambda: link.poll() or link.connected, "the orb to notice")
-    pad = inputs["pad"]
-    time.sleep(1.0)
+    desktop.find()
+    desktop.pair()
+    desktop.connect()
+    there(guest, link, desktop)
+    known = desktop.known
+    guest.saw(
+        f"paired; BlueZ shows {known.get('Alias')} as {known.get('Icon')}, "
+        f"{known.get('Modalias')}, battery {known.get('Percentage')}"
+    )
+
+
+def tap(link: HidLink, pad: Any) -> None:
+    """Tap the hat to the left, and see it in the kernel's device."""
     drain(pad)
     press(link, "left")
-    guest.saw(str(events(pad, 2)))
-    guest.saw(f"battery: {desktop.known.get('Percentage')}")
-    link.close()
-    desktop.close()
+    told = [(name, value) for _, name, value in events(pad, 2)]
+    assert told == [("ABS_HAT0X", -1), ("ABS_HAT0X", 0)], told
+
+
+def measure(guest: Guest, link: HidLink, pad: Any, what: str) -> None:
+    """Take down how long commands need to the kernel's device."""
+    waits = []
+    for number in range(PRESSES):
+        drain(pad)
+        start_s = time.time()  # the kernel's events have this clock
+        press(link, "rotate_cw" if number % 2 else "pause")
+        waits.append(events(pad, 2)[0][0] - start_s)  # down and up
+    guest.measured(f"command to /dev/input, {what}", waits)
+
+
+def come_back(guest: Guest, link: HidLink, desktop: Desktop, what: str) -> None:
+    """Drop the link from the orb's side, time after time."""
+    waits = []
+    for _ in range(RETURNS):
+        desktop.drop()
+        guest.until(lambda: not desktop.inputs(), "the input devices to go")
+        start_s = time.perf_counter()
+        pad = there(guest, link, desktop)["pad"]
+        waits.append(time.perf_counter() - start_s)
+        tap(link, pad)
+    guest.saw(f"{RETURNS} of {RETURNS} times back by itself, with events")
+    guest.measured(f"back after a lost link, {what}", waits)
+
+
+def game(guest: Guest, link: HidLink) -> None:
+    """See the pad with pygame, as a game does."""
+    player = guest.python(f"{__package__}.joystick", name="joystick")
+    guest.saw(player.expect("pad 'OrbTouch", 60.0))
+    press(link, "rotate_cw")
+    button = player.expect("button")
+    press(link, "right")
+    guest.saw(f"pygame: {button}, {player.expect('hat')}")
+    player.end(signal.SIGKILL)
+
+
+def killed(guest: Guest, desktop: Desktop, url: str, what: str) -> None:
+    """Kill a real controller while it holds a key, and see the key go up."""
+    keys = Path("/tmp/hold.toml")
+    keys.write_text("[profile.hold]\n" + HOLD)
+    controller = guest.python(
+        "controller", "--sensor", "virtual", "--link", f"{url}?keys={keys}", name="controller"
+    )
+    keyboard = guest.until(desktop.inputs, "input devices")["keyboard"]
+    until_told(keyboard, "KEY_LEFT", 1)
+    guest.saw("a real controller's own hand holds a key")
+    controller.end(signal.SIGKILL)
+    start_s = time.time()
+    how = "the device goes away"
+    try:
+        until_told(keyboard, "KEY_LEFT", 0)
+        how = "the key goes up"
+    except OSError as error:
+        if error.errno != errno.ENODEV:
+            raise
+    seconds = time.time() - start_s
+    guest.measured(f"{how} after SIGKILL of the controller, {what}", [seconds])
+
+
+def refused(guest: Guest, desktop: Desktop) -> None:
+    """Try to pair with an orb that was not asked to."""
+    try:
+        desktop.pair()
+    except BluetoothError as error:
+        guest.saw(f"not asked for, pairing is refused: {error}")
+        return
+    raise AssertionError("it paired without being asked to")

@@ -1,72 +1,89 @@
-"""A host that has nothing of ours: BlueZ and the kernel's input devices, as a desktop uses them."""
+"""A host that has nothing of ours: BlueZ and the kernel's input devices, as a desktop uses them.
+
+`Desktop` is a host over GATT, whose every part is BlueZ's. `ClassicDesktop` does by hand what
+BlueZ's input plugin does, and hands both channels to the kernel's HID protocol: that plugin would
+take the orb's own channels away, as both ends here have one bluetoothd.
+"""
 
 from __future__ import annotations
 
+import array
 import asyncio
 import contextlib
+import fcntl
 import select
+import socket
+import struct
+import threading
 import time
 from collections.abc import Coroutine
 from typing import Any
 
 from controller.bluetooth.bluez import DEVICE, BluetoothError, Bus, Properties, devices, variant
 
-from .guest import CaseError, Guest
+from .guest import ANSWER_S, CaseError, Guest
 
-ADAPTER = "/org/bluez/hci0"
+HOST = "/org/bluez/hci0"
+ORB = "/org/bluez/hci1"
+ADAPTER = "org.bluez.Adapter1"
 PAIR_S = 60.0
 
 
 class Desktop:
-    """The host on hci0."""
+    """The host on hci0, over GATT."""
 
-    def __init__(self, guest: Guest, orb: str, transport: str) -> None:
-        """Connect to BlueZ.
+    transport = "le"
 
-        Args:
-            guest: Where this runs.
-            orb: The orb's address.
-            transport: "le" or "bredr".
-        """
-        self._guest, self._orb, self._transport = guest, orb, transport
+    def __init__(self, guest: Guest) -> None:
+        """Connect to BlueZ."""
+        self.guest = guest
+        self.host, self.orb = guest.addresses
         self._loop = asyncio.new_event_loop()
         self._bus = self._do(Bus.connect())
 
-    def pair(self) -> Properties:
-        """Find the orb, pair with it, trust it and connect; return what BlueZ knows of it."""
-        self._do(self._bus.set(ADAPTER, "org.bluez.Adapter1", "Powered", "b", True))
-        looks = {"Transport": variant("s", self._transport)}
-        self._do(
-            self._bus.call(ADAPTER, "org.bluez.Adapter1", "SetDiscoveryFilter", "a{sv}", looks)
-        )
-        self._do(self._bus.call(ADAPTER, "org.bluez.Adapter1", "StartDiscovery"))
-        self._guest.until(lambda: self.path, "the orb to be found", 40.0)
-        self._do(self._bus.call(ADAPTER, "org.bluez.Adapter1", "StopDiscovery"))
-        self.call("Pair")
-        self._do(self._bus.set(self.path, DEVICE, "Trusted", "b", True))
-        with contextlib.suppress(BluetoothError):  # it may be there already
-            self.call("Connect")
-        return self.known
+    def find(self) -> None:
+        """Look for the orb."""
+        self._do(self._bus.set(HOST, ADAPTER, "Powered", "b", True))
+        looks = {"Transport": variant("s", self.transport)}
+        self._do(self._bus.call(HOST, ADAPTER, "SetDiscoveryFilter", "a{sv}", looks))
+        self._do(self._bus.call(HOST, ADAPTER, "StartDiscovery"))
+        self.guest.until(lambda: self.path, "the orb to be found")
+        with contextlib.suppress(BluetoothError):  # it may be about to stop by itself
+            self._do(self._bus.call(HOST, ADAPTER, "StopDiscovery"))
 
-    def call(self, member: str) -> None:
-        """Call a method of the orb's object."""
-        self._do(self._bus.call(self.path, DEVICE, member, timeout_s=PAIR_S))
+    def pair(self) -> None:
+        """Pair with the orb and trust it."""
+        self._do(self._bus.call(self.path, DEVICE, "Pair", timeout_s=PAIR_S))
+        self._do(self._bus.set(self.path, DEVICE, "Trusted", "b", True))
+
+    def connect(self) -> None:
+        """Ask for the orb, if it is not there already."""
+        with contextlib.suppress(BluetoothError):
+            self._do(self._bus.call(self.path, DEVICE, "Connect", timeout_s=PAIR_S))
+
+    def drop(self) -> None:
+        """Let the orb's side drop the link, as when it is carried away."""
+        path = f"{ORB}/dev_{self.host.replace(':', '_')}"
+        self._do(self._bus.call(path, DEVICE, "Disconnect"))
 
     @property
     def path(self) -> str:
         """The orb's object, "" if it is not known."""
-        found = devices(self._do(self._bus.objects()), ADAPTER)
-        return next((path for path, it in found.items() if it["Address"] == self._orb), "")
+        found = devices(self._do(self._bus.objects()), HOST)
+        return next((path for path, it in found.items() if it["Address"] == self.orb), "")
 
     @property
     def known(self) -> Properties:
         """What BlueZ knows of the orb, its battery included."""
-        objects = self._do(self._bus.objects())
-        battery = objects.get(self.path, {}).get("org.bluez.Battery1", {})
-        return {**objects.get(self.path, {}).get(DEVICE, {}), **battery}
+        interfaces = self._do(self._bus.objects()).get(self.path, {})
+        return {**interfaces.get(DEVICE, {}), **interfaces.get("org.bluez.Battery1", {})}
+
+    def settled(self) -> bool:
+        """Return whether BlueZ has looked at everything that the orb offers."""
+        return bool(self.known.get("ServicesResolved"))
 
     def inputs(self) -> dict[str, Any]:
-        """Return the kernel's devices that the orb has become: "keyboard" and "pad"."""
+        """Return the kernel's devices that the orb has become: "keyboard" and "pad"; {}: none."""
         import evdev
 
         found = {}
@@ -88,8 +105,72 @@ class Desktop:
         return self._loop.run_until_complete(task)
 
 
-def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float, str, int]]:
-    """Return the next events of keys, buttons and axes: (when it was read, its name, its value)."""
+class ClassicDesktop(Desktop):
+    """The host on hci0, over classic Bluetooth."""
+
+    transport = "bredr"
+    ports = (0x11, 0x13)
+
+    def __init__(self, guest: Guest) -> None:
+        """Connect to BlueZ, and wait for orbs that come back."""
+        super().__init__(guest)
+        self.descriptor = b""
+        self._kernel = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_RAW, _HIDP)
+        self._listeners = [_l2cap(self.host, port) for port in self.ports]
+        for listener in self._listeners:
+            listener.listen(1)
+        self._thread = threading.Thread(target=self._welcome, daemon=True)
+
+    def connect(self) -> None:
+        """Read the orb's record, open both channels and hand them to the kernel."""
+        record = self.guest.run("sdptool", "browse", "--xml", self.orb)
+        after = record.partition('<attribute id="0x0206">')[2].partition("</attribute>")[0]
+        self.descriptor = bytes.fromhex(after.partition('encoding="hex" value="')[2].split('"')[0])
+        channels = []
+        for port in self.ports:
+            channel = _l2cap(self.host, 0)
+            channel.connect((self.orb, port))
+            channels.append(channel)
+        self._hand_over(channels)
+        self._thread.start()
+
+    def settled(self) -> bool:
+        """Return True: the kernel looks at nothing but the reports."""
+        return True
+
+    def _welcome(self) -> None:
+        """Do the same for an orb that comes by itself."""
+        with contextlib.suppress(OSError):
+            while True:
+                self._hand_over([listener.accept()[0] for listener in self._listeners])
+
+    def _hand_over(self, channels: list[socket.socket]) -> None:
+        """Let the kernel speak HID over these: linux/net/bluetooth/hidp/hidp.h."""
+        descriptor = array.array("B", self.descriptor)
+        address, size = descriptor.buffer_info()
+        request = struct.pack(
+            "@iiHHPBBHHHII128s",
+            channels[0].fileno(), channels[1].fileno(), 0x0111, size, address, 0, 8,
+            0x1209, 1, 0x0100, 0, 0, b"OrbTouch",
+        )  # fmt: skip
+        fcntl.ioctl(self._kernel, _ADD, request)
+        for channel in channels:
+            channel.close()  # the kernel has its own hold on them
+
+
+_HIDP = 6  # the protocol's number: linux/include/net/bluetooth/bluetooth.h
+_ADD = 0x400448C8  # HIDPCONNADD
+
+
+def _l2cap(address: str, port: int) -> socket.socket:
+    fresh = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_SEQPACKET, socket.BTPROTO_L2CAP)
+    fresh.setsockopt(274, 4, bytes([2, 0]))  # encrypted
+    fresh.bind((address, port))
+    return fresh
+
+
+def events(device: Any, count: int, timeout_s: float = ANSWER_S) -> list[tuple[float, str, int]]:
+    """Return the next events of keys, buttons and axes: (kernel's time, name, value)."""
     import evdev
 
     found: list[tuple[float, str, int]] = []
@@ -101,8 +182,14 @@ def events(device: Any, count: int, timeout_s: float = 10.0) -> list[tuple[float
             if event.type in (evdev.ecodes.EV_KEY, evdev.ecodes.EV_ABS):
                 names = evdev.ecodes.bytype[event.type][event.code]
                 name = names if isinstance(names, str) else names[0]
-                found.append((time.perf_counter(), name, event.value))
+                found.append((event.timestamp(), name, event.value))
     return found
+
+
+def until_told(device: Any, name: str, value: int) -> None:
+    """Return when a device has told something."""
+    while all(event[1:] != (name, value) for event in events(device, 1)):
+        pass
 
 
 def drain(device: Any) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from dbus_fast import DBusError, Message, MessageType, Variant
@@ -43,6 +43,7 @@ APPLICATION: Final = "/orbtouch/hid"
 ADVERTISEMENT: Final = "/orbtouch/advertisement"
 GATT: Final = "org.bluez.GattManager1"
 ADVERTISING: Final = "org.bluez.LEAdvertisingManager1"
+BATTERY_S: Final = 60.0  # between two looks at the battery
 FAREWELL_S: Final = 2.0  # for BlueZ to take the last report
 
 log = logging.getLogger(__name__)
@@ -51,15 +52,17 @@ log = logging.getLogger(__name__)
 class GattPart:
     """Keeps the services registered, and tells `Pad` who comes and goes."""
 
-    def __init__(self, pad: Pad, offer: Offer, name: str) -> None:
+    def __init__(self, pad: Pad, name: str, charge: Callable[[], int]) -> None:
         """Prepare.
 
         Args:
             pad: What is down, and for whom.
-            offer: What hosts read and write.
             name: Under which hosts find the orb.
+            charge: Tells the battery's charge in percent, whenever it is asked.
         """
-        self._pad, self._offer, self._name = pad, offer, name
+        self._pad, self._name, self._charge = pad, name, charge
+        self._offer = Offer(name, charge())
+        self._battery: asyncio.TimerHandle | None = None
         self._bus: Bus | None = None
         self._adapter = ""
         self._devices: dict[str, Properties] = {}
@@ -86,6 +89,7 @@ class GattPart:
         await bus.call(adapter, GATT, "RegisterApplication", "oa{sv}", APPLICATION, {})
         bus.listen(self._hear)
         self._pad.open(self)
+        self._look_at_battery()
         for device in self._devices.values():
             if device.get("Connected") and self._is_ours(device):
                 self._pad.arrive(device["Address"])
@@ -94,6 +98,8 @@ class GattPart:
         """Say that nothing is down, let the host go, and let BlueZ forget us."""
         active = self._pad.hosts.active
         self._pad.close()  # sends the last reports, if there is still a way
+        if self._battery is not None:
+            self._battery.cancel()
         bus, self._bus = self._bus, None
         if bus is None:
             return
@@ -207,10 +213,12 @@ class GattPart:
                 for last, (kind, value) in enumerate(one.descriptors):
                     bus.export(f"{path}/desc{last}", Descriptor(kind, value, path))
 
-    def charge(self, percent: int) -> None:
-        """Take the battery's level, and tell whoever listens."""
-        for name, value in self._offer.charge(percent):
+    def _look_at_battery(self) -> None:
+        """Tell whoever listens when the battery's level has changed; look again by and by."""
+        for name, value in self._offer.charge(self._charge()):
             self._changed(name, value)
+        loop = asyncio.get_running_loop()
+        self._battery = loop.call_later(BATTERY_S, self._look_at_battery)
 
     def _changed(self, name: str, value: bytes) -> None:
         """Tell BlueZ, and nobody else on this machine, that a value has changed."""
