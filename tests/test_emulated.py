@@ -53,7 +53,7 @@ def test_every_fault_can_be_switched_on_and_off_again(kind: str) -> None:
     [
         ("no_converter", "no mcp3208 answers on SPI 0.0"),
         ("silent_converter", "all electrodes read nothing"),
-        ("unplugged", "is the membrane plugged in"),
+        ("unplugged", "the membrane is plugged in"),
         ("bus_errors", "SPI 0.0 fails: Input/output error"),
     ],
 )

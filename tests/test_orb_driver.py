@@ -134,7 +134,7 @@ def test_what_is_missing_at_the_start_is_told_at_the_start(
 ) -> None:
     bench = Bench(seed=3, faults=[WiringFault.parse("unplugged")])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
-    with pytest.raises(HardwareAwayError, match="is the membrane plugged in"):
+    with pytest.raises(HardwareAwayError, match="the membrane is plugged in"):
         sensors.load("orb", SensorOptions(10.0))
 
 

@@ -87,11 +87,13 @@ class Driver:
         full = 1 << self.board.chip.bits
         if (reading.counts - dark[:, None]).max() < _SILENT * full:
             raise HardwareAwayError(
-                "all electrodes read nothing; is the membrane plugged in, and the converter's "
-                "supply on?"
+                "all electrodes read nothing; see whether the membrane is plugged in and the "
+                "converter has its supply"
             )
         if reading.counts.min() >= full - 1:
-            raise HardwareAwayError("all electrodes read full scale; is the converter's ground on?")
+            raise HardwareAwayError(
+                "all electrodes read full scale; see whether the converter has its ground"
+            )
 
     def _inflate(self, now_s: float) -> None:
         """Run the pump, or let it rest."""

@@ -38,7 +38,7 @@ from controller.teaching.clock import Alone
 from controller.teaching.tally import Tally
 from controller.vocabulary import Vocabulary
 
-VIRTUAL: Final = "virtual"
+VIRTUAL: Final = ("virtual", "emulated")  # whose own hand does what it is asked for
 
 _log = logging.getLogger("controller")
 
@@ -94,7 +94,7 @@ def prepare(options: argparse.Namespace) -> Lesson:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
     vocabulary = folder.vocabulary(options.out, options.labels)
-    if options.sensor == VIRTUAL:
+    if options.sensor in VIRTUAL:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):
                 raise TeachError(
