@@ -40,6 +40,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
                          gesture text40, ready bool, rate_hz f32
     19   Truth       D   number u32, label text40, onset_ms u32, release_ms u32
     20   Granted     D   until_ms u32
+    21   Health      D   found: u8 count <= 8, each text120
     32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
@@ -204,6 +205,16 @@ class Granted:
 
 
 @dataclass(frozen=True, slots=True)
+class Health:
+    """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
+
+    A snapshot, sent when it changes and once to every new host if there is something to tell.
+    """
+
+    found: tuple[str, ...]  # sentences, worst first
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -240,7 +251,7 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Command | State | Telemetry | Truth | Granted
-    | Contacts | Perform | Grant
+    | Health | Contacts | Perform | Grant
 )  # fmt: skip
 
 
@@ -406,6 +417,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (18, Telemetry, (u32, image, shares, point, name, flag, f32)),
         (19, Truth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
+        (21, Health, (wire.many(wire.text(120), 8),)),
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),

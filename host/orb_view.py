@@ -47,6 +47,7 @@ class OrbView:
         probabilities: One per label of the handshake, in its order, eased as well.
         contacts: The fingers that this host puts on a virtual dome, for the rings.
         hint: The line below the dome while no gesture is held.
+        health: What is wrong with the sensor, worst first; stands in the hint's place.
     """
 
     link: LinkState = "connecting"
@@ -60,6 +61,7 @@ class OrbView:
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()
     hint: str = ""
+    health: tuple[str, ...] = ()
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
@@ -83,6 +85,7 @@ class OrbView:
         self._target = np.zeros(len(welcome.labels), np.float32)
         self.probabilities = self._target.copy()
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
+        self.health = ()
         self.trace.clear()
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:

@@ -20,6 +20,7 @@ from controller.protocol import (
     Decoder,
     Grant,
     Granted,
+    Health,
     Heartbeat,
     Hello,
     Message,
@@ -45,7 +46,7 @@ class Connected:
 class Delivered:
     """A message of the device, in order, each once."""
 
-    message: Message  # Command, State, Telemetry, Truth or Granted
+    message: Message  # Command, State, Telemetry, Truth, Granted or Health
     t_ms: int  # the device's time
 
 
@@ -69,7 +70,7 @@ class Refused:
 
 
 Received = Connected | Delivered | Stale | Lost | Refused
-_NEWS = (Command, State, Telemetry, Truth, Granted)
+_NEWS = (Command, State, Telemetry, Truth, Granted, Health)
 
 
 class HostSession:

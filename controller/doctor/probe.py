@@ -219,7 +219,7 @@ class _Probe:
         return prompt, held, late, level, touch
 
     def _ramp(self, row: int) -> Array:
-        """Return single conversions all the way down from the supply, for bits that never change."""
+        """Return single conversions on the way down from the supply: stuck bits show."""
         pin, values = self._rows[row], np.zeros(_RAMP)
         self._board.pins.drive(pin, True)
         self._board.wait(_CHARGE_S)

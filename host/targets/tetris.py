@@ -10,7 +10,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Message, Telemetry
+from controller.protocol import Command, Health, Message, Telemetry
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
 from host.pause_menu import PauseMenu
@@ -169,6 +169,8 @@ class TetrisTarget:
                     self.orb.telemetry(message, now_s)
                 elif isinstance(message, Command):
                     self.orb.command(message, now_s)
+                elif isinstance(message, Health):
+                    self.orb.health = message.found
                 return self._go_on() if self.orb.heard() else ()
 
     def _stop(self, link: LinkState, reason: str, details: str) -> tuple[Action, ...]:
