@@ -91,15 +91,17 @@ def play(
     rests = list(busy)
     if finger is not None:
         rests.append((finger[0] - 1.5, finger[1]))
+    touches: list[tuple[float, tuple[Contact, ...]]] = []
+    if finger is not None:
+        touches = [(finger[0], (_FINGER,)), (finger[1], ())]
     next_s, number = 2.0, 0
     for frame in range(1, round(minutes * 60 * RATE_HZ) + 1):
         t_s = frame / RATE_HZ
         while pending and pending[0][0] <= t_s:
             orb.switch([Fault.parse(pending.pop(0)[1], model.rows, model.columns)])
-        if finger is not None and t_s - 0.05 < finger[0] + 0.1 <= t_s + 0.05:
-            orb.touch((_FINGER,), t_s - 1.0 / RATE_HZ)
-        if finger is not None and t_s - 0.05 < finger[1] <= t_s + 0.05:
-            orb.touch((), t_s)
+        while touches and touches[0][0] <= t_s:
+            at_s, contacts = touches.pop(0)
+            orb.touch(contacts, at_s)
         if t_s >= next_s:
             if not any(begin <= t_s < end for begin, end in rests):
                 label = str(rng.choice(GESTURES))
@@ -159,7 +161,7 @@ def _healthy(model: OrbModel, seed: int, minutes: float) -> Told:
 def _finger(model: OrbModel, seed: int, minutes: float) -> Told:
     lifted = FINGER_S
     game = play(
-        model, seed, minutes, finger=(-0.1, lifted), busy=[(0.0, lifted + 2.0)], since_s=lifted
+        model, seed, minutes, finger=(-1.0, lifted), busy=[(0.0, lifted + 2.0)], since_s=lifted
     )
     back = next((s.t_s for s in game.steps if s.t_s > lifted + 0.2 and s.quiet), np.inf)
     return game.score, [f"quiet {back - lifted:.1f} s after the finger left"]
@@ -189,7 +191,7 @@ def _drift(model: OrbModel, seed: int, minutes: float) -> Told:
 def _cut(lead: str) -> Callable[[OrbModel, int, float], Told]:
     def run(model: OrbModel, seed: int, minutes: float) -> Told:
         game = play(model, seed, 1 + minutes, faults=[(CHANGE_S, lead)], since_s=CHANGE_S)
-        return game.score, [line for line in game.steps[-1].health[:1]]
+        return game.score, list(game.steps[-1].health[:1])
 
     return run
 
