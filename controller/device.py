@@ -13,6 +13,7 @@ from controller.preprocess import Frame
 from controller.protocol import (
     Command,
     Contacts,
+    Health,
     Message,
     Perform,
     State,
@@ -91,11 +92,12 @@ class Device:
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
         self._button = LongPress()
+        self._told: tuple[str, ...] = ()  # of the sensor's health
         self._away_s: float | None = None  # since when the sensor gives no frames
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
-        self._pressed = ()
+        self._pressed = self._told = ()
         self.lift(t_s)
 
     def lift(self, t_s: float) -> None:
@@ -228,9 +230,19 @@ class Device:
         elif not step.held:
             self._press((), t_ms)
         self.link.send(telemetry(step, rate_hz), t_ms)
+        self._tell(step.health, t_ms)
         if isinstance(self.sensor, VirtualSensor):
             for truth in self.sensor.truths():
                 self.link.send(truth, t_ms)
+
+    def _tell(self, found: tuple[str, ...], t_ms: int) -> None:
+        """Report the sensor's health, when that changes."""
+        if found != self._told:
+            for line in found:
+                if line not in self._told:
+                    _log.warning("sensor: %s", line)
+            self._told = found
+            self.link.send(Health(found), t_ms)
 
     def _press(self, pressed: tuple[str, ...], t_ms: int) -> None:
         """Report what is held, when that changes."""

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from controller.bundle import Bundle
 from controller.debounce import NULL, Debouncer
+from controller.health import Health
 from controller.mapping import Mapping
-from controller.preprocess import Frame, Image, Prepared, Preprocessor, State, Window
+from controller.preprocess import Frame, Image, Known, Prepared, Preprocessor, State, Window
 from controller.touch import TouchImage
 
 Touch = tuple[float, float]  # (x, y), grid units
@@ -56,6 +57,7 @@ class Step:
         gesture: The label that fired in this frame.
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
+        health: What is not as it should be with the sensor, worst first.
     """
 
     frame: int
@@ -68,6 +70,7 @@ class Step:
     gesture: str | None
     held: str
     command: CommandRecord | None
+    health: tuple[str, ...] = ()
 
 
 class Networks(Protocol):
@@ -83,15 +86,34 @@ class Networks(Protocol):
 class Pipeline:
     """The stages of one session, and what they remember of it."""
 
-    def __init__(self, bundle: Bundle, recognizer: Networks, mapping: Mapping) -> None:
-        """Join the stages; `mapping` is the bundle's, or an override of it."""
+    def __init__(
+        self,
+        bundle: Bundle,
+        recognizer: Networks,
+        mapping: Mapping,
+        known: Known | None = None,
+    ) -> None:
+        """Join the stages.
+
+        Args:
+            bundle: Their settings.
+            recognizer: Its networks.
+            mapping: The bundle's, or an override of it.
+            known: What a calibration of the sensor found.
+
+        Raises:
+            ValueError: The calibration is of a sensor of another shape.
+        """
         self.labels = bundle.labels
         self.mapping = mapping
         self._recognizer = recognizer
-        self._preprocessor = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
+        settings = bundle.preprocess
+        self._preprocessor = Preprocessor(settings, bundle.rows, bundle.columns, known)
         self._debouncer = Debouncer(bundle.labels, bundle.debounce)
         self._touch = TouchImage(_TOUCH_WINDOWS * bundle.window, bundle.rows, bundle.columns)
-        self._ratio = bundle.preprocess.normalise == "ratio"
+        self._ratio = settings.normalise == "ratio"
+        before = None if known is None else known.rest
+        self._health = Health(settings.rate_hz, ratio=self._ratio, before=before)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
@@ -126,10 +148,12 @@ class Pipeline:
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
         held = self._debouncer.held
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
+        health = self._health.step(prepared, self._preprocessor.resting)
         self.mark()
         return Step(
-            self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command
-        )
+            self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
+            health,
+        )  # fmt: skip
 
     @property
     def rest(self) -> Frame | None:

@@ -265,6 +265,11 @@ class Preprocessor:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""
         return None if self._rest is None else self._rest.astype(np.float32)
 
+    @property
+    def resting(self) -> NDArray[np.float64] | None:
+        """The same as it is kept, not to be changed."""
+        return self._rest
+
     def window(self) -> Window | None:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
         if len(self._images) < self.settings.window:

@@ -44,6 +44,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
                          gesture text40, ready bool, rate_hz f32
     19   Truth       D   number u32, label text40, onset_ms u32, release_ms u32
     20   Granted     D   until_ms u32
+    21   Health      D   found: u8 count <= 8, each text120
     22   Delivery    D   state u8, offset u32, told text500
     23   Pace        D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
                          p50_ms f32, p95_ms f32, p99_ms f32
@@ -325,6 +326,16 @@ class Granted:
 
 
 @dataclass(frozen=True, slots=True)
+class Health:
+    """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
+
+    A snapshot, sent when it changes and once to every new host if there is something to tell.
+    """
+
+    found: tuple[str, ...]  # sentences, worst first
+
+
+@dataclass(frozen=True, slots=True)
 class Delivery:
     """Device to host: how it stands with the bundle that the host sends."""
 
@@ -389,7 +400,7 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Delivery | Pace | Contacts | Perform | Grant | Join | Alive | Deliver
+    | Truth | Granted | Health | Delivery | Pace | Contacts | Perform | Grant | Join | Alive | Deliver
     | Piece
 )  # fmt: skip
 
@@ -583,6 +594,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (18, Telemetry, (u32, image, shares, point, name, flag, f32)),
         (19, Truth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
+        (21, Health, (wire.many(wire.text(120), 8),)),
         (22, Delivery, (u8, u32, sentence)),
         (23, Pace, (f32, u32, wire.many(hop, 16))),
         (32, Contacts, (wire.many(contact, 16),)),

@@ -49,6 +49,7 @@ class OrbView:
         hint: The line below the dome while no gesture is held.
         hops: How long frames take: in the orb, from its schedule to here, to the screen.
         period_ms: From frame to frame in the orb; 0 while it has not said.
+        health: What is wrong with the sensor, worst first; stands in the hint's place.
     """
 
     link: LinkState = "connecting"
@@ -64,6 +65,7 @@ class OrbView:
     hint: str = ""
     hops: tuple[Hop, ...] = ()
     period_ms: float = 0.0
+    health: tuple[str, ...] = ()
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
@@ -87,6 +89,7 @@ class OrbView:
         self._target = np.zeros(len(welcome.labels), np.float32)
         self.probabilities = self._target.copy()
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
+        self.health = ()
         self.trace.clear()
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:

@@ -23,6 +23,7 @@ _LINK: Final[dict[LinkState, tuple[str, Colour]]] = {
 }
 _REASON_LETTERS: Final = 40  # a line below the dome
 _REASON_LINES: Final = 5
+_HEALTH_LETTERS: Final = 52  # smaller ones
 _SILENT: Final = {"connecting": "connecting", "stale": "no word from the orb", "lost": "link lost"}
 
 
@@ -145,6 +146,12 @@ class Panel:
 
     def _caption(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
         """Say below the dome what matters most; return where the next part begins."""
+        if view.health and not view.gesture:
+            for number, line in enumerate(_wrapped(view.health[0], _HEALTH_LETTERS)[:2]):
+                label = self._unit.text(line, 16, theme.WARN)
+                at = (self.rect.centerx, top + self._unit.px(17) * number)
+                surface.blit(label, label.get_rect(midtop=at))
+            return top + self._unit.px(36)
         size, colour, message = 18, theme.TEXT_DIM, view.hint
         if view.gesture:
             size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)

@@ -27,6 +27,7 @@ from controller.protocol import (
     Delivery,
     Grant,
     Granted,
+    Health,
     Heartbeat,
     Hello,
     Join,
@@ -57,7 +58,7 @@ JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knoc
 _NEXT: Final = next_states(HOST)
 
 
-_NEWS = (State, Telemetry, Truth, Granted, Delivery, Pace)
+_NEWS = (State, Telemetry, Truth, Granted, Health, Delivery, Pace)
 _FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
 
 

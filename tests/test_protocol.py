@@ -25,6 +25,7 @@ from controller.protocol import (
     Delivery,
     Grant,
     Granted,
+    Health,
     Heartbeat,
     Hello,
     Hop,
@@ -82,6 +83,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     ),
     Truth: st.builds(Truth, u32, name, u32, u32),
     Granted: st.builds(Granted, u32),
+    Health: st.builds(Health, st.lists(text(120), max_size=8).map(tuple)),
     Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
     Perform: st.builds(Perform, u32, name, f32, f32),
     Grant: st.builds(Grant, u32),
@@ -146,6 +148,10 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 13 0100 0200 03000000  04000000 05 7072657373 e8030000 dc050000",
     ),
     (Granted(100), "20 14 0100 0200 03000000  64000000"),
+    (
+        Health(("pump", "row 1")),
+        "10 15 0100 0200 03000000  02 04 70756d70 05 726f772031",
+    ),
     (
         Contacts((Contact(1, 2.0, 3.0, 4.0, 5.0),)),
         "20 20 0100 0200 03000000  01 0100 00000040 00004040 00008040 0000a040",

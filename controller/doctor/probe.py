@@ -23,11 +23,11 @@ LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and wo
 _CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
 _FILL_S: Final = 10e-3  # ... and even a film of megohms in this
 _TRIES: Final = 40  # conversions that tell whether a converter answers
-_SCANS: Final = 24
-_LATE_SCANS: Final = 6
+_SCANS: Final = 12
+_LATE_SCANS: Final = 4
 _RAMP: Final = 100  # conversions of one charge as it leaks away
 _AGAIN: Final = 6  # readings of which a mean is taken
-_BURST: Final = 160  # readings of one taxel, for hum
+_BURST: Final = 96  # readings of one taxel, for hum
 _SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
 
 
@@ -219,7 +219,7 @@ class _Probe:
         return prompt, held, late, level, touch
 
     def _ramp(self, row: int) -> Array:
-        """Return single conversions all the way down from the supply, for bits that never change."""
+        """Return single conversions on the way down from the supply: stuck bits show."""
         pin, values = self._rows[row], np.zeros(_RAMP)
         self._board.pins.drive(pin, True)
         self._board.wait(_CHARGE_S)

@@ -4,7 +4,7 @@ Rows and columns count from the top left, from 0, as in docs/simulator.md.
 """
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from controller.recordings.recording import PICOFARAD, Recording
 from controller.recordings.response import Response
+from controller.whereabouts import names
 
 Map = NDArray[np.float64]  # one number a taxel, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
@@ -38,7 +39,6 @@ SOFT: Final = 0.2  # of the taxels feel a touch ...
 STRONG: Final = 0.2  # ... by this share of what the strongest one feels
 TOUCHES: Final = 30  # touched frames from which taxels can be told apart
 IDLES: Final = 20  # pairs of untouched frames from which noise can be told
-NAMED: Final = 6  # more taxels than that are counted, not listed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,22 +120,6 @@ def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[
     return found
 
 
-def names(mask: Mask) -> str:
-    """Return the taxels of a mask in words: whole rows or columns, single ones, or how many."""
-    if mask.all():
-        return "all taxels"
-    for word, lines in (("row", mask), ("column", mask.T)):
-        whole = lines.all(axis=1)
-        if whole.any() and not lines[~whole].any():
-            return f"{word}{'s' * int(whole.sum() > 1)} {_list(np.flatnonzero(whole).tolist())}"
-    places = np.argwhere(mask).tolist()
-    if len(places) == 1:
-        return f"taxel row {places[0][0]}, column {places[0][1]}"
-    if len(places) > NAMED:
-        return f"{len(places)} of {mask.size} taxels"
-    return f"taxels {_list(f'({row},{column})' for row, column in places)}"
-
-
 def unjudged(response: Response) -> str:
     """Return why nobody can tell dead and noisy taxels from sound ones; "" if somebody can."""
     touched = response.known & response.touched
@@ -146,12 +130,6 @@ def unjudged(response: Response) -> str:
     if np.median(felt) < SOFT:
         return "few taxels feel each touch, so dead ones cannot be told from untouched ones"
     return ""
-
-
-def _list(items: Iterable[object]) -> str:
-    """Return "a, b and c"."""
-    *most, last = map(str, items)
-    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _repeating(frames: NDArray[np.float32]) -> Mask:

@@ -11,7 +11,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Message, State, Telemetry
+from controller.protocol import Command, Health, Message, State, Telemetry
 from host.keys.backends import BackendError
 from host.keys.injector import Injector, Printer, Sender
 from host.keys.mapping import Arm, KeyMap, KeyMapError, Kind
@@ -130,6 +130,8 @@ class KeysTarget:
                 self.pressed.command(message.name, now_s)
             case State(pressed=held):
                 self.pressed.state(held, now_s)
+            case Health(found=found):
+                self.orb.health = found
             case Telemetry():
                 self.orb.telemetry(message, now_s)
                 if message.gesture:

@@ -10,7 +10,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Message, Telemetry
+from controller.protocol import Command, Health, Message, Telemetry
 from host.hops import Hops
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
@@ -171,6 +171,8 @@ class TetrisTarget:
                     self.orb.telemetry(message, now_s)
                 elif isinstance(message, Command):
                     self.orb.command(message, now_s)
+                elif isinstance(message, Health):
+                    self.orb.health = message.found
                 return self._go_on() if self.orb.heard() else ()
             case Missed():
                 return ()  # too late to be played

@@ -111,17 +111,14 @@ def healthy(name: str, number: int) -> list[tuple[str, str, str]]:
         sensor.close()
 
 
-def matrix(answers: dict[str, list[tuple[str, bool]]]) -> str:
-    """Return the confusion matrix as text: truths down, diagnoses across, the usual ones aside."""
-    lines = [f"{'truth':<18}{'named':>7}{'place':>7}  otherwise"]
-    for kind, told in answers.items():
-        right = CALLED.get(kind, kind)
-        hits = [place for code, place in told if code == right]
-        others = Counter(code for code, _ in told if code != right).most_common()
-        words = ", ".join(f"{code} {count}" for code, count in others)
-        place = f"{100 * np.mean(hits):6.0f}%" if hits else "      -"
-        lines.append(f"{kind:<18}{100 * len(hits) / len(told):6.0f}%{place}  {words}")
-    return "\n".join(lines)
+def line(kind: str, told: list[tuple[str, bool]]) -> str:
+    """Return a row of the confusion matrix: the usual diagnosis first, then all others."""
+    right = CALLED.get(kind, kind)
+    hits = [place for code, place in told if code == right]
+    others = Counter(code for code, _ in told if code != right).most_common()
+    words = ", ".join(f"{code} {count}" for code, count in others)
+    place = f"{100 * np.mean(hits):6.0f}%" if hits else "      -"
+    return f"{kind:<18}{100 * len(hits) / len(told):6.0f}%{place}  {words}"
 
 
 def main() -> None:
@@ -141,9 +138,12 @@ def main() -> None:
                 kind: pool.map(one, repeat(kind), repeat(name), range(options.orbs), chunksize=5)
                 for kind in kinds
             }
-            answers = {kind: list(job) for kind, job in jobs.items()}
             print(f"\n{name}: {len(kinds)} kinds of faults, {options.orbs} orbs each")
-            print(matrix(answers), flush=True)
+            print(f"{'truth':<18}{'named':>7}{'place':>7}  otherwise", flush=True)
+            answers = {}
+            for kind, job in jobs.items():
+                answers[kind] = list(job)
+                print(line(kind, answers[kind]), flush=True)
             named = [
                 code == CALLED.get(kind, kind) for kind, told in answers.items()
                 for code, _ in told

@@ -56,7 +56,7 @@ class Wired:
     device_id = "wired"
 
     def __init__(
-        self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 4.0,
+        self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 2.0,
         turned: bool = False, mirrored: str = "", spoil: Spoil | None = None,
     ) -> None:  # fmt: skip
         rng = np.random.default_rng([11, seed])

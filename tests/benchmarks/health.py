@@ -1,0 +1,260 @@
+"""Does play go on when something is wrong? Fingers, drift, leads and plugs in mid-game.
+
+    python -m tests.benchmarks.health [--seeds N] [--minutes M] [--only NAME] [--json]
+
+A simulated hand plays on the virtual orb; the shipped bundle listens, on a virtual clock; the event
+metric judges (BENCHMARKS: a command belongs to a gesture until 0.5 s after it). What happens:
+
+    healthy          nothing
+    finger at start  a finger lies on the orb from the first frame for 10 s; play begins 2 s later
+    ten-minute press a press of ten minutes after one of play; play goes on 3 s after it
+    drift            an hour in which every step of drift is ten times as large as usual (and the
+                     range that it stays in 3.2 times as wide)
+    cut              each of the ten electrodes is cut after one minute, for good
+    dead             each of five taxels stops to react after one minute
+    unplugged        no frames at all for ten seconds, after one minute of play
+"""
+
+import argparse
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from controller import bundle as bundles
+from controller.events import Answer, Event, Score, judge
+from controller.pipeline import Pipeline, Step
+from controller.protocol import Contact
+from controller.recognizer import Recognizer
+from controller.simulator.faults import Fault
+from controller.simulator.hand import GESTURES
+from controller.simulator.orb import OrbModel
+from controller.simulator.presets import PRESETS, preset
+from controller.simulator.virtual import VirtualOrb
+
+RATE_HZ: Final = 10.0
+CHANGE_S: Final = 60.0  # when what happens happens
+FINGER_S: Final = 10.0
+PRESS_S: Final = 600.0
+AWAY_S: Final = 10.0
+HOUR_MIN: Final = 60.0
+_DOMAIN: Final = 6  # a family of seeds of its own
+_PAUSE_S: Final = (1.6, 2.8)
+_FINGER: Final = Contact(1, 2.6, 1.7, 8.0, 7.0)
+
+_BUNDLE = bundles.read(bundles.default_path())
+_RECOGNIZER = Recognizer(_BUNDLE)
+
+
+@dataclass
+class Game:
+    """One session of play, and what came of it.
+
+    Attributes:
+        score: By the event metric, from `since_s` on.
+        steps: Of every frame.
+    """
+
+    score: Score
+    steps: list[Step]
+
+
+def play(
+    model: OrbModel,
+    seed: int,
+    minutes: float,
+    *,
+    busy: Iterable[tuple[float, float]] = (),
+    finger: tuple[float, float] | None = None,
+    faults: Iterable[tuple[float, str]] = (),
+    away: tuple[float, float] | None = None,
+    since_s: float = 0.0,
+) -> Game:
+    """Play.
+
+    Args:
+        model: The orb.
+        seed: Which orb, hand and order.
+        minutes: How long.
+        busy: Stretches (from, to) in which the hand does nothing.
+        finger: From when to when another finger lies there, seconds.
+        faults: (seconds, fault) that are switched on.
+        away: From when to when there are no frames.
+        since_s: What happens before does not count.
+    """
+    orb = VirtualOrb(seed, RATE_HZ, _DOMAIN, model)
+    rng = np.random.default_rng([_DOMAIN, seed])
+    pipeline = Pipeline(_BUNDLE, _RECOGNIZER, _BUNDLE.mapping)
+    pending, steps, events, answers = sorted(faults), [], [], []
+    rests = list(busy)
+    if finger is not None:
+        rests.append((finger[0] - 1.5, finger[1]))
+    touches: list[tuple[float, tuple[Contact, ...]]] = []
+    if finger is not None:
+        touches = [(finger[0], (_FINGER,)), (finger[1], ())]
+    next_s, number = 2.0, 0
+    for frame in range(1, round(minutes * 60 * RATE_HZ) + 1):
+        t_s = frame / RATE_HZ
+        while pending and pending[0][0] <= t_s:
+            orb.switch([Fault.parse(pending.pop(0)[1], model.rows, model.columns)])
+        while touches and touches[0][0] <= t_s:
+            at_s, contacts = touches.pop(0)
+            orb.touch(contacts, at_s)
+        if t_s >= next_s:
+            if not any(begin <= t_s < end for begin, end in rests):
+                label = str(rng.choice(GESTURES))
+                centre = (model.columns - 1) / 2, (model.rows - 1) / 2
+                spread = 1.6 if label == "press" else 0.0
+                x, y = np.array(centre) + spread * rng.uniform(-1.0, 1.0, 2)
+                orb.perform(number, label, float(x), float(y), t_s)
+                number += 1
+            next_s = t_s + float(rng.uniform(*_PAUSE_S)) + 1.0
+        scan = orb.read(t_s)
+        events += [
+            Event(truth.onset_ms / 1000, truth.release_ms / 1000, truth.label)
+            for truth in orb.truths()
+        ]
+        if away is not None and away[0] <= t_s < away[1]:
+            continue
+        step = pipeline.step(scan, t_s, frame)
+        steps.append(step)
+        if step.gesture is not None:
+            answers.append(Answer(t_s, step.gesture))
+    if finger is not None:
+        events.append(Event(finger[0], finger[1], "press"))
+    if away is not None:  # who plays on a dead orb is not heard
+        events = [e for e in events if not away[0] - 0.5 <= e.release_s <= away[1] + 1.0]
+    events = sorted((e for e in events if e.onset_s >= since_s), key=lambda e: e.onset_s)
+    answers = [a for a in answers if a.time_s >= since_s]
+    return Game(judge(events, answers), steps)
+
+
+def drifting(model: OrbModel) -> OrbModel:
+    """Return an orb whose every step of drift is ten times as large as usual."""
+    parts = model.electronics
+    ten = float(np.sqrt(10.0))
+    return replace(
+        model,
+        electronics=replace(
+            parts,
+            taxel_drift=(ten * parts.taxel_drift[0], parts.taxel_drift[1] / 10),
+            common_drift=(ten * parts.common_drift[0], parts.common_drift[1] / 10),
+        ),
+    )
+
+
+def sound(name: str) -> OrbModel:
+    """Return a preset's orb without taxels that are dead or leak from the start."""
+    model = preset(name)
+    return replace(model, electronics=replace(model.electronics, dead=0.0, leaky=0.0))
+
+
+Told = tuple[Score, list[str]]
+
+
+def _healthy(model: OrbModel, seed: int, minutes: float) -> Told:
+    return play(model, seed, minutes).score, []
+
+
+def _finger(model: OrbModel, seed: int, minutes: float) -> Told:
+    lifted = FINGER_S
+    game = play(
+        model, seed, minutes, finger=(-1.0, lifted), busy=[(0.0, lifted + 2.0)], since_s=lifted
+    )
+    back = next((s.t_s for s in game.steps if s.t_s > lifted + 0.2 and s.quiet), np.inf)
+    return game.score, [f"quiet {back - lifted:.1f} s after the finger left"]
+
+
+def _press(model: OrbModel, seed: int, minutes: float) -> Told:
+    ends = CHANGE_S + PRESS_S
+    game = play(
+        model, seed, minutes + (ends - CHANGE_S) / 60 + 1, finger=(CHANGE_S, ends),
+        busy=[(CHANGE_S, ends + 3.0)], since_s=CHANGE_S,
+    )  # fmt: skip
+    depth = {
+        when: float(np.mean([
+            np.abs(s.image - 1.0).mean() for s in game.steps if when <= s.t_s < when + 5.0
+        ]))
+        for when in (CHANGE_S + 10.0, ends - 10.0)
+    }  # fmt: skip
+    first, last = depth.values()
+    return game.score, [f"{100 * last / first:.0f} % of the press is left after ten minutes"]
+
+
+def _drift(model: OrbModel, seed: int, minutes: float) -> Told:
+    del minutes
+    return play(drifting(model), seed, HOUR_MIN).score, []
+
+
+def _cut(lead: str) -> Callable[[OrbModel, int, float], Told]:
+    def run(model: OrbModel, seed: int, minutes: float) -> Told:
+        game = play(model, seed, 1 + minutes, faults=[(CHANGE_S, lead)], since_s=CHANGE_S)
+        return game.score, list(game.steps[-1].health[:1])
+
+    return run
+
+
+def _unplugged(model: OrbModel, seed: int, minutes: float) -> Told:
+    away = (CHANGE_S, CHANGE_S + AWAY_S)
+    return play(model, seed, 1 + minutes, away=away, since_s=CHANGE_S).score, []
+
+
+def scenes(model: OrbModel) -> dict[str, Callable[[OrbModel, int, float], Told]]:
+    """Return what may happen, by name."""
+    rows, columns = model.rows, model.columns
+    cuts = [f"open_row:{i}" for i in range(rows)] + [f"open_column:{i}" for i in range(columns)]
+    dead = [f"dead:{i},{i}" for i in range(min(rows, columns))]
+    return {
+        "healthy": _healthy,
+        "finger at start": _finger,
+        "ten-minute press": _press,
+        **{f"cut {lead}": _cut(lead) for lead in cuts},
+        **{f"{taxel}": _cut(taxel) for taxel in dead},
+        "unplugged": _unplugged,
+        "drift": _drift,
+    }
+
+
+def main() -> None:
+    """Print a line for each scene and preset."""
+    grammar = argparse.ArgumentParser(prog="tests.benchmarks.health", description=__doc__)
+    grammar.add_argument("--seeds", type=int, default=4, help="sessions of each (default: 4)")
+    grammar.add_argument("--minutes", type=float, default=3.0, help="of play (default: 3)")
+    grammar.add_argument("--only", default="", help="scenes whose name begins so")
+    grammar.add_argument("--json", action="store_true")
+    options = grammar.parse_args()
+    results: list[dict[str, Any]] = []
+    for name in PRESETS:
+        model = sound(name)
+        print(f"\n{name}: events, recall, F1, wrong, false alarms, twice; median latency")
+        for scene, run in scenes(model).items():
+            if not scene.startswith(options.only):
+                continue
+            score, notes = Score(), list[str]()
+            seeds = 1 if scene == "drift" else options.seeds
+            for seed in range(seeds):
+                told, said = run(model, seed, options.minutes)
+                score.add(told)
+                notes += said
+            late = float(np.median(score.latencies_s)) if score.latencies_s else float("nan")
+            print(
+                f"{scene:<18}{score.intended:5d}  {score.recall:.3f}  {score.f1:.4f}"
+                f"{score.wrong:4d}{score.false_alarms:4d}{score.duplicates:4d}  {late:.2f} s  "
+                f"{'; '.join(dict.fromkeys(notes))}",
+                flush=True,
+            )
+            goal = 0.95 if scene.startswith("cut") else 0.985 if scene.startswith("dead") else None
+            results.append(
+                {
+                    "name": f"f1 {scene}", "preset": name, "value": score.f1, "unit": "share",
+                    "goal": goal,
+                }
+            )  # fmt: skip
+    if options.json:
+        print(json.dumps({"benchmark": "health", "results": results}))
+
+
+if __name__ == "__main__":
+    main()
