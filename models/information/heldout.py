@@ -250,7 +250,8 @@ def fitted(
     best, least = net.state_dict(), np.inf
     for _ in range(epochs):
         net.train()
-        for part in torch.randperm(len(label), generator=generator).split(batch):
+        order = torch.randperm(len(label), generator=generator)
+        for part in torch.split(order, batch):
             asks, means = inside[part], label[part]
             if shape is not None:
                 asks, means = _varied(asks, means, shape, generator)
