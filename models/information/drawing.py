@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -14,8 +14,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLo
 from controller.simulator.presets import PRESETS
 from models.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE
 from models.information import growth
+from models.information.found import of_set, sets_of
 from models.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION
-from models.information.study import of_set, sets_of
 from models.information.tables import CLASSIFIERS, UNIFORM, sizes_of
 
 GREEN: Final = "#1b7f4b"
@@ -93,7 +93,7 @@ def _bars(
     axes: Axes,
     words: Sequence[str],
     series: Sequence[tuple[str, str, Sequence[float]]],
-    place: str = "upper left",
+    place: Literal["upper left", "upper right"] = "upper left",
 ) -> None:
     """Draw groups of bars in nats, with bits on the right, and the value on each."""
     width = 0.8 / len(series)

@@ -221,7 +221,14 @@ def grows(one: RecordingSet, kind: str) -> list[dict[str, Any]]:
         for bits in growth.BITS:
             some = [growth.coarser(recording, bits) for recording in recordings]
             made.append((bits, f"{bits} bits", partial(take, some, choice=choice)))
-    return [{"value": v, "name": name, **growth.worth(of())} for v, name, of in made]
+    table: list[dict[str, Any]] = []
+    for value, name, of in made:
+        try:
+            worth = growth.worth(of())
+        except ValueError:  # such a sensor never finds its rest: it says nothing
+            worth = {what: [np.nan] * 3 for what in ("window", "gesture")}
+        table.append({"value": value, "name": name, **worth})
+    return table
 
 
 def _simulated(data: Any) -> Taken:
