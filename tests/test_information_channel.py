@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from models.information import channel, games
 
 LN2 = math.log(2)
 
 
-def flips(p: float) -> np.ndarray:  # type: ignore[type-arg]
+def flips(p: float) -> NDArray[np.float64]:
     return np.array([[1 - p, p], [p, 1 - p]])
 
 

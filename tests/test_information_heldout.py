@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from recorded import played
 
 from models.information import gaussians
@@ -16,7 +17,7 @@ from models.information import contrast, heldout  # noqa: E402 - torch is there
 from models.information.taken import take  # noqa: E402
 
 
-def dealt(x: np.ndarray, y: np.ndarray, sessions: int = 4) -> Taken:  # type: ignore[type-arg]
+def dealt(x: NDArray[np.float64], y: NDArray[np.int64], sessions: int = 4) -> Taken:
     index = np.arange(len(x))
     nowhere = np.full((len(x), 2), np.nan, dtype=np.float32)
     labels = tuple(str(i) for i in range(int(y.max()) + 1))

@@ -9,16 +9,17 @@ import pytest
 
 from models.__main__ import main
 from models.information import check, tables
+from models.information.found import MEASURED as KEPT
+from models.information.found import load
 
 ROOT = Path(__file__).parent.parent
-MEASURED = ROOT / "docs/pictures/information.json"
+MEASURED = ROOT / "docs/pictures" / KEPT
 
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Any]:
     """What was measured for docs/paper.md."""
-    loaded: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
-    return loaded
+    return load(MEASURED)
 
 
 def test_the_documentation_shows_what_was_measured(found: dict[str, Any]) -> None:
@@ -121,11 +122,7 @@ def test_wrong_usage_is_one_sentence(
     assert error.count("\n") == 1
 
 
-@pytest.mark.train
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
-    pytest.importorskip("torch", reason="needs the [train] extra")
-    from models.information import study
-
-    (tmp_path / study.MEASURED).write_text("{}")
+    (tmp_path / KEPT).write_text("{}")
     with pytest.raises(ValueError, match="no estimates"):
-        study.load(tmp_path / study.MEASURED)
+        load(tmp_path / KEPT)

@@ -67,11 +67,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from models.information import found as data
     from models.information import games, study, tables
 
     if arguments.out and not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
-    kept = arguments.out / study.MEASURED if arguments.out else None
+    kept = arguments.out / data.MEASURED if arguments.out else None
     sets = _sets(arguments)
     players = _players(arguments.games)
     try:
@@ -87,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 1
     for name, played in players.items():
         found["games"][name] = games.figures(games.gather(played))
-    study.keep(kept, found)
+    data.keep(kept, found)
     print(tables.text(found))
     if arguments.out:
         from models.information import drawing, report
@@ -103,6 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all loose files as one; without any, both presets."""
+    from controller.recordings import reader
     from models import unseen
     from models.information.sets import RecordingSet, simulated
 
@@ -110,10 +112,17 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
         return simulated(arguments.quick)
     made = []
     loose = [path for path in arguments.data if not path.is_dir()]
-    for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
-        name = "recordings" if paths is loose else str(paths[0])
-        files = tuple(unseen.recordings(paths))
-        made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
+    folders = [path for path in arguments.data if path.is_dir()]
+    short = [path.name or str(path) for path in folders]
+    if len(set(short)) < len(short):  # two folders of one name
+        short = [str(path) for path in folders]
+    for name, paths in zip([*short, "recordings"], [*([path] for path in folders), loose],
+                           strict=True):  # fmt: skip
+        if paths:
+            files = tuple(unseen.recordings(paths))
+            for file in files:
+                reader.survey(file)  # what cannot be read is told before anything is begun
+            made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
     return made
 
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.information import contrast, gaussians, heldout, neighbours
+from models.information import gaussians, neighbours
 from models.information.taken import Taken
 
 POINTS: Final = 10_000
@@ -71,6 +71,8 @@ def jobs(points: int = POINTS) -> Iterator[tuple[str, Job]]:
 
 def mixture(classes: int, dimensions: int, points: int, seed: int = 0) -> list[Row]:
     """Return what the estimators say of a mixture."""
+    from models.information import heldout  # PyTorch
+
     case, truth = gaussians.name(classes, dimensions), gaussians.truths()
     rng = np.random.default_rng((seed, classes, dimensions))
     x, y = gaussians.Mixture.of(classes, dimensions).draw(points, rng)
@@ -88,6 +90,8 @@ def mixture(classes: int, dimensions: int, points: int, seed: int = 0) -> list[R
 
 def pairs(dimensions: int, correlation: float, points: int, seed: int = 0) -> list[Row]:
     """Return what the estimators say of correlated pairs, Gaussian and with heavy tails."""
+    from models.information import contrast, heldout  # PyTorch
+
     rows = []
     rng = np.random.default_rng((seed, dimensions, round(100 * correlation)))
     for words, draw in (("Gaussian", gaussians.correlated), ("heavy tails", gaussians.heavy)):

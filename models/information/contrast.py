@@ -62,7 +62,7 @@ def info_nce(
 
 def one_hot(y: NDArray[np.integer], classes: int) -> NDArray[np.float32]:
     """Return classes as vectors, (n, classes)."""
-    return np.eye(classes, dtype=np.float32)[y]
+    return np.asarray(np.eye(classes)[y], dtype=np.float32)
 
 
 class _Critic(nn.Module):
@@ -98,7 +98,8 @@ def _train(
     best, most = critic.state_dict(), -math.inf
     for _ in range(epochs):
         critic.train()
-        for batch in train[torch.randperm(len(train), generator=generator)].split(BATCH):
+        order = train[torch.randperm(len(train), generator=generator)]
+        for batch in torch.split(order, BATCH):
             if len(batch) < BATCH // 4:
                 continue  # too few to tell anything apart
             loss = -_bound(critic(x[batch], y[batch])).mean()
@@ -122,7 +123,7 @@ def _test(
     with torch.no_grad():
         for _ in range(ROUNDS):
             order = torch.randperm(len(at), generator=generator)
-            batches = list(order.split(BATCH))
+            batches = list(torch.split(order, BATCH))
             if len(batches) > 1 and len(batches[-1]) < BATCH:  # the last one borrows from the first
                 spare = order[: BATCH - len(batches[-1])]
                 batches[-1] = torch.cat([batches[-1], spare])

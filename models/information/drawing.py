@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -14,8 +14,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLo
 from controller.simulator.presets import PRESETS
 from models.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE
 from models.information import growth
+from models.information.found import of_set, sets_of
 from models.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION
-from models.information.study import of_set, sets_of
 from models.information.tables import CLASSIFIERS, UNIFORM, sizes_of
 
 GREEN: Final = "#1b7f4b"
@@ -72,7 +72,7 @@ def figure_9(found: Found) -> Figure | None:
         ("scaled by\ngesture", "information"),
         ("one scaling\nfor all", "information_global"),
         ("bias\ntaken off", "information_corrected"),
-        ("labels moved\nin time", "null_slow"),
+        ("labels at\nwrong times", "null_slow"),
         ("labels\nshuffled", "null"),
     )
     series = [
@@ -93,7 +93,7 @@ def _bars(
     axes: Axes,
     words: Sequence[str],
     series: Sequence[tuple[str, str, Sequence[float]]],
-    place: str = "upper left",
+    place: Literal["upper left", "upper right"] = "upper left",
 ) -> None:
     """Draw groups of bars in nats, with bits on the right, and the value on each."""
     width = 0.8 / len(series)
@@ -101,7 +101,7 @@ def _bars(
         at = np.arange(len(values)) + (number - (len(series) - 1) / 2) * width
         axes.bar(at, values, width * 0.94, color=colour, label=name)
         for x, value in zip(at, values, strict=True):
-            axes.annotate(f"{value:.2f}" if value >= 0.005 else "0", (x, value),
+            axes.annotate(_short(value), (x, value),
                           xytext=(0, 2), textcoords="offset points", ha="center", fontsize=7.5,
                           color=colour)  # fmt: skip
     axes.set_xticks(np.arange(len(words)), words, fontsize=8, color=INK)
@@ -173,10 +173,10 @@ def windows(found: Found) -> Figure | None:
                           ha="center", fontsize=8, color=colour)  # fmt: skip
         axes.axvline(ceiling, color=INK, lw=1.0, ls=":")
         axes.annotate(f"H(y), all there is: {ceiling:.2f}", (ceiling, len(rows) - 0.6),
-                      xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right",
+                      xytext=(3, 0), textcoords="offset points", rotation=90, ha="left",
                       va="bottom", fontsize=8, color=INK)  # fmt: skip
         axes.set_yticks(range(len(rows)), [words for words, _, _ in rows], color=INK)
-        axes.set_xlim(0, 1.08 * ceiling)
+        axes.set_xlim(0, 1.1 * ceiling)
         axes.set_ylim(len(rows) - 0.5, -0.7)
         axes.set_xlabel("bits about the label")
         axes.set_title(name)
@@ -265,7 +265,7 @@ def capacity(found: Found) -> Figure | None:
     if players:
         _players(panels.pop(0), players)
     if sizes:
-        _vocabularies(*panels, sizes)
+        _vocabularies(panels[0], panels[1], sizes)
     figure.tight_layout(w_pad=2.0)
     return figure
 
@@ -309,8 +309,7 @@ def _vocabularies(left: Axes, right: Axes, sizes: Mapping[str, Mapping[int, Any]
         _end(right, x[-1], minute[-1], name, colour)
     labels = max((one["labels"] for own in sizes.values() for one in own.values()), key=len)
     words = [
-        f"{size}\n" + (",\n".join(labels[:2]) if size == 2 else f"+ {labels[size - 1]}")
-        for size in every
+        f"{size}\n" + (",\n".join(labels[:2]) if size == 2 else labels[size - 1]) for size in every
     ]
     words = [one.replace("_", "\n") for one in words]
     for axes, title, unit in (
@@ -318,6 +317,7 @@ def _vocabularies(left: Axes, right: Axes, sizes: Mapping[str, Mapping[int, Any]
         (right, "the same, minute by minute", "bits per minute, fastest use"),
     ):
         axes.set_xticks(every, words, fontsize=7.5, color=INK)
+        axes.set_xlabel("gestures, one more each time")
         axes.set_ylabel(unit)
         axes.set_title(title)
         axes.set_ylim(bottom=0)
@@ -332,3 +332,10 @@ def _end(axes: Axes, x: float, y: float, words: str, colour: str) -> None:
 
 def _with(found: Found, part: str) -> list[str]:
     return [name for name in sets_of(found) if of_set(found, name, part)]
+
+
+def _short(nats: float) -> str:
+    """Return a value above its bar: three digits of what is small."""
+    if nats < 0.005:
+        return "0"
+    return f"{nats:.3f}" if nats < 0.2 else f"{nats:.2f}"

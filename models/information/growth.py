@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from controller.recordings.recording import PICOFARAD, Recording
 from controller.simulator.readout import ReadoutModel, picofarads
-from models.information import heldout
 from models.information.taken import Taken, take
 from models.known import Choice
 
@@ -32,6 +31,8 @@ TESTED: Final = 2  # days, of all that there are
 
 def worth(taken: Taken) -> dict[str, list[float]]:
     """Return the held-out bounds of a window's label and of a gesture, [value, low, high], nats."""
+    from models.information import heldout  # PyTorch
+
     few = taken.every(max(1, round(STEP_S * taken.rate_hz)))
     square = few.x.shape[2] == few.grid[0] * few.grid[1]
     shape = heldout.Shape.of(few) if square else None

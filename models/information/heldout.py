@@ -30,6 +30,7 @@ RATE: Final = 2e-3
 DECAY: Final = 1e-3  # of weights
 DROPOUT: Final = 0.2
 VARIED: Final = Augmentation(dropout=0.0, electrode=0.0)
+FEWEST: Final = 40  # gestures by which their temperature is chosen
 BLOCKS: Final = 5  # of time, where there is only one session
 
 Kind = str  # "linear", "mlp"
@@ -160,7 +161,7 @@ def told(
         raw[fold.test] = _log_softmax(logits)
         scaled[fold.test] = _log_softmax(logits / hot)
         y, sure = of_gestures(taken.pick(fold.check), _log_softmax(asked / hot))
-        heat[fold.test] = scores.temperature(np.log(np.maximum(sure, 1e-12)), y)
+        heat[fold.test] = _of_few(y, sure)
     return Told(raw, scaled, heat)
 
 
@@ -179,7 +180,7 @@ def rescaled(taken: Taken, probabilities: NDArray[np.floating]) -> Told:
             break
         scaled[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], taken.y[~own]))
         y, sure = of_gestures(taken.pick(~own), raw[~own])
-        heat[own] = scores.temperature(np.log(np.maximum(sure, 1e-12)), y)
+        heat[own] = _of_few(y, sure)
     return Told(raw, scaled, heat)
 
 
@@ -250,7 +251,8 @@ def fitted(
     best, least = net.state_dict(), np.inf
     for _ in range(epochs):
         net.train()
-        for part in torch.randperm(len(label), generator=generator).split(batch):
+        order = torch.randperm(len(label), generator=generator)
+        for part in torch.split(order, batch):
             asks, means = inside[part], label[part]
             if shape is not None:
                 asks, means = _varied(asks, means, shape, generator)
@@ -291,6 +293,13 @@ def _net(inputs: int, outputs: int, hidden: Sequence[int]) -> nn.Sequential:
         layers += [nn.Linear(inputs, size), nn.ReLU(), nn.Dropout(DROPOUT)]
         inputs = size
     return nn.Sequential(*layers, nn.Linear(inputs, outputs))
+
+
+def _of_few(y: NDArray[np.int64], sure: Logits) -> float:
+    """Return the temperature of gestures; of too few to choose one by, they stay as they are."""
+    if len(y) < FEWEST:
+        return 1.0
+    return scores.temperature(np.log(np.maximum(sure, 1e-12)), y)
 
 
 def _log_softmax(logits: Logits) -> Logits:

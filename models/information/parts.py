@@ -221,7 +221,14 @@ def grows(one: RecordingSet, kind: str) -> list[dict[str, Any]]:
         for bits in growth.BITS:
             some = [growth.coarser(recording, bits) for recording in recordings]
             made.append((bits, f"{bits} bits", partial(take, some, choice=choice)))
-    return [{"value": v, "name": name, **growth.worth(of())} for v, name, of in made]
+    table: list[dict[str, Any]] = []
+    for value, name, of in made:
+        try:
+            worth = growth.worth(of())
+        except ValueError:  # such a sensor never finds its rest: it says nothing
+            worth = {what: [np.nan] * 3 for what in ("window", "gesture")}
+        table.append({"value": value, "name": name, **worth})
+    return table
 
 
 def _simulated(data: Any) -> Taken:
@@ -240,7 +247,7 @@ def places(one: RecordingSet) -> dict[str, Any] | None:
         data = replace(one.data(), gestures=("press",))
         recordings = [data.session(0, day) for day in range(DAYS)]
     taken = take(recordings, choice=one.choice)
-    taken = taken.pick(np.isfinite(taken.place).all(axis=1))
+    taken = taken.pick(np.asarray(np.isfinite(taken.place).all(axis=1)))
     first, number = np.unique(taken.event, return_index=True, return_inverse=True)[1:]
     if len(first) < LEAST:
         return None
@@ -252,7 +259,7 @@ def places(one: RecordingSet) -> dict[str, Any] | None:
 
 
 def located(
-    images: NDArray[np.floating], where: NDArray[np.floating], day: NDArray[np.integer]
+    images: NDArray[np.float64], where: NDArray[np.float64], day: NDArray[np.int64]
 ) -> dict[str, Any]:
     """Return the information of images about places: Kraskov's estimate, and InfoNCE."""
     number = np.arange(len(images))

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from models.information import tables
+from models.information.found import of_set, sets_of
 from models.information.histogram import BITS, PAPER_INFORMATION
-from models.information.study import of_set, sets_of
 from models.report import words
 
 PAGE: Final = "information.html"

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from models.information import growth
+from models.information.found import of_set, sets_of
 from models.information.histogram import (
     BITS,
     PAPER_H_Y,
@@ -12,7 +13,6 @@ from models.information.histogram import (
     PAPER_INFORMATION,
     PAPER_STATIC,
 )
-from models.information.study import of_set, sets_of
 
 BEGIN: Final = "<!-- models information -->"
 END: Final = "<!-- so far models information -->"

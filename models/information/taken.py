@@ -155,7 +155,7 @@ def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], 
     signals, labels = [], []
     names = max((one.origin.labels for one in recordings), key=len)
     for one in recordings:
-        whose = next((n for n in SAID if (getattr(one, COLUMNS[n]) > 0).any()), "true")
+        whose: Labels = next((n for n in SAID if (getattr(one, COLUMNS[n]) > 0).any()), "true")
         number = np.array([*(names.index(name) for name in one.origin.labels), UNKNOWN])
         label = number[getattr(one, COLUMNS[whose])]
         known = (label != UNKNOWN) & ~one.excluded

@@ -87,7 +87,7 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[Stream]:
     def right(on: float) -> float:
         one = _counted([stream(TAUGHT, on)], labels)
         # A false alarm costs as much as a gesture that is lost.
-        return float(np.trace(one["counts"])) - one["alarms"]
+        return float(np.trace(one["counts"]) - one["alarms"])
 
     on = max(ON, key=right)
     return [stream(TAUGHT + 1 + day, on) for day in range(JUDGED)]

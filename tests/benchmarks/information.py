@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from models.information import games, study, tables
+from models.information.found import MEASURED, keep, of_set, sets_of
 from models.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
 from models.information.sets import simulated
 
@@ -36,14 +37,14 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    kept = arguments.keep / study.MEASURED if arguments.keep else None
+    kept = arguments.keep / MEASURED if arguments.keep else None
     found = study.measure(
         simulated(arguments.quick), (), 2, kept,
         lambda line: print(line, file=sys.stderr, flush=True), checked=True,
     )  # fmt: skip
     if not found["games"]:
         found["games"] = played(1 if arguments.quick else GAMES)
-        study.keep(kept, found)
+        keep(kept, found)
     print(tables.text(found))
     if arguments.json:
         print(json.dumps({"benchmark": "information", "results": results(found)}))
@@ -68,12 +69,12 @@ def results(found: Mapping[str, Any]) -> list[dict[str, Any]]:
     def add(name: str, preset: str, value: float, unit: str, goal: float | None = None) -> None:
         rows.append({"name": name, "preset": preset, "value": value, "unit": unit, "goal": goal})
 
-    for preset in study.sets_of(found):
-        if part := study.of_set(found, preset, "histogram"):
+    for preset in sets_of(found):
+        if part := of_set(found, preset, "histogram"):
             for name, value in part["mean"].items():
                 unit = "1" if name in ("p_static", "frames") else "nats"
                 add(name, preset, value, unit, GOALS.get(name))
-        if part := study.of_set(found, preset, "classifier"):
+        if part := of_set(found, preset, "classifier"):
             best = max(row["gesture"][0] for row in part["rows"].values())
             add("bits_per_gesture_another_day", preset, best * BITS, "bits")
     for who, one in found["games"].items():
