@@ -400,8 +400,8 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Health | Delivery | Pace | Contacts | Perform | Grant | Join | Alive | Deliver
-    | Piece
+    | Truth | Granted | Health | Delivery | Pace | Contacts | Perform | Grant | Join | Alive
+    | Deliver | Piece
 )  # fmt: skip
 
 

@@ -32,6 +32,15 @@ def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> No
     assert probabilities.sum() == pytest.approx(1.0, abs=1e-5)
 
 
+def test_what_ships_takes_less_than_five_megabytes_the_paper_s_network_with_it() -> None:
+    bundles = sorted(SHIPPED.parent.glob("*.orb"))
+    assert [path.name for path in bundles] == ["orbtouch.orb", "paper.orb"]
+    assert sum(path.stat().st_size for path in bundles) < 5_000_000
+    paper = bundle.read(bundles[1])
+    assert not paper.locates
+    Recognizer(paper)  # replays the golden vectors
+
+
 def test_any_zip_tool_opens_a_bundle_and_its_sums_are_right() -> None:
     with zipfile.ZipFile(SHIPPED) as file:
         assert file.namelist() == list(bundle.PARTS)
