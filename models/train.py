@@ -116,7 +116,6 @@ def train(request: Request, say: Say) -> Training:
         learned, net = learn.gestures(work)
         plan = replace(plan, gesture=learned)
         first, worst = export.gesture_part(net, _windows(data, split, request.seed))
-        first = replace(first, npz=b"") if request.bare else first
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
     else:
         assert lender is not None

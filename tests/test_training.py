@@ -102,7 +102,6 @@ def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
     loaded = bundle.read(out)
     Recognizer(loaded)
     assert not loaded.locates
-    assert not loaded.gesture_npz
 
 
 def test_places_that_were_never_taught_are_told_apart_in_the_card(

@@ -164,12 +164,13 @@ class Witness(Device):
         super().__post_init__()
         self.seen: dict[int, Seen] = {}
 
-    def advance(self, rate_hz: float) -> Step:
+    def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
         """Take the frame that is due, and remember what the stages said."""
-        step = super().advance(rate_hz)
-        best = self.pipeline.labels[int(np.argmax(step.probabilities))]
-        command = step.command.command if step.command else ""
-        self.seen[step.frame] = Seen(step.ready, step.quiet, best, step.gesture or "", command)
+        step = super().advance(rate_hz, late_s)
+        if step is not None:
+            best = self.pipeline.labels[int(np.argmax(step.probabilities))]
+            command = step.command.command if step.command else ""
+            self.seen[step.frame] = Seen(step.ready, step.quiet, best, step.gesture or "", command)
         return step
 
 
