@@ -1,0 +1,175 @@
+"""How punctual the loop is: lateness and missed frames while the other core is busy.
+
+    python -m tests.benchmarks.pace [--minutes N] [--rate HZ] [--realtime] [--json]
+
+The device's own loop with the shipped bundle, the recorded demo for a sensor, and a host on TCP
+that listens; a second process computes all the time. Lateness is the ledger's `wait`. The
+hypervisor's steal time, when it gave this machine's processors to others, is printed: no loop can
+answer for that.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import time
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import bundle as bundles
+from controller.device import Device, steady
+from controller.ledger import Ledger
+from controller.links import open_link
+from controller.loop import Loop
+from controller.pipeline import Pipeline
+from controller.preprocess import Frame
+from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.quiet import Sweeper, real_time
+from controller.recognizer import Recognizer
+from controller.recordings import reader
+from controller.sensors import Geometry
+from controller.timekeeper import Timekeeper
+from host.receiver import Receiver
+from host.transport import open_transport
+
+DEMO: Final = Path(str(files("assets") / "demo.npz"))
+
+
+class Recorded:
+    """A sensor that gives a recording's frames, over and over, without waiting."""
+
+    virtual = False
+    device_id = "recorded"
+
+    def __init__(self, geometry: Geometry, rate_hz: float) -> None:
+        """Load the demo."""
+        self.geometry, self.rate_hz = geometry, rate_hz
+        self._frames: NDArray[np.float32] = np.array(reader.load(DEMO).frames)
+        self._next = 0
+
+    def read(self, t_s: float) -> Frame:
+        """Return the next frame."""
+        self._next += 1
+        frame: Frame = self._frames[self._next % len(self._frames)]
+        return frame
+
+    def button(self, t_s: float) -> str:
+        """Nobody presses it."""
+        return ""
+
+    def close(self) -> None:
+        """Let go of nothing."""
+
+
+class AllLines(Ledger):
+    """A ledger that forgets nothing, for a run whose length is known."""
+
+    def __init__(self, lines: int) -> None:
+        """Make room for so many frames."""
+        super().__init__(lines=lines)
+
+    def waits_ms(self) -> NDArray[np.float64]:
+        """Return how late each frame was begun."""
+        known = self._stamps[: self.lines]
+        waits: NDArray[np.float64] = (known[:, 1] - known[:, 0]) / 1e6
+        return waits
+
+    def steps_ms(self) -> NDArray[np.float64]:
+        """Return how long each step took, from its begin to the link."""
+        known = self._stamps[: self.lines]
+        steps: NDArray[np.float64] = (known[:, -1] - known[:, 1]) / 1e6
+        return steps
+
+
+def toil(until_s: float) -> None:
+    """Keep a core busy."""
+    while time.time() < until_s:
+        sum(range(10_000))
+
+
+def listen(url: str, until_s: float) -> None:
+    """Be a host that takes all that comes."""
+    receiver = Receiver(lambda: open_transport(url))
+    receiver.connect()
+    while time.time() < until_s:
+        receiver.wait(0.1)
+        receiver.poll()
+    receiver.close()
+
+
+def steal_s() -> float:
+    """Return how long all processors were taken away, seconds since the machine's start."""
+    fields = Path("/proc/stat").read_text().splitlines()[0].split()
+    return int(fields[8]) / os.sysconf("SC_CLK_TCK")
+
+
+def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tuple[AllLines, int]:
+    """Return the ledger of a run, and how many frames it missed."""
+    bundle = bundles.read(bundles.default_path())
+    grid = Geometry(bundle.rows, bundle.columns, bundle.pitch_mm)
+    welcome = Welcome(
+        VERSION, 1, "recorded", "OrbTouch", False, grid.rows, grid.columns, grid.pitch_mm, rate_hz,
+        HEARTBEAT_MS, DEADMAN_MS, bundle.labels, bundle.mapping.commands,
+    )  # fmt: skip
+    link = open_link("listen://127.0.0.1:0", welcome)
+    end_s = time.time() + 60 * minutes
+    context = multiprocessing.get_context("spawn")
+    helpers = [
+        context.Process(target=listen, args=(link.url, end_s), daemon=True),  # type: ignore[attr-defined]
+        context.Process(target=toil, args=(end_s,), daemon=True),
+    ]
+    for helper in helpers:
+        helper.start()
+    sweeper = Sweeper()
+    timekeeper = Timekeeper(1 / rate_hz, lambda pace: link.send(pace, 0), sweeper=sweeper)
+    timekeeper.ledger = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
+    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    device = Device(Recorded(grid, rate_hz), pipeline, link, steady(rate_hz), timekeeper=timekeeper)
+    loop = Loop(link, lambda: device, time.monotonic)
+    tell(f"{minutes:g} minutes at {rate_hz:g} frames a second, one other process computing")
+    loop.run(lambda: time.time() >= end_s)
+    sweeper.close()
+    link.close()
+    for helper in helpers:
+        helper.join()
+    return ledger, loop.missed
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.pace")
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--rate", type=float, default=10.0, help="frames a second (default: 10)")
+    parser.add_argument("--realtime", action="store_true", help="with SCHED_FIFO")
+    parser.add_argument("--json", action="store_true", help="results for programs, last line")
+    arguments = parser.parse_args()
+    if arguments.realtime:
+        real_time()
+    stolen = steal_s()
+    ledger, missed = measure(arguments.minutes, arguments.rate, print)
+    stolen = steal_s() - stolen
+    results: list[dict[str, Any]] = []
+
+    def report(name: str, value: float, unit: str, goal: float | None = None) -> None:
+        print(f"{name:28}{value:12.3f} {unit}" + ("" if goal is None else f"   goal {goal:g}"))
+        results.append({"name": name, "preset": "", "value": value, "unit": unit, "goal": goal})
+
+    for name, values in (("lateness", ledger.waits_ms()), ("step", ledger.steps_ms())):
+        for share in (50.0, 99.0, 99.9, 100.0):
+            report(f"{name}_p{share:g}_ms", float(np.percentile(values, share)), "ms")
+    report("pace_frames", ledger.lines, "")
+    report("pace_missed", missed, "", 0.0)
+    report("steal_s", stolen, "s")
+    if arguments.json:
+        print(json.dumps({"benchmark": "pace", "results": results}))
+
+
+if __name__ == "__main__":
+    main()
