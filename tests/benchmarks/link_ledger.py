@@ -37,7 +37,7 @@ from .link_wires import WIRES, Peer
 Figures = list[tuple[str, str, float, str]]
 
 APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
-PATIENCE_S: Final = 20.0
+PATIENCE_S: Final = 90.0  # for a window to come on a busy machine
 LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
 TICK_S: Final = 0.01  # as in `host.loop.serve`
 _TABLE: Final = {"profile": {"game": {"left": {"key": "left", "down_ms": 20}}}}
@@ -203,11 +203,12 @@ def whole(role: str, title: str, count: int) -> Figures:
 
 def _watch(lines: Iterable[str], armed: threading.Event) -> None:
     """Keep track of whether the host presses anything."""
-    for line in lines:
-        if line.startswith("armed"):
-            armed.set()
-        elif line.startswith("disarmed"):
-            armed.clear()
+    with contextlib.suppress(ValueError):  # it was closed while we read
+        for line in lines:
+            if line.startswith("armed"):
+                armed.set()
+            elif line.startswith("disarmed"):
+                armed.clear()
 
 
 def _listen(program: Peer, pressed: queue.SimpleQueue[int]) -> None:
