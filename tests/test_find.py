@@ -167,7 +167,8 @@ def test_device_without_an_identity_is_none(desk: Desk) -> None:
 
 def test_ports_are_asked_in_processes_and_a_stuck_one_hangs_nobody(desk: Desk) -> None:
     port = desk.plug("orb-1")
-    assert [answer.device_id for answer in search.ask_all([Port(port), Port(port)])] == ["orb-1"]
+    answers = search.ask_all([Port(port), Port(port)], deadline_s=60.0)
+    assert [answer.device_id for answer in answers] == ["orb-1"]
     [stuck] = search.ask_all([Port("/dev/stuck")], deadline_s=0.2, command=HANGS)
     assert stuck.outcome == "stuck"
     assert "hangs" in stuck.why

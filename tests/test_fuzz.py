@@ -6,8 +6,11 @@ from types import ModuleType
 
 import pytest
 from fuzz import decoder, mapping, session
+from fuzz.choices import Choices
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from controller.protocol import Decoder, encode
 
 HARNESSES = (decoder, session, mapping)
 
@@ -21,7 +24,7 @@ def test_inputs_to_begin_with_hold_what_must_hold(harness: ModuleType) -> None:
 def test_stories_to_begin_with_reach_commands_and_losses() -> None:
     told = []
     for data in session.seeds():
-        choices = session.Choices(data)
+        choices = Choices(data)
         story = session.Story(keyed=bool(choices.number() % 2))
         while choices.left:
             story.step(choices)
@@ -36,8 +39,8 @@ def test_stories_to_begin_with_reach_commands_and_losses() -> None:
 def test_frames_to_begin_with_are_every_kind_of_message() -> None:
     kinds = set()
     for message in decoder.MESSAGES:
-        frame = decoder.encode(message, session=1, sequence=1, t_ms=1)
-        kinds |= {type(packet.message) for packet in decoder.Decoder().feed(frame)}
+        frame = encode(message, session=1, sequence=1, t_ms=1)
+        kinds |= {type(packet.message) for packet in Decoder().feed(frame)}
     assert kinds == {type(message) for message in decoder.MESSAGES}
 
 

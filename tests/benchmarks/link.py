@@ -19,6 +19,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -135,12 +136,11 @@ def trips(results: Results, wire: Wire, count: int) -> None:
         port = serial.serial_for_url(peer.url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
         if peer.url.startswith("socket:"):
             _no_delay(port)
+        our_trip: Callable[[], float] = partial(_our_trip, receiver)
+        bare_trip: Callable[[], float] = partial(_bare_trip, port, message)
         for _ in range(max(count // BATCH, 2)):
             both = []
-            for seconds, trip in (
-                (ours, lambda: _our_trip(receiver)),
-                (bare, lambda: _bare_trip(port, message)),
-            ):
+            for seconds, trip in ((ours, our_trip), (bare, bare_trip)):
                 batch = [trip() for _ in range(BATCH)]
                 both.append(statistics.median(batch))
                 seconds += batch

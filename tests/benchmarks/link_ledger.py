@@ -37,7 +37,7 @@ from .link_wires import WIRES, Peer
 Figures = list[tuple[str, str, float, str]]
 
 APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
-PATIENCE_S: Final = 20.0
+PATIENCE_S: Final = 90.0  # for a window to come on a busy machine
 LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
 TICK_S: Final = 0.01  # as in `host.loop.serve`
 _TABLE: Final = {"profile": {"game": {"left": {"key": "left", "down_ms": 20}}}}
@@ -100,11 +100,12 @@ def hops(count: int) -> Figures:
             _play(target, receiver, random.uniform(*APART_S))
             target.pressed.arm("again, if this machine stood still for 300 ms")
             line.peer.say("left")
-            sent_us, polled_us = _until_command(target, receiver)
-            down_us = _next_line(written, target, receiver)
-            if down_us is None:
+            times = _until_command(target, receiver)
+            down_us = _next_line(written, target, receiver) if times else None
+            if times is None or down_us is None:
                 lost += 1
                 continue
+            sent_us, polled_us = times
             took["link"].append(polled_us - sent_us)
             took["map"].append(sender.at_us - polled_us)
             took["guard"].append(down_us - sender.at_us)
@@ -126,9 +127,12 @@ def _play(target: KeysTarget, receiver: Receiver, seconds: float) -> list[Receiv
     return received
 
 
-def _until_command(target: KeysTarget, receiver: Receiver) -> tuple[int, int]:
-    """Run the loop until a command was obeyed; return when it was sent, and when it was polled."""
-    end_s = time.monotonic() + PATIENCE_S
+def _until_command(target: KeysTarget, receiver: Receiver) -> tuple[int, int] | None:
+    """Run the loop until a command was obeyed; return when it was sent, and when it was polled.
+
+    None: it came too late to be obeyed, or not at all.
+    """
+    end_s = time.monotonic() + LOST_S
     while time.monotonic() < end_s:
         receiver.wait(TICK_S)
         news = receiver.poll()
@@ -137,7 +141,7 @@ def _until_command(target: KeysTarget, receiver: Receiver) -> tuple[int, int]:
         for item in news:
             if isinstance(item, Delivered) and (sent_us := getattr(item.message, "frame", None)):
                 return int(sent_us), polled_us
-    raise RuntimeError("a command did not come")
+    return None
 
 
 def _next_line(written: Any, target: KeysTarget, receiver: Receiver) -> int | None:
@@ -199,11 +203,12 @@ def whole(role: str, title: str, count: int) -> Figures:
 
 def _watch(lines: Iterable[str], armed: threading.Event) -> None:
     """Keep track of whether the host presses anything."""
-    for line in lines:
-        if line.startswith("armed"):
-            armed.set()
-        elif line.startswith("disarmed"):
-            armed.clear()
+    with contextlib.suppress(ValueError):  # it was closed while we read
+        for line in lines:
+            if line.startswith("armed"):
+                armed.set()
+            elif line.startswith("disarmed"):
+                armed.clear()
 
 
 def _listen(program: Peer, pressed: queue.SimpleQueue[int]) -> None:

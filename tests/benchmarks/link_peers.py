@@ -60,8 +60,19 @@ def device(url: str) -> None:
     link = open_link(
         url,
         Welcome(
-            *(VERSION, int.from_bytes(os.urandom(4), "little"), "bench", "bench", True),
-            *(5, 5, 10.0, 10.0, 100, 300, ("null",), (*COMMANDS, "menu")),
+            version=VERSION,
+            boot_nonce=int.from_bytes(os.urandom(4), "little"),
+            device_id="bench",
+            name="bench",
+            virtual=True,
+            rows=5,
+            columns=5,
+            pitch_mm=10.0,
+            rate_hz=10.0,
+            heartbeat_ms=100,
+            deadman_ms=300,
+            labels=("null",),
+            commands=(*COMMANDS, "menu"),
         ),
     )
 

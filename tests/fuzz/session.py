@@ -203,7 +203,7 @@ _OF_DEVICE: Final[tuple[Message, ...]] = (
 
 def _does(happening: object, *numbers: int) -> bytes:
     """Return the bytes that choose one thing to happen."""
-    return bytes([_HAPPENINGS.index(happening), *numbers])  # type: ignore[arg-type]
+    return bytes([_HAPPENINGS.index(happening), *numbers])
 
 
 ALL: Final = 255  # bytes of the wire
