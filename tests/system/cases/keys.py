@@ -49,7 +49,7 @@ def one(guest: Guest, kind: str, victim: str) -> None:
     if kind == "keyboard" and victim == "orb":
         seconds = [pressed(orb, device) for _ in range(100)]
         arrived = [each for each in seconds if each is not None]
-        guest.measured("orb's program to key event in /dev/input (RFCOMM, uinput)", arrived)
+        guest.measured("a test orb that looks every 20 ms to a key in /dev/input (RFCOMM, uinput)", arrived)
     hold(guest, orb, device, HELD[kind])
     (orb if victim == "orb" else host).end(signal.SIGKILL)
     start_s = time.monotonic()
