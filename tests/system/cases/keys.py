@@ -49,7 +49,8 @@ def one(guest: Guest, kind: str, victim: str) -> None:
     if kind == "keyboard" and victim == "orb":
         seconds = [pressed(orb, device) for _ in range(100)]
         arrived = [each for each in seconds if each is not None]
-        guest.measured("orb's program to key event in /dev/input (RFCOMM, uinput)", arrived)
+        # The test orb looks every 20 ms at what it is told.
+        guest.measured("orb told to key event in /dev/input (20 ms pace, RFCOMM, uinput)", arrived)
     hold(guest, orb, device, HELD[kind])
     (orb if victim == "orb" else host).end(signal.SIGKILL)
     start_s = time.monotonic()
