@@ -1,9 +1,9 @@
 """HID over GATT through BlueZ: our services and our advertisement, as objects on D-Bus.
 
 BlueZ calls us when a host reads, writes or begins to listen; a value that we say has changed, it
-sends to whoever listens. Advertising to one host only is nothing that BlueZ offers, so the orb is
-found by all and lets `Pad` decide who stays; while no pairing is asked for, it tells strangers not
-to look at it.
+sends to whoever listens. The kernel advertises whenever no host is connected. Advertising to one
+host only is nothing that BlueZ offers, so the orb is found by all and lets `Pad` decide who stays;
+while no pairing is asked for, it tells strangers not to look at it.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class GattPart:
         self._adapter = ""
         self._devices: dict[str, Properties] = {}
         self._paths: dict[str, str] = {}  # of characteristics, by name
-        self._seeking = False
         self._discoverable = False
+        self._advertised = False
         self._changing = asyncio.Lock()  # one change of the advertisement at a time
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -80,7 +80,7 @@ class GattPart:
         Raises:
             BluetoothError: It does not want us; one sentence says why.
         """
-        self._bus, self._adapter = bus, adapter
+        self._bus, self._adapter, self._advertised = bus, adapter, False
         objects = await bus.objects()
         self._require(objects.get(adapter, {}))
         self._devices = devices(objects, adapter)
@@ -88,6 +88,7 @@ class GattPart:
         self._export(bus)
         await bus.call(adapter, GATT, "RegisterApplication", "oa{sv}", APPLICATION, {})
         bus.listen(self._hear)
+        await self._advertise()
         self._pad.open(self)
         self._look_at_battery()
         for device in self._devices.values():
@@ -124,9 +125,7 @@ class GattPart:
             self._do(self._disconnect(self._bus, address))
 
     def seek(self, wanted: bool) -> None:
-        """Advertise, or no longer."""
-        self._seeking = wanted
-        self._do(self._advertise())
+        """Do nothing: the kernel itself advertises while we have no host, and only then."""
 
     # --- BlueZ's side ---
 
@@ -241,22 +240,25 @@ class GattPart:
                 await bus.call(path, DEVICE, "Disconnect", timeout_s=FAREWELL_S)
 
     async def _advertise(self) -> None:
-        """Register the advertisement as it should be now, or unregister it."""
+        """Register the advertisement as it should be now, in place of the one before.
+
+        Raises:
+            BluetoothError: BlueZ does not want it.
+        """
         async with self._changing:
             bus = self._bus
             if bus is None:
                 return
-            with contextlib.suppress(BluetoothError):  # there may be none
+            if self._advertised:
                 await bus.call(
                     self._adapter, ADVERTISING, "UnregisterAdvertisement", "o", ADVERTISEMENT
                 )
-            bus.unexport(ADVERTISEMENT)
-            if self._seeking or self._discoverable:
-                bus.export(ADVERTISEMENT, Advertisement(self._name, self._discoverable))
-                await bus.call(
-                    self._adapter, ADVERTISING, "RegisterAdvertisement", "oa{sv}",
-                    ADVERTISEMENT, {},
-                )  # fmt: skip
+                bus.unexport(ADVERTISEMENT)
+            bus.export(ADVERTISEMENT, Advertisement(self._name, self._discoverable))
+            await bus.call(
+                self._adapter, ADVERTISING, "RegisterAdvertisement", "oa{sv}", ADVERTISEMENT, {}
+            )
+            self._advertised = True
 
     def _do(self, task: Coroutine[Any, Any, None]) -> None:
         """Run something beside; what fails is logged."""
