@@ -34,6 +34,7 @@ COMMANDS: Final = {
     "recordings": "controller.recordings.command",
     "teach": "controller.teaching.command",
     "doctor": "controller.doctor.command",
+    "calibrate": "controller.calibrate",
 }
 
 _log = logging.getLogger("controller")

@@ -1,9 +1,14 @@
 """What several rooms' tests share."""
 
+import os
 import socket
 import sys
+import tempfile
 
 import pytest
+
+# What the tests keep from one day to the next is nobody's, and nobody's is what they find.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="orbtouch-tests-")
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
