@@ -45,6 +45,7 @@ COMMANDS: Final = {
     "service": "controller.service.unit",
     "status": "controller.service.status",
     "doctor": "controller.doctor.command",
+    "calibrate": "controller.calibrate",
 }
 
 _log = logging.getLogger("controller")

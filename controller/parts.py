@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Final, Protocol, TextIO, runtime_checkable
 
 from controller import bundle as bundles
+from controller import calibration, sensors, vocabulary
 from controller import key as keys
 from controller import mapping as mappings
-from controller import sensors, vocabulary
 from controller.bluetooth.button import WINDOW_S
 from controller.bundle import Bundle
 from controller.device import Device, Wish, steady
@@ -30,6 +30,7 @@ from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
+from controller.preprocess import Known
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
@@ -385,7 +386,7 @@ def _origin(parts: Parts, sensor: Sensor) -> Origin:
 
 def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    pipeline = Pipeline(bundle, recognizer, mapping)
+    pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor))
     if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
         state = sensor.source.state
         if set(state) | set(LATER) != set(pipeline.state()):
@@ -396,3 +397,13 @@ def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: 
         except ValueError as error:
             raise RecordingError(f"the recording cannot be replayed: {error}") from None
     return pipeline
+
+
+def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
+    """Return what a calibration of this sensor found; a recording begins as it began."""
+    if isinstance(sensor, Replay):
+        return None
+    kept = calibration.load(sensor.device_id)
+    if kept is None or kept.rest.shape != (bundle.rows, bundle.columns):
+        return None
+    return kept.known

@@ -263,12 +263,12 @@ class Preprocessor:
     @property
     def rest(self) -> Frame | None:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""
-        return None if self._rest is None else self._rest.astype(np.float32)
+        return None if self.resting is None else self.resting.astype(np.float32)
 
     @property
     def resting(self) -> NDArray[np.float64] | None:
         """The same as it is kept, not to be changed."""
-        return self._rest
+        return self._rest if self._seen else None
 
     def window(self) -> Window | None:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""

@@ -32,6 +32,7 @@ _FULL: Final = 0.9  # a taxel whose row gets the whole supply
 _GROWS: Final = 1.3  # late by early
 _CONDUCTS: Final = 0.15  # of full scale, late: sound taxels read .08
 _OUTLIER: Final = 12.0  # times the usual deviation: eight standard deviations
+_SETTLING: Final = 3  # scans until a film that fills slowly has forgotten what was before
 _OUTLIERS: Final = 0.005  # of all readings
 _DAMP: Final = 0.03  # of full scale after 4 ms; leaks of 1 nA (SD) make 0.01
 _BLEED_MOHM: Final = (30.0, 85.0)
@@ -129,7 +130,8 @@ class Leads:
                     self._say("stuck_bit", "converter", bit)
                     self._reference_off = True
                     break
-        away = np.abs(m.shares - np.median(m.shares, axis=0))
+        shares = m.shares[_SETTLING:]
+        away = np.abs(shares - np.median(shares, axis=0))
         usual = np.maximum(np.median(away, axis=0), m.step / 4)
         share = float((away > _OUTLIER * usual).mean())
         if share > _OUTLIERS and (away > _OUTLIER * usual).any(axis=(0, 2)).mean() > 0.5:

@@ -1,0 +1,129 @@
+"""What a sensor reads untouched, kept from one day to the next under the device's identity."""
+
+import json
+import logging
+import math
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any, Final
+from urllib.parse import quote
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from controller.preprocess import Frame, Known
+
+VERSION: Final = 1
+_SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
+_LONGEST: Final = 100  # letters of a file's name
+
+_log = logging.getLogger("controller")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """One calibration.
+
+    Attributes:
+        device_id: Of which sensor.
+        rest: What it read untouched, (rows, columns), picofarads.
+        idle: Mean of |z - 1| meanwhile.
+        made: When, ISO 8601.
+        verdict: "good" or "doubtful".
+    """
+
+    device_id: str
+    rest: Frame
+    idle: float
+    made: str
+    verdict: str
+
+    @property
+    def known(self) -> Known:
+        """The same for the preprocessor."""
+        return Known(self.rest, self.idle)
+
+
+def folder() -> Path:
+    """Return where calibrations are kept."""
+    return platformdirs.user_state_path("orbtouch", appauthor=False) / "calibrations"
+
+
+def path(device_id: str, where: Path | None = None) -> Path:
+    """Return the file of a device."""
+    name = quote(device_id, safe=" ")[:_LONGEST] or "unknown"
+    return (folder() if where is None else where) / f"{name}.json"
+
+
+def save(calibration: Calibration, where: Path | None = None) -> Path:
+    """Keep a calibration in the place of the device's last one, and return its file.
+
+    It is written beside, then renamed: a power cut leaves the old one or the new one.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    file = path(calibration.device_id, where)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    plain = {
+        "version": VERSION,
+        "device_id": calibration.device_id,
+        "made": calibration.made,
+        "verdict": calibration.verdict,
+        "idle": round(calibration.idle, 6),
+        "rest_pf": [[round(float(v), 4) for v in row] for row in calibration.rest],
+    }
+    with NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as beside:
+        try:
+            json.dump(plain, beside, indent=1)
+            beside.flush()
+            os.fsync(beside.fileno())
+            beside.close()
+            Path(beside.name).replace(file)
+        except BaseException:
+            with suppress(OSError):
+                Path(beside.name).unlink()
+            raise
+    return file
+
+
+def load(device_id: str, where: Path | None = None) -> Calibration | None:
+    """Return what is kept of a device; None: nothing, or nothing that can be used."""
+    file = path(device_id, where)
+    try:
+        plain = json.loads(file.read_text(encoding="utf-8"))
+        if plain["version"] != VERSION or plain["device_id"] != device_id:
+            return None
+        rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
+        if not (math.isfinite(idle) and 0.0 <= idle < 1.0):
+            raise ValueError("its noise is out of range")
+        return Calibration(device_id, rest, idle, str(plain["made"]), str(plain["verdict"]))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        _log.warning("%s is no calibration (%s), so rest is taken anew", file, error)
+        return None
+
+
+def forget(device_id: str, where: Path | None = None) -> bool:
+    """Remove what is kept of a device; return whether there was something.
+
+    Raises:
+        OSError: It cannot be removed.
+    """
+    file = path(device_id, where)
+    there = file.exists()
+    file.unlink(missing_ok=True)
+    return there
+
+
+def _rest(values: Any) -> NDArray[np.float32]:
+    rest = np.array(values, dtype=np.float32)
+    sound = rest.ndim == 2 and rest.size > 0 and bool(np.isfinite(rest).all())
+    if not sound or rest.min() < _SMALLEST or rest.max() > _LARGEST:
+        raise ValueError("its values are no picofarads")
+    return rest

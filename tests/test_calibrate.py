@@ -1,0 +1,168 @@
+"""Calibration: taken with care, refused when touched, kept under the device's identity."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller import calibration
+from controller.__main__ import main
+from controller.calibrate import judge
+from controller.calibration import Calibration
+from controller.doctor.guided import pressed
+from controller.doctor.verdict import Verdict, faulty
+
+REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
+
+
+def idle(seconds: float = 10.0, noise: float = 0.003) -> NDArray[np.float32]:
+    rng = np.random.default_rng(1)
+    frames = REST_PF * (1.0 + noise * rng.standard_normal((round(seconds * 10), 5, 5)))
+    return frames.astype(np.float32)
+
+
+def finger(row: int, column: int) -> NDArray[np.float64]:
+    return 1.0 + pressed(5, 5, 10.0, (row, column), depth_mm=10.0)
+
+
+def codes(frames: NDArray[np.floating], last: NDArray[np.float64] | None = None) -> list[str]:
+    before = None if last is None else last.astype(np.float32)
+    rows, _, _ = judge(frames.astype(np.float32), 10.0, before)
+    return [row.code for row in rows if row.verdict is not Verdict.GOOD]
+
+
+def test_a_sensor_at_rest_is_good() -> None:
+    rows, rest, noise = judge(idle(), 10.0)
+    assert [row.verdict for row in rows] == [Verdict.GOOD]
+    assert rest == pytest.approx(REST_PF, rel=0.002)
+    assert noise == pytest.approx(0.0024, abs=0.0005)
+
+
+def test_a_hand_that_comes_is_refused() -> None:
+    frames = idle()
+    frames[40:60] *= finger(2, 2).astype(np.float32)
+    assert codes(frames) == ["touched"]
+
+
+@pytest.mark.parametrize("place", [(2, 2), (1, 3), (4, 4)])
+def test_a_finger_that_lies_there_all_the_time_is_refused(place: tuple[int, int]) -> None:
+    even = (41.2 + 0.3 * (REST_PF - 41.2)) / REST_PF  # taxels that differ by 2 %
+    frames = (idle() * even * finger(*place)).astype(np.float32)
+    rows, rest, _ = judge(frames, 10.0)
+    assert rest is None
+    assert faulty(rows)
+    assert f"near taxel ({place[0]},{place[1]})" in rows[0].found
+    rows, rest, _ = judge(frames, 10.0, anyway=True)
+    assert rest is not None
+    assert [row.code for row in rows] == ["touched"]
+
+
+def test_a_light_finger_is_refused_where_the_sensor_is_known() -> None:
+    light = 1.0 - 0.5 * (1.0 - finger(1, 3))
+    assert codes(idle() * light) == []
+    assert codes(idle() * light, REST_PF) == ["touched"]
+
+
+def test_what_is_doubtful_is_said_and_kept() -> None:
+    cut = idle()
+    cut[:, :, 0] = 1.0
+    rows, rest, _ = judge(cut, 10.0)
+    assert [row.code for row in rows] == ["leads"]
+    assert rest is not None
+    assert codes(idle(noise=0.15)) == ["noise"]
+    assert codes(idle() * np.linspace(1.0, 0.96, 100)[:, None, None]) == ["drift"]
+    assert codes(idle() * 0.9, REST_PF) == ["pressure"]
+    row = np.ones((5, 5))
+    row[3] = 0.8
+    assert codes(idle() * row, REST_PF) == ["line"]
+
+
+def test_a_sensor_of_which_too_much_is_lost_is_refused() -> None:
+    cut = idle()
+    cut[:, :2] = 1.0
+    rows, rest, _ = judge(cut, 10.0)
+    assert rest is None
+    assert rows[0].advice == "Run: controller doctor"
+
+
+# --- on the disk ----------------------------------------------------------------------------------
+
+
+def kept(folder: Path, device_id: str = "orb-1") -> Path:
+    rest = REST_PF.astype(np.float32)
+    made = Calibration(device_id, rest, 0.003, "2026-11-21T10:00:00+00:00", "good")
+    return calibration.save(made, folder)
+
+
+def test_what_was_kept_is_there_again(tmp_path: Path) -> None:
+    kept(tmp_path)
+    again = calibration.load("orb-1", tmp_path)
+    assert again is not None
+    assert again.rest == pytest.approx(REST_PF, abs=1e-3)
+    assert (again.idle, again.verdict) == (0.003, "good")
+    assert calibration.load("orb-2", tmp_path) is None
+    assert calibration.forget("orb-1", tmp_path)
+    assert calibration.load("orb-1", tmp_path) is None
+
+
+def test_no_device_can_name_a_file_elsewhere(tmp_path: Path) -> None:
+    file = kept(tmp_path, "../../etc/orb\0")
+    assert file.parent == tmp_path
+    assert calibration.load("../../etc/orb\0", tmp_path) is not None
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "null", '{"version": 1}', "[" * 5000, '{"version": 2, "device_id": "orb-1"}'],
+)
+def test_a_file_that_is_no_calibration_counts_for_nothing(tmp_path: Path, text: str) -> None:
+    kept(tmp_path).write_text(text)
+    assert calibration.load("orb-1", tmp_path) is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rest_pf": [[1.0, -2.0]]}, {"rest_pf": [[1.0], [1.0, 2.0]]}, {"rest_pf": "x"},
+        {"idle": float("nan")}, {"rest_pf": [[float("inf")]]}, {"device_id": "orb-2"},
+    ],
+)  # fmt: skip
+def test_a_calibration_with_impossible_values_counts_for_nothing(
+    tmp_path: Path, change: dict[str, object]
+) -> None:
+    file = kept(tmp_path)
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    assert calibration.load("orb-1", tmp_path) is None
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(calibration, "folder", lambda: tmp_path)
+    assert main(["calibrate", "--sensor", "virtual", "--seed", "5", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == "good"
+    assert Path(told["kept"]) == tmp_path / "virtual-5.json"
+    assert main(["calibrate", "--seed", "5", "--forget"]) == 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_refused_calibration_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(calibration, "folder", lambda: tmp_path)
+    kept(tmp_path, "virtual-5")
+    before = (tmp_path / "virtual-5.json").read_bytes()
+    assert main(["calibrate", "--seed", "5", "--fault", "air_leak=0.6"]) == 1
+    assert "something moved on it" in capsys.readouterr().out
+    assert (tmp_path / "virtual-5.json").read_bytes() == before
+
+
+def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "--preset", "loud"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
