@@ -68,6 +68,17 @@ class Course:
         least, most = self.limits
         return min(most, max(least, -(-self.steps * self.batch // max(1, examples))))
 
+    def of_people(self, count: int) -> "Course":
+        """Return the course for recordings of so many people.
+
+        Of one person nothing tells how others' hands come, so every example is turned: others'
+        gestures are recognised better then, and on a noisy orb that person's own as well.
+        """
+        varied = self.augmentation
+        if count > 1 or not varied.symmetric:
+            return self
+        return replace(self, augmentation=replace(varied, turned=1.0))
+
 
 @dataclass(frozen=True, slots=True)
 class Recipe:

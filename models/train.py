@@ -96,6 +96,8 @@ def train(request: Request, say: Say) -> Training:
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
     data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
+    people = len({row.user for row in data.rows})
+    recipe = replace(recipe, gesture=recipe.gesture.of_people(people))
     found = touches.find(data.examples, recipe.averaged, request.seed)
     gesture, location = _tasks(request.task, data, found)
     if request.bare:

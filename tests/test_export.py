@@ -55,9 +55,8 @@ def test_normalisation_is_worked_into_the_weights() -> None:
     for _ in range(20):
         net(windows)  # it gets to know what is usual
     with torch.no_grad():
-        for norm in net.norms:
-            norm.weight.uniform_(0.5, 2.0)
-            norm.bias.uniform_(-0.5, 0.5)
+        for name, parameter in net.norms.named_parameters():
+            parameter.uniform_(*((0.5, 2.0) if name.endswith("weight") else (-0.5, 0.5)))
         plain = net.eval().folded().eval()
         assert not plain.norms
         torch.testing.assert_close(plain(windows), net(windows), rtol=1e-4, atol=1e-5)

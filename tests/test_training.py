@@ -16,7 +16,7 @@ from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
 from models import fit, recipe, results
 from models.__main__ import main
-from models.recipe import UNTOUCHED
+from models.recipe import RECIPES, UNTOUCHED
 
 pytestmark = pytest.mark.train
 
@@ -91,6 +91,13 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
     assert "windows at random, as the paper's protocol" in card
     assert loaded.card["command"] in card
     assert not (tmp_path / "my.orb.training").exists()
+
+
+def test_one_person_s_examples_are_all_turned_and_many_people_s_are_not() -> None:
+    default, paper = (RECIPES[name].gesture for name in ("default", "paper"))
+    assert default.of_people(1).augmentation.turned == 1.0
+    assert default.of_people(2) == default
+    assert paper.of_people(1) == paper
 
 
 def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
