@@ -74,10 +74,14 @@ def describe(entry: Any) -> Port:
 
 
 def main() -> None:
-    """Print what pyserial lists."""
+    """Print what pyserial lists, and orbs that are paired over Bluetooth."""
     from serial.tools import list_ports
 
-    print(json.dumps([asdict(describe(entry)) for entry in list_ports.comports()]))
+    from host.bluetooth import paired
+
+    found = [describe(entry) for entry in list_ports.comports()]
+    found += [Port(url, "paired over Bluetooth", name) for url, name in paired.orbs()]
+    print(json.dumps([asdict(port) for port in found]))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
     python -m tests.benchmarks.link_peers device URL      an orb that feels nothing
     python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
     python -m tests.benchmarks.link_peers cable           two ptys, joined
+    python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
     python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
     python -m tests.benchmarks.link_peers tetris          our game's window, and the same
@@ -22,6 +23,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 CHUNK: Final = 16 * 1024
@@ -155,6 +157,13 @@ def cable() -> None:
     joint.run([master for master, _ in pairs])
 
 
+def air() -> None:
+    """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
+    import runpy
+
+    runpy.run_path(str(Path(__file__).parents[1] / "bumble_air.py"), run_name="__main__")
+
+
 def proxy(port: str) -> None:
     """Join each connection with one to a port of this machine; "pull" closes both at once."""
     joint = Joint()
@@ -228,6 +237,7 @@ _ROLES: Final[dict[str, Callable[..., None]]] = {
     "device": device,
     "echo": echo,
     "cable": cable,
+    "air": air,
     "proxy": proxy,
     "xprogram": xprogram,
     "tetris": tetris,

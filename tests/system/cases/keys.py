@@ -84,14 +84,14 @@ def pressed(orb: Process, device: Any) -> float | None:
     None: it never came. On a machine so busy that `host` stands still for 0.3 s its own watchdog
     lifts every key and disarms, so it is armed again.
     """
-    start_s = time.monotonic()
+    start_s = time.time()  # the kernel's clock for input events, too
     tell(orb, "tap drop")
-    seconds = None
+    seconds: float | None = None
     while select.select([device], [], [], LOST_S)[0]:
         for event in device.read():
             if event.type == ecodes.EV_KEY and event.code == ecodes.KEY_SPACE:
                 if event.value == 1:
-                    seconds = time.monotonic() - start_s
+                    seconds = float(event.timestamp()) - start_s
                 elif event.value == 0 and seconds is not None:
                     return seconds
     tell(orb, "tap menu")
