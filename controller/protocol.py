@@ -48,7 +48,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
     34   Grant       H   until_ms u32
-    35   Join        H   token text64, host text64, granted bool, host_nonce u32,
+    35   Join        H   token text64, host text64, granted bool, host_nonce u32 >= 1,
                          boot_nonce u32, done u32
     36   Alive       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
     ==== =========== === ================================================================
@@ -525,7 +525,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),
-        (35, Join, (text, text, flag, u32, u32, u32)),
+        (35, Join, (text, text, flag, wire.Number("I", 1, 0xFFFFFFFF), u32, u32)),
         (36, Alive, (u32, u32, u32, u32, u32)),
     )  # fmt: skip
     records = {number: wire.Record(message, kinds) for number, message, kinds in table}

@@ -238,16 +238,15 @@ class DeviceSession:
         self.granted, self.echo = join.granted, Echo()
         self._skew_ms, self._pressed = 0, ()
         box = self.outbox
-        self.resumed = resumed = (box.host, self._welcome.boot_nonce) == (
-            join.host_nonce,
-            join.boot_nonce,
-        )
-        if resumed:
+        before = box.host, self._welcome.boot_nonce
+        # Granted time begins anew with each host, and what was before it has no place in it.
+        self.resumed = (join.host_nonce, join.boot_nonce) == before and not join.granted
+        if self.resumed:
             box.acknowledge(join.done)
             box.expire(now_ms)
         else:
             box.begin(join.host_nonce)
-        told = dataclasses.replace(self._welcome, resumed=resumed, done=box.done)
+        told = dataclasses.replace(self._welcome, resumed=self.resumed, done=box.done)
         self._say(told, now_ms, now_ms)
         self._say(State(()), 0, now_ms)
         for posted in box.posted:

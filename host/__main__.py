@@ -1,6 +1,7 @@
 """The command line: find or start an orb, and play."""
 
 import argparse
+import importlib
 import logging
 import math
 import secrets
@@ -11,28 +12,33 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from controller import key as keys
-from host import loop, targets
+from host import loop, remembering, taps, targets
 from host.device import OwnDevice
 from host.keys import backends
+from host.overheard import Ear, Overheard
 from host.receiver import Receiver
+from host.settings import Memory
+from host.taps import TapError, open_taps
 from host.targets import TargetError, TargetOptions
 from host.transport import LinkError, open_transport
 from tetris.window.display import DisplayError
 
 _DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_USUAL = "tetris"  # the target, if neither the user nor the device's past names one
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 _INTERRUPTED = 130  # what shells expect after Ctrl+C
+_TROUBLE = (DisplayError, TargetError, TapError, LinkError, loop.PictureError, keys.KeyFileError)
+# First words that do something else, each with a main().
+_VERBS = {"find": "host.find.command", "pair": "host.bluetooth.pair"}
 
 
 def main(argv: list[str] | None = None) -> int:
     """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
-    words = sys.argv[1:] if argv is None else argv
-    if words[:1] == ["pair"]:
-        from host.bluetooth import pair  # imported here, because playing needs no pairing
-
-        return pair.main(words[1:])
+    arguments = sys.argv[1:] if argv is None else argv
+    if arguments[:1] and (module := _VERBS.get(arguments[0])):
+        return int(importlib.import_module(module).main(arguments[1:]))
     parser = _parser()
-    options = parser.parse_args(words)
+    options = parser.parse_args(arguments)
     _check(parser, options)
     logging.basicConfig(
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
@@ -42,7 +48,7 @@ def main(argv: list[str] | None = None) -> int:
         if options.demo:
             return _demo(options, seed)
         _play(options, seed)
-    except (DisplayError, TargetError, LinkError, loop.PictureError, keys.KeyFileError) as error:
+    except _TROUBLE as error:
         print(f"host: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -52,35 +58,52 @@ def main(argv: list[str] | None = None) -> int:
 
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
-    key = b"" if options.key is None else keys.read(options.key)
-    wish = TargetOptions(seed, options.keys, options.backend, options.dry_run)
+    memory = Memory(warn=_warn)
+    ears: list[Ear] = []
     with ExitStack() as stack:
         for name in ("SIGTERM", "SIGHUP"):
             if number := getattr(signal, name, None):  # Windows has no SIGHUP
                 stack.callback(signal.signal, number, signal.signal(number, _end))
+        seeker = remembering.seek(options, memory)
+        key = b"" if options.key is None else keys.read(options.key)
+        wish = TargetOptions(
+            seed, options.keys, options.backend, options.dry_run, options.profile or ""
+        )
+        ears += [worker.hear for worker in open_taps(options.tap, stack, _warn)]
         target = targets.load(options.target, wish)
         stack.callback(target.close)
         unseen = options.headless and options.target in _UNSEEN
         surface = None if unseen else loop.window(headless=options.headless, size=target.size)
-        if options.link is None:
+        if seeker is not None:
+            receiver = Receiver(seeker.open, key=key)
+            ears.append(seeker.hear)
+        elif options.link is not None:
+            receiver = Receiver(lambda: open_transport(options.link), key=key)
+        else:
+            remembering.offer(memory, _warn)
             own = OwnDevice(seed, options.orb)
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
-        else:
-            receiver = Receiver(lambda: open_transport(options.link), key=key)
         stack.callback(receiver.close)
+        if options.link is not None or seeker is not None:
+            noted = remembering.Note(memory, options, target, seeker)
+            stack.callback(noted.close)
+            ears.append(noted.hear)
         receiver.start()
+        orb = Overheard(receiver, ears)
         if surface is None:
-            loop.serve(target, receiver, seconds=options.seconds)
+            loop.serve(target, orb, seconds=options.seconds)
         else:
-            loop.play(
-                target, receiver, surface, seconds=options.seconds, screenshot=options.screenshot
-            )
+            loop.play(target, orb, surface, seconds=options.seconds, screenshot=options.screenshot)
 
 
 def _end(number: int, frame: object) -> None:
     """End as if by oneself when the system asks for it, so that everything is let go."""
     raise SystemExit(128 + number)
+
+
+def _warn(words: str) -> None:
+    print(f"host: {words}", file=sys.stderr, flush=True)
 
 
 def _demo(options: argparse.Namespace, seed: int) -> int:
@@ -101,19 +124,28 @@ def _demo(options: argparse.Namespace, seed: int) -> int:
 
 def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
     """Refuse combinations that make no sense, with what would."""
+    if options.device is not None and (options.demo or options.link is not None or options.orb):
+        parser.error("--device names an orb that is there; leave out --link, --demo and --")
+    if options.demo and options.tap:
+        parser.error("--tap reads along while you play; leave out --demo")
     if options.orb and options.link is not None:
         parser.error("what follows -- is for a virtual orb of our own; leave out --link")
-    if options.demo and options.target != "tetris":
+    if options.demo and options.target not in (None, "tetris"):
         parser.error("--demo plays Tetris; leave out --target")
     if not options.demo and (options.json or options.speed is not None):
         parser.error("--json and --speed belong to the demo; add --demo")
-    if options.key is not None and options.link is None:
-        parser.error("--key is for an orb elsewhere, ours needs none; name it with --link")
+    if options.key is not None and options.link is None and options.device is None:
+        parser.error(
+            "--key is for an orb elsewhere, ours needs none; name it with --link or --device"
+        )
     if options.link == "":
         parser.error("--link names no port; leave it out to play with a virtual orb")
-    acts = options.target in _UNSEEN
-    if not acts and (options.keys or options.dry_run or options.backend != backends.AUTO):
-        parser.error("--keys, --backend and --dry-run need --target keyboard or gamepad")
+    if options.device is None and options.target is None:
+        options.target = _USUAL
+    acts = options.target in (None, *_UNSEEN)  # None: what the device played last
+    keyed = options.keys or options.profile or options.dry_run or options.backend != backends.AUTO
+    if not acts and keyed:
+        parser.error("--keys, --profile, --backend and --dry-run need --target keyboard or gamepad")
     if acts and options.headless and options.screenshot:
         parser.error("--screenshot needs a window; leave out --headless")
     if options.headless and not (options.demo or acts) and options.seconds is None:
@@ -128,7 +160,8 @@ def _parser() -> argparse.ArgumentParser:
         prog="host",
         description="Play with an orb. Without one, a virtual orb is started: touch it with the "
         "mouse. The left button presses, the right one pinches, a drag round the rim twists.",
-        epilog="Try it without an orb: host; or lean back: host --demo",
+        epilog="host find lists the orbs that are there. Try it without one: host; or lean back: "
+        "host --demo",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=20),
     )
     add = parser.add_argument
@@ -147,6 +180,12 @@ def _parser() -> argparse.ArgumentParser:
         "of our own)",
     )
     add(
+        "--device",
+        metavar="NAME",
+        help="the orb of this identity or name, whatever its port; host find lists them. Without "
+        "--target it plays what it played last",
+    )
+    add(
         "--key",
         metavar="FILE",
         type=Path,
@@ -155,8 +194,15 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--target",
         metavar="NAME",
-        default="tetris",
-        help=f"what to play: {', '.join(targets.names())} (default: %(default)s)",
+        help=f"what to play: {', '.join(targets.names())} (default: {_USUAL})",
+    )
+    add(
+        "--tap",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help=f"let other programs read along: {', '.join(taps.names())}, or "
+        "osc://HOST:PORT (docs/taps.md); may be given several times",
     )
     add(
         "--seed",
@@ -169,6 +215,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         type=Path,
         help="what commands press, for the targets keyboard and gamepad (docs/keys.md)",
+    )
+    add(
+        "--profile",
+        metavar="NAME",
+        help="the mapping's profile to begin with (default: its first)",
     )
     add(
         "--backend",

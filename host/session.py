@@ -42,54 +42,19 @@ from controller.protocol import (
     is_ahead,
 )
 from controller.seal import NONCE, Seal, seals
+from host.news import Connected as Connected
+from host.news import Delivered as Delivered
+from host.news import Lost as Lost
+from host.news import Missed as Missed
+from host.news import Received as Received
+from host.news import Refused as Refused
+from host.news import Stale as Stale
 
 BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempt; the last one again and again
 JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knock in step
 _NEXT: Final = next_states(HOST)
 
 
-@dataclass(frozen=True, slots=True)
-class Connected:
-    """A device has welcomed us; everything before is over."""
-
-    welcome: Welcome
-
-
-@dataclass(frozen=True, slots=True)
-class Delivered:
-    """A message of the device, in order, each once."""
-
-    message: Message  # Command, State, Telemetry, Truth or Granted
-    t_ms: int  # the device's time
-
-
-@dataclass(frozen=True, slots=True)
-class Stale:
-    """Nothing has come for 300 ms: release everything and pause. The next message revives."""
-
-
-@dataclass(frozen=True, slots=True)
-class Lost:
-    """The connection is over: release everything. The next one begins with Connected."""
-
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """There is no connection, and this is why, in one sentence; we keep trying."""
-
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Missed:
-    """So many commands never came, or too late to be obeyed; nobody will send them again."""
-
-    count: int
-
-
-Received = Connected | Delivered | Stale | Lost | Refused | Missed
 _NEWS = (State, Telemetry, Truth, Granted)
 _FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
 
@@ -157,7 +122,8 @@ class HostSession:
             token: What the device wants to hear.
             granted: Whether we shall own the device's clock.
             key: What both sides know; b"": nothing.
-            nonce: 16 random bytes, drawn for this session; needed with a key.
+            nonce: 16 random bytes, drawn for this session; b"" will do where there is neither a
+                key nor a line that may double what is said.
             past: What sessions before this one have left; None: there was none.
 
         Raises:

@@ -10,9 +10,12 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import os
 import select
 import socket
 import threading
+from collections.abc import Callable
+from functools import partial
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
@@ -174,10 +177,37 @@ class _Socket(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not 
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.is_open = True
 
+    @property
+    def connection(self) -> socket.socket:
+        """The socket itself."""
+        connection: socket.socket = self._socket
+        return connection
+
     def close(self) -> None:
         if self.is_open:
             self.is_open = False
             self._socket.close()
+
+
+def _direct(port: Any) -> tuple[Callable[[int], bytes], Callable[[bytes], int]]:
+    """Return what reads from a port that is ready, and what writes what fits now.
+
+    pyserial's own methods ask the system again whether it is ready, which costs more than reading;
+    where they do more than that, as in spy://, they are kept.
+    """
+    if isinstance(port, _Socket):
+        return port.connection.recv, port.connection.send
+    if os.name == "posix" and type(port) is serial.Serial:
+        number: int = port.fileno()
+        os.set_blocking(number, False)
+        return partial(os.read, number), partial(os.write, number)
+
+    def send(data: bytes) -> int:
+        if not select.select([], [port], [], 0)[1]:  # pyserial spins when nothing fits
+            raise BlockingIOError
+        return int(port.write(data))
+
+    return port.read, send
 
 
 class _Selected:
@@ -186,6 +216,7 @@ class _Selected:
     def __init__(self, port: Any, name: str) -> None:
         self.name = name
         self._port = port
+        self._receive, self._send = _direct(port)
         self._lock = threading.Lock()  # guards the backlog, and with it the order of bytes
         self._backlog = bytearray()
         self._bell, self._button = socket.socketpair()
@@ -203,7 +234,15 @@ class _Selected:
                 self._flush()
         if self._bell in readable:
             self._bell.recv(CHUNK)
-        return bytes(self._port.read(CHUNK)) if self._port in readable else b""
+        if self._port not in readable:
+            return b""
+        try:
+            data = self._receive(CHUNK)
+        except BlockingIOError:  # somebody else was told of it, too
+            return b""
+        if not data:
+            raise ConnectionResetError(errno.ECONNRESET, "the other end closed it")
+        return data
 
     def write(self, data: bytes) -> None:
         """Send what fits now, keep the rest for `read` to send."""
@@ -217,9 +256,11 @@ class _Selected:
             self.wake()
 
     def _flush(self) -> None:
-        # pyserial spins when nothing fits, so ask before.
-        while self._backlog and select.select([], [self._port], [], 0)[1]:
-            sent = self._port.write(bytes(self._backlog[:CHUNK]))
+        while self._backlog:
+            try:
+                sent = self._send(bytes(self._backlog[:CHUNK]))
+            except BlockingIOError:
+                return
             del self._backlog[:sent]
 
     def wake(self) -> None:

@@ -2,6 +2,7 @@
 
 import socket
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -12,6 +13,14 @@ if sys.platform == "win32":  # these play with ptys and signals, which Windows h
         "test_receiver.py",
         "test_whole_path.py",
     ]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def settings_of_nobody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What tests let programs remember is not the user's (where XDG's folders count)."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
+        yield
 
 
 @pytest.fixture

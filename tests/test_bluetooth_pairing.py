@@ -19,7 +19,8 @@ from controller.bluetooth.names import SERVICE_UUID
 from controller.doctor.verdict import Verdict
 from controller.service import status
 from host.bluetooth import pair as host_pair
-from host.bluetooth import sdp
+from host.bluetooth import paired, sdp
+from host.find import ports
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
@@ -119,6 +120,19 @@ def test_the_host_finds_no_orb_where_there_is_none(
 ) -> None:
     assert host_pair.main(["--yes", "--seconds", "1"]) == 1
     assert "found no orb within 1 s" in capsys.readouterr().err
+
+
+def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
+    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
+    assert [port for port in ports.listed() if port.url.startswith("rfcomm:")] == []
+    fake.call("/", MOCK, "PairDevice", "ss", "hci0", ORB)
+    found = [port for port in ports.listed() if port.url.startswith("rfcomm:")]
+    assert found == [ports.Port(f"rfcomm://{ORB}", "paired over Bluetooth", "OrbTouch")]
+
+
+def test_without_bluez_there_is_no_paired_orb(fake: FakeBluez) -> None:
+    fake.stop()
+    assert paired.orbs() == []
 
 
 def test_status_names_adapters_and_hosts(

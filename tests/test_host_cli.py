@@ -32,6 +32,11 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--seconds", "nan", "--demo"], "must be a number"),
         (["--seed", "-3"], "whole number"),
         (["--headless"], "add --demo or --seconds"),
+        (["--demo", "--device", "orb-1"], "leave out --link, --demo"),
+        (["--device", "orb-1", "--link", "COM7"], "leave out --link, --demo"),
+        (["--demo", "--tap", "osc"], "leave out --demo"),
+        (["--profile", "slides"], "need --target keyboard or gamepad"),
+        (["find", "--seconds", "0"], "a number from 0.5 to 600"),
         (["--link", ""], "leave it out to play with a virtual orb"),
         (["--dry-run"], "need --target keyboard or gamepad"),
         (["--keys", "mine.toml"], "need --target keyboard or gamepad"),
@@ -53,6 +58,19 @@ def test_unknown_target_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> N
     assert main(["--target", "chess"]) == 2
     told = capsys.readouterr().err
     assert told == "host: there is no target 'chess'; there are: gamepad, keyboard, tetris\n"
+
+
+def test_unknown_tap_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--tap", "midi"]) == 2
+    told = capsys.readouterr().err
+    assert told == "host: there is no tap 'midi'; there are: lsl, osc (docs/taps.md)\n"
+
+
+def test_device_that_nobody_knows_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--device", "orb-of-nobody"]) == 2
+    told = capsys.readouterr().err
+    assert "'orb-of-nobody' is not there" in told
+    assert told.count("\n") == 1
 
 
 def test_port_that_is_not_there_is_one_sentence(

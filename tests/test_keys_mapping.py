@@ -47,6 +47,33 @@ def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
     assert found.keys == {"left", "down", "space", "ctrl", "shift", "t", "h", "i", "1"}
 
 
+def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Path) -> None:
+    found = mapping(
+        tmp_path,
+        """
+        long_ms = 2000
+        [profile.game]
+        drop = "space"
+        [long]
+        drop = { arm = true }
+        hold = { profile = "game" }
+        """,
+    )
+    assert found.long == {"drop": Arm(), "hold": Switch("game")}
+    assert found.long_s == 2.0
+    assert found.keys == {"space"}
+
+
+@pytest.mark.parametrize("kind", ["keyboard", "gamepad"])
+def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(kind: Kind) -> None:
+    from controller import bundle
+
+    shipped = read(ROOT / "host" / "keys" / f"{kind}.toml", kind)
+    [command] = shipped.long
+    assert shipped.long == {command: Arm()}
+    assert command in bundle.read(bundle.default_path()).mapping.commands
+
+
 def test_pad_has_buttons_a_hat_and_sticks(tmp_path: Path) -> None:
     found = mapping(
         tmp_path,
@@ -92,6 +119,12 @@ GAME = "[profile.game]\n"
             ", line 2",
             "every_ms must be more",
         ),
+        (GAME + 'left = {key = "a", down_ms = ' + "9" * 400 + "}", ", line 2", "is too large"),
+        (GAME + '"\\u001b[2J" = "a"', "", r"[profile.game] '\x1b[2J': a command is a name"),
+        ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07' has control characters"),
+        ("long_ms = 100\n" + GAME, ", line 1", "long_ms is 100, not 500 to 10000"),
+        (GAME + '[long]\ndrop = "a"', ", line 3", "only arm and profile can wait"),
+        (GAME + '[long]\ndrop = {profile = "x"}', ", line 3", "no profile 'x'"),
         (GAME + "left = {arm = false}", ", line 2", "write arm = true"),
         (GAME + 'left = {profile = "x"}', ", line 2", "no profile 'x'; there are: game"),
         (GAME + 'left = {pad = "a"}', ", line 2", "needs --target gamepad"),

@@ -57,6 +57,62 @@ def test_nothing_is_pressed_until_it_is_armed() -> None:
     assert pressed.told == ["armed by the orb: profile game"]
 
 
+HELD = parse(
+    {
+        "profile": {"game": {"drop": "space"}, "desk": {"drop": "a"}},
+        "long": {"drop": {"arm": True}, "hold": {"profile": "desk"}},
+    },
+    "keyboard",
+)
+
+
+def hold(pressed: Pressed, name: str, began_s: float, until_s: float) -> None:
+    """Give a command, and say ten times a second that it is still held."""
+    pressed.command(name, began_s)
+    for tenth in range(round(began_s * 10) + 1, round(until_s * 10) + 1):
+        pressed.state((name,), tenth / 10)
+
+
+def let_go(pressed: Pressed, now_s: float) -> None:
+    pressed.state((), now_s)
+
+
+def test_long_hold_arms_and_the_next_one_disarms() -> None:
+    pressed = Pressed(HELD)
+    hold(pressed, "drop", 1.0, 2.4)
+    let_go(pressed, 2.45)
+    assert not pressed.armed
+    hold(pressed, "drop", 3.0, 9.0)
+    let_go(pressed, 9.1)
+    assert pressed.told == ["armed by the orb: profile game"]
+    assert strokes(pressed) == ""
+    hold(pressed, "drop", 10.0, 19.0)
+    assert strokes(pressed) == "+space -space"  # it is still a command, and taps first
+    assert pressed.told[1:] == ["disarmed by the orb"]
+
+
+def test_long_hold_changes_the_profile() -> None:
+    pressed = Pressed(HELD)
+    hold(pressed, "hold", 1.0, 2.5)
+    assert pressed.profile == "desk"
+
+
+def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None:
+    pressed = Pressed(HELD)
+    hold(pressed, "drop", 1.0, 2.0)
+    let_go(pressed, 2.1)
+    hold_again = Pressed(HELD)
+    hold(hold_again, "drop", 1.0, 1.2)
+    hold_again.tick(1.2 + WORD_S)  # the orb has fallen silent
+    silent = Pressed(HELD)
+    hold(silent, "drop", 1.0, 2.0)
+    silent.release()  # as when the link is stale
+    for one in (pressed, hold_again, silent):
+        for tenth in range(21, 90):
+            one.state(("drop",), tenth / 10)  # a word alone presses and arms nothing
+        assert not one.armed
+
+
 def test_tap_goes_up_by_itself() -> None:
     pressed = armed()
     pressed.command("left", 1.0)

@@ -20,12 +20,15 @@ from pathlib import Path
 import pytest
 from x_programs import PATIENCE_S, Orb, Player, Screen, until
 
+from tetris.window.screens.play_screen import READY_S
+
 pytestmark = [
     pytest.mark.system,
     pytest.mark.skipif(not shutil.which("Xvfb"), reason="needs Debian's xvfb"),
     pytest.mark.skipif(not shutil.which("xev"), reason="needs Debian's x11-utils"),
 ]
 
+GUARD_S = 0.3  # the game takes no second drop right after the first
 RELEASE_S = 0.5  # after whatever happens to the sender
 MAPPING = """
 [everywhere]
@@ -100,17 +103,22 @@ def test_keys_chords_and_texts_arrive_in_an_x_program(
     xev.communicate()
 
 
-def test_drops_arrive_in_the_game_s_window(screen: Screen, orb: Orb, player: Player) -> None:
-    command = [sys.executable, "-m", "tetris", "--seed", "1", "--json"]
-    game = subprocess.Popen(command, env=screen.environment, stdout=subprocess.PIPE, text=True)
+def test_drops_arrive_in_the_game_s_window(
+    screen: Screen, orb: Orb, player: Player, tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "tetris", "--mode", "endless", "--seed", "1", "--json"]
+    own = {**screen.environment, "XDG_DATA_HOME": str(tmp_path)}
+    game = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, text=True)
     try:
         window = screen.focus("Tetris")
         orb.say("tap menu")
         player.until("armed by the orb")
+        time.sleep(2 * READY_S)  # the first piece waits for its player
         for _ in range(3):
             orb.say("tap drop")
             until(screen.down)
             until(lambda: not screen.down())
+            time.sleep(GUARD_S)
         screen.ask_to_close(window)
         result = json.loads(game.communicate(timeout=PATIENCE_S)[0])
         assert result["pieces"] == 3

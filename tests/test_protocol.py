@@ -78,7 +78,9 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
     Perform: st.builds(Perform, u32, name, f32, f32),
     Grant: st.builds(Grant, u32),
-    Join: st.builds(Join, text(64), text(64), st.booleans(), u32, u32, u32),
+    Join: st.builds(
+        Join, text(64), text(64), st.booleans(), st.integers(1, 2**32 - 1), u32, u32
+    ),
     Alive: st.builds(Alive, u32, u32, u32, u32, u32),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
@@ -341,6 +343,7 @@ def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
         Numbered("left", "press", float("nan"), None, 0, 1, 0, 0),
         Numbered("left", "press", 0.5, (float("inf"), 0.0), 0, 1, 0, 0),
         Offer(2, bytes(33), False),
+        Join("", "", False, 0, 1, 2),
         Perform(1, "press", 1e39, 0.0),
         Telemetry(0, b"", (1.5,), None, "", True, 1.0),
         Telemetry(0, bytes(901), (), None, "", True, 1.0),

@@ -45,6 +45,7 @@ from controller.protocol import (
     encode,
 )
 from host import receiver as receiver_module
+from host import transport as transport_module
 from host.device import OwnDevice
 from host.receiver import (
     Connected,
@@ -607,3 +608,19 @@ def test_a_mistake_in_the_receivers_thread_is_seen(ears: Callable[[Receiver], Ea
         ear.receiver.connect()
     with pytest.raises(RuntimeError, match="thread has died"):
         ear.receiver.poll()
+
+
+def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+
+        def write_on() -> None:
+            while True:  # the system's own buffers fill first
+                transport.write(bytes(4096))
+
+        with peer, pytest.raises(LinkError, match="takes no more bytes"):
+            write_on()
+        transport.close()
+    assert isinstance(transport, transport_module._Selected)
+    assert len(transport._backlog) <= transport_module.BACKLOG + 4096

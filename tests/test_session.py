@@ -23,6 +23,7 @@ from controller.protocol import (
     Hello,
     Join,
     Message,
+    Numbered,
     Offer,
     Packet,
     Perform,
@@ -710,3 +711,17 @@ def test_the_handshake_tells_how_far_the_clocks_are_apart_so_that_no_command_is_
     assert (host.state, host.echo.offset_ms) == ("live", 70_000 - 40)
     device.send(DROP, 0, 71_000)
     assert host.receive(bytes(device.output), 1_300) == [Missed(1)]
+
+
+def test_granted_time_begins_without_what_was_before_it() -> None:
+    session = DeviceSession(welcome())
+    join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
+    greet(session, sequence=1, join=join)
+    session.send(DROP, 0, 0)
+    said(session)
+    greet(session, sequence=5, join=dataclasses.replace(join, granted=True))
+    assert [type(packet.message) for packet in said(session)] == [Offer, Welcome, State]
+    session.send(DROP, 0, 0)
+    [packet] = said(session)
+    assert isinstance(packet.message, Numbered)
+    assert (packet.message.number, packet.message.done) == (2, 1)

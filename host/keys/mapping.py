@@ -1,7 +1,7 @@
 """What a mapping says: every command's entry, profile by profile."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final, Literal
 
@@ -9,6 +9,7 @@ from host.keys.table import Chord
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
 EVERY_S: Final = 0.15  # from one press of a repeating key to the next
+LONG_S: Final = 1.5  # a pinch in a game lasts half a second
 
 Kind = Literal["keyboard", "gamepad"]
 
@@ -67,17 +68,37 @@ class KeyMap:
         arm_key: The key of our window and terminal that arms and disarms.
         profile_key: The one that changes to the next profile.
         allowed: Dangerous chords that the user wants.
+        long: What a command does in every profile when it is held for `long_s`: arm, or change
+            the profile.
+        long_s: How long that is.
     """
 
     profiles: dict[str, dict[str, Entry]]
     arm_key: str = "f9"
     profile_key: str = "f8"
     allowed: tuple[Chord, ...] = ()
+    long: dict[str, Entry] = field(default_factory=dict)
+    long_s: float = LONG_S
 
     @property
     def first(self) -> str:
         """The profile to begin with."""
         return next(iter(self.profiles))
+
+    def beginning(self, profile: str) -> "KeyMap":
+        """Return the mapping with a profile first; "" leaves the file's order.
+
+        Raises:
+            KeyMapError: There is no such profile.
+        """
+        if not profile:
+            return self
+        if profile not in self.profiles:
+            raise KeyMapError(
+                f"there is no profile {profile!r}; there are: {', '.join(self.profiles)}"
+            )
+        first = {profile: self.profiles[profile]}
+        return replace(self, profiles={**first, **self.profiles})
 
     @property
     def keys(self) -> frozenset[str]:

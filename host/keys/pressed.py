@@ -56,6 +56,7 @@ class Pressed:
         self.told: list[str] = []
         self._map = key_map
         self._grips: dict[str, _Grip] = {}
+        self._since_s: dict[str, float] = {}  # held commands for which something waits
         self._heard_s = 0.0  # when the orb last told what is held
         self._letters: deque[Chord] = deque()
         self._letter_s = 0.0  # when the next half of a letter is due
@@ -68,10 +69,15 @@ class Pressed:
     def command(self, name: str, now_s: float) -> None:
         """Do what a command asks for; unknown ones, and most while disarmed, do nothing."""
         self.tick(now_s)
+        self._do(name, now_s)
+        if name in self._map.long:
+            self._heard_s = self._since_s[name] = now_s
+
+    def _do(self, name: str, now_s: float) -> None:
         entry = self.entries.get(name)
         match entry:
             case Arm():
-                self.disarm("by the orb") if self.armed else self.arm("by the orb")
+                self._toggle()
             case Switch(profile=profile):
                 self.switch(profile)
             case Press() if self.armed and not self._letters:
@@ -89,6 +95,9 @@ class Pressed:
         """Take a snapshot of the commands that are held; it lets go, and never presses."""
         self._heard_s = now_s
         self.tick(now_s)
+        for name in [name for name in self._since_s if name not in held]:
+            del self._since_s[name]
+        self._wait(now_s)
         for name, grip in list(self._grips.items()):
             if grip.press.mode in (Mode.HOLD, Mode.REPEAT) and name not in held:
                 self._drop(name)
@@ -97,9 +106,12 @@ class Pressed:
         """Take note that the orb still holds what it held."""
         self._heard_s = now_s
         self.tick(now_s)
+        self._wait(now_s)
 
     def tick(self, now_s: float) -> None:
         """Let time pass: taps end, held keys repeat, texts go on."""
+        if now_s - self._heard_s >= WORD_S:
+            self._since_s.clear()
         for name, grip in list(self._grips.items()):
             lasting = grip.press.mode in (Mode.HOLD, Mode.REPEAT)
             if lasting and now_s - self._heard_s >= WORD_S:
@@ -110,6 +122,20 @@ class Pressed:
             elif grip.up_s <= now_s:
                 self._drop(name)
         self._type(now_s)
+
+    def _wait(self, now_s: float) -> None:
+        """Do what a long hold does; once, and only when the orb has just said that it lasts."""
+        for name, since_s in list(self._since_s.items()):
+            if now_s - since_s >= self._map.long_s:
+                del self._since_s[name]
+                entry = self._map.long[name]
+                if isinstance(entry, Switch):
+                    self.switch(entry.profile)
+                else:
+                    self._toggle()
+
+    def _toggle(self) -> None:
+        self.disarm("by the orb") if self.armed else self.arm("by the orb")
 
     def arm(self, why: str) -> None:
         """Let commands press keys from now on."""
@@ -139,6 +165,7 @@ class Pressed:
         """Let go of everything."""
         self._grips.clear()
         self._letters.clear()
+        self._since_s.clear()
         self._up(self.down)
 
     # -- the keys ----------------------------------------------------------------------

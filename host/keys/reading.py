@@ -12,9 +12,11 @@ down = { key = "down", mode = "hold" }
 
 [profile.slides]
 drop = { text = "Thank you" }
+
+[long]                             # when the orb holds this command for long_ms
+drop = { arm = true }
 """
 
-import math
 import re
 import tomllib
 from collections.abc import Iterator
@@ -25,6 +27,7 @@ from typing import Any, Final
 from host.keys.mapping import (
     DOWN_S,
     EVERY_S,
+    LONG_S,
     Arm,
     Entry,
     KeyMap,
@@ -39,11 +42,12 @@ from host.keys.table import ALIASES, KEYS, PAD, Chord, danger, typed
 
 _DOWN_MS: Final = (10, 1000)
 _EVERY_MS: Final = (50, 5000)
+_LONG_MS: Final = (500, 10_000)
 _MOST_LETTERS: Final = 100  # of a text; while it is typed, commands wait for nobody
 _MAX_BYTES: Final = 64 * 1024
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _HOT_KEYS: Final = ("f6", "f7", "f8", "f9", "f10", "f12", *"abcdefghijklmnopqrstuvwxyz0123456789")
-_TOP: Final = ("allow", "arm_key", "profile_key", "everywhere", "profile")
+_TOP: Final = ("allow", "arm_key", "profile_key", "long_ms", "everywhere", "profile", "long")
 _DOES: Final = ("key", "pad", "text", "arm", "profile")
 
 
@@ -63,6 +67,11 @@ def parse(table: dict[str, Any], kind: Kind) -> KeyMap:
     profiles = _table("profile", table.get("profile", {}))
     if not profiles:
         raise KeyMapError("it has no profile; write [profile.NAME] above the commands")
+    for name in profiles:
+        if not name.isprintable():  # it is told on the terminal
+            raise KeyMapError(
+                f"the name of profile {name!r} has control characters; choose another"
+            )
     allowed = tuple(_chord("allow", chord, KEYS) for chord in _list("allow", table))
     parser = _Parser(kind, allowed, tuple(profiles))
     common = parser.entries("everywhere", table.get("everywhere", {}))
@@ -74,6 +83,8 @@ def parse(table: dict[str, Any], kind: Kind) -> KeyMap:
         _hot_key("arm_key", table, "f9"),
         _hot_key("profile_key", table, "f8"),
         allowed,
+        parser.held(table.get("long", {})),
+        _seconds("", "long_ms", table, _LONG_MS, LONG_S),
     )
     if key_map.arm_key == key_map.profile_key:
         raise KeyMapError(f"arm_key and profile_key are both {key_map.arm_key!r}; choose two keys")
@@ -123,10 +134,20 @@ class _Parser:
     def entries(self, where: str, table: Any) -> dict[str, Entry]:
         entries = {}
         for command, value in _table(where, table).items():
-            at = f"[{where}] {command}"
+            at = f"[{where}] {command if command.isprintable() else ascii(command)}"
             if not _COMMAND.fullmatch(command):
                 raise KeyMapError(f"{at}: a command is a name in small letters, such as drop")
             entries[command] = self.entry(at, value)
+        return entries
+
+    def held(self, table: Any) -> dict[str, Entry]:
+        entries = self.entries("long", table)
+        for command, entry in entries.items():
+            if not isinstance(entry, Arm | Switch):
+                raise KeyMapError(
+                    f'[long] {command}: only arm and profile can wait; write mode = "hold" in a '
+                    "profile for a key that is down as long as the orb is held"
+                )
         return entries
 
     def entry(self, at: str, value: Any) -> Entry:
@@ -221,11 +242,17 @@ def _seconds(
 ) -> float:
     number = value.get(name, default * 1000)
     least, most = limits
-    if isinstance(number, bool) or not isinstance(number, int | float) or math.isnan(number):
-        raise KeyMapError(f"{at}: {name} is {number!r}, not a number")
+    where = f"{at}: {name}" if at else name
+    if isinstance(number, bool) or not isinstance(number, int | float) or number != number:
+        raise KeyMapError(f"{where} is {number!r}, not a number")
     if not least <= number <= most:
-        raise KeyMapError(f"{at}: {name} is {number:g}, not {least} to {most}")
+        raise KeyMapError(f"{where} is {_short(number)}, not {least} to {most}")
     return float(number) / 1000
+
+
+def _short(number: float) -> str:
+    """Return a number in a few characters; TOML's whole numbers have no end."""
+    return f"{number:g}" if abs(number) < 1e300 else "too large"
 
 
 def _table(where: str, value: Any) -> dict[str, Any]:

@@ -191,7 +191,7 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """
     path = options.keys or Path(__file__).with_name(f"{kind}.toml")
     try:
-        key_map = read(path, kind)
+        key_map = read(path, kind).beginning(options.profile)
         sender = _sender(kind, key_map, options)
         presses = sender.start()
     except (KeyMapError, BackendError) as error:
@@ -212,7 +212,11 @@ def _sender(kind: Kind, key_map: KeyMap, options: TargetOptions) -> Sender:
 def _arming(key_map: KeyMap) -> list[str]:
     """Return the commands that arm in the first profile."""
     entries = key_map.profiles[key_map.first].items()
-    return [f"the orb's {command}" for command, entry in entries if isinstance(entry, Arm)]
+    held = [name for name, entry in key_map.long.items() if isinstance(entry, Arm)]
+    return [
+        *(f"the orb's {command}" for command, entry in entries if isinstance(entry, Arm)),
+        *(f"the orb's {command} held for {key_map.long_s:g} s" for command in held),
+    ]
 
 
 def _say(line: str) -> None:

@@ -25,12 +25,14 @@ class TargetOptions:
         keys: The mapping from commands to keys; the target's own if None.
         backend: What presses keys; "auto": the best there is.
         dry_run: Print what would be pressed.
+        profile: The mapping's profile to begin with; "": its first.
     """
 
     seed: int = 0
     keys: Path | None = None
     backend: str = "auto"
     dry_run: bool = False
+    profile: str = ""
 
 
 class TargetError(ValueError):

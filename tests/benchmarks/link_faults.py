@@ -51,6 +51,8 @@ def main() -> int:
             file=sys.stderr,
         )
     total = {**BadWire.total, "steps": _steps(BadWire.total), "oldest obeyed ms": BadWire.oldest_ms}
+    # Given before a host came for the first time, or shortly before an end was started anew.
+    total["commands of no host"] = total["commands"] - total["delivered"] - total["missed"]
     for name in sorted(total):
         print(f"{name:24} {total[name]:10,}")
     if options.json:

@@ -1,9 +1,9 @@
-"""Measure a link end to end: how long a grant takes to the orb's program and back.
+"""Measure a link end to end, or play over one: also over Python's own Bluetooth socket.
 
-    python -m tests.system.play URL     rfcomm://..., /dev/rfcomm0, or socket:ADDRESS/CHANNEL/LOCAL,
-                                        which is Python's own Bluetooth socket
+    python -m tests.system.play URL               how long grants take to the orb's program and back
+    python -m tests.system.play URL SEED SECONDS  a demo game, as `host --demo --json` plays it
 
-It prints one line of JSON: {"seconds": [...]}.
+URL is whatever `host --link` takes, or socket:ADDRESS/CHANNEL/LOCAL. The last line is JSON.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import time
 from typing import Any
 
 from controller.protocol import Grant, Granted
+from host import demo
 from host.receiver import Connected, Delivered, Receiver
 from host.transport import Transport, _Selected, open_transport
 
@@ -55,7 +56,13 @@ def opened(url: str) -> Transport:
     return open_transport(url)
 
 
-def main(url: str) -> None:
+def game(url: str, seed: int, seconds: float) -> int:
+    """Play a demo game, and print what came of it."""
+    vars(demo)["open_transport"] = opened
+    return demo.run(seed=seed, seconds=seconds, speed=0, headless=True, as_json=True, link=url)
+
+
+def measure(url: str) -> None:
     """Connect, grant, and print how long each grant took."""
     receiver = Receiver(lambda: opened(url), granted=True)
     receiver.connect()
@@ -84,4 +91,6 @@ def answer(receiver: Receiver, until_ms: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    if len(sys.argv) == 4:
+        sys.exit(game(sys.argv[1], int(sys.argv[2]), float(sys.argv[3])))
+    measure(sys.argv[1])

@@ -9,7 +9,7 @@ from typing import Any
 from .guest import CaseError, Guest, Process
 
 SEED = "7"
-SECONDS = "8"
+SECONDS = "12"
 
 
 def orb(guest: Guest) -> tuple[Process, str]:
@@ -58,9 +58,19 @@ def digits(guest: Guest, process: Process, question: str) -> str:
 
 
 def game(guest: Guest, link: str | None) -> dict[str, Any]:
-    """Play a demo game with `host`; return what came of it, without the count of bytes."""
-    words = ["--demo", "--headless", "--speed", "0", "--seed", SEED, "--seconds", SECONDS, "--json"]
-    process = guest.python("host", *words, *(["--link", link] if link else []), name="host-demo")
+    """Play a demo game; return what came of it, without the count of bytes.
+
+    Args:
+        guest: The case's.
+        link: Where the orb is; None: `host` starts one of its own. What pyserial knows is played
+            by `host` itself, Python's own socket by its parts.
+    """
+    if link is not None and link.startswith("socket:"):
+        process = guest.python(f"{__package__}.play", link, SEED, SECONDS, name="play")
+    else:
+        words = ["--demo", "--headless", "--speed", "0", "--seed", SEED, "--seconds", SECONDS]
+        words += ["--json", *(["--link", link] if link else [])]
+        process = guest.python("host", *words, name="host-demo")
     if process.wait():
         raise CaseError(f"host ended badly: {process.lines[-3:]}")
     verdict: dict[str, Any] = json.loads(process.lines[-1])

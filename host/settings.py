@@ -1,0 +1,172 @@
+"""What the host remembers of every device, under the identity that the device says it has.
+
+    [device."orb-0042"]
+    name = "OrbTouch"
+    virtual = false
+    port = "/dev/ttyACM0"            # where it last was
+    seen = "2026-11-21T08:30:00Z"    # when that was
+    target = "keyboard"              # what it played
+    keys = "/home/me/mine.toml"      # with which mapping; left out: the target's own
+    profile = "slides"               # in which of its profiles
+    key = "/home/me/orb.key"         # the file with the key that it was met with; its path only
+
+The file is devices.toml in the user's configuration folder. It is never half written; a damaged one
+is put aside.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import tomllib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+import platformdirs
+
+from tetris.safe_file import put_aside, write_beside
+
+MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
+_MAX_BYTES: Final = 256 * 1024
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A device that was here before.
+
+    Attributes:
+        device_id: Its identity, whatever its port.
+        name: What it calls itself.
+        virtual: Whether it is simulated.
+        port: Where it last was: a port's name or URL.
+        seen: When, in UTC, as ISO 8601.
+        target: What it played last; "" if nothing yet.
+        keys: Path of the mapping that it played with; "": the target's own.
+        profile: The profile of that mapping; "": the first one.
+        key: Path of the key that it was met with; "": none.
+    """
+
+    device_id: str
+    name: str = ""
+    virtual: bool = False
+    port: str = ""
+    seen: str = ""
+    target: str = ""
+    keys: str = ""
+    profile: str = ""
+    key: str = ""
+
+
+def default_path() -> Path:
+    """Return the user's own file; it may not exist yet."""
+    return platformdirs.user_config_path("orbtouch", appauthor=False) / "devices.toml"
+
+
+class Memory:
+    """The devices that are known, in a file."""
+
+    def __init__(self, path: Path | None = None, warn: Callable[[str], None] = log.warning) -> None:
+        """Read the file, if there is one.
+
+        Args:
+            path: Where it is; None: the user's own.
+            warn: Takes a sentence if the file is damaged, or cannot be written.
+        """
+        self._path, self._warn = path or default_path(), warn
+        self._known = self._read()
+
+    @property
+    def devices(self) -> list[Known]:
+        """All of them, the one that was here last first."""
+        return sorted(self._known.values(), key=lambda known: known.seen, reverse=True)
+
+    def named(self, words: str) -> list[Known]:
+        """Return the devices of an identity or, if there are none, of a name."""
+        exact = self._known.get(words)
+        return [exact] if exact else [known for known in self.devices if known.name == words]
+
+    def remember(self, device_id: str, **values: Any) -> None:
+        """Note something of a device, and write the file; a disk that is full costs a warning."""
+        before = self._known.get(device_id, Known(device_id))
+        known = replace(before, **values)
+        if known == before and device_id in self._known:
+            return
+        # Others may have written since; what they noted of other devices stays.
+        self._known = {**self._read(), device_id: known}
+        self._write()
+
+    def forget(self, device_id: str) -> None:
+        """Forget a device."""
+        self._known = self._read()
+        self._known.pop(device_id, None)
+        self._write()
+
+    def _write(self) -> None:
+        self._known = {device.device_id: device for device in self.devices[:MOST]}
+        try:
+            write_beside(self._path, _format(self._known).encode())
+        except OSError as error:
+            self._warn(f"cannot write {self._path}: {error.strerror or error}")
+
+    def _read(self) -> dict[str, Known]:
+        try:
+            with self._path.open("rb") as file:
+                data = file.read(_MAX_BYTES + 1)
+            if len(data) > _MAX_BYTES:
+                raise ValueError(f"it has more than {_MAX_BYTES} bytes")
+            return _parse(tomllib.loads(data.decode()))
+        except FileNotFoundError:
+            return {}
+        except OSError as error:
+            self._warn(f"cannot read {self._path}: {error.strerror or error}")
+            return {}
+        except (ValueError, RecursionError) as error:
+            self._put_aside(str(error))
+            return {}
+
+    def _put_aside(self, why: str) -> None:
+        try:
+            aside = put_aside(self._path)
+        except OSError as error:
+            self._warn(f"{self._path} is damaged ({why}), and stays: {error.strerror or error}")
+        else:
+            self._warn(f"{self._path} was damaged ({why}); it is now {aside.name}")
+
+
+def _parse(table: dict[str, Any]) -> dict[str, Known]:
+    """Return the devices of a table; what has the wrong kind is as if it were not there."""
+    devices = table.get("device", {})
+    if not isinstance(devices, dict):
+        raise ValueError("device is no table")
+    known = {}
+    for device_id, entry in devices.items():
+        if not isinstance(entry, dict):
+            raise ValueError(f"device {device_id!r} is no table")
+        usual = asdict(Known(device_id))
+        values = {
+            name: value
+            for name, value in entry.items()
+            if name in _NAMES and type(value) is type(usual[name])
+        }
+        known[device_id] = Known(device_id, **values)
+    return known
+
+
+_NAMES: Final = tuple(field.name for field in fields(Known) if field.name != "device_id")
+
+
+def _format(known: dict[str, Known]) -> str:
+    lines = ["# What host remembers of its devices; docs/find.md."]
+    for device in known.values():
+        lines += ["", f"[device.{_written(device.device_id)}]"]
+        lines += [f"{name} = {_written(getattr(device, name))}" for name in _NAMES]
+    return "\n".join([*lines, ""])
+
+
+def _written(value: str | bool) -> str:
+    """Return a value as TOML, which differs from JSON in one control character only."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

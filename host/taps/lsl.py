@@ -1,0 +1,162 @@
+"""Lab Streaming Layer: four outlets a device, which LabRecorder and every inlet understand.
+
+Needs pylsl, whose wheels bring the library liblsl for common systems. Source of the fields in the
+descriptions: LSL's metadata conventions (github.com/sccn/xdf, wiki "Meta-Data").
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from controller.protocol import Command, Telemetry, Welcome, image_from_bytes
+from host.taps import TapError
+
+NETWORK: Final = "network"
+BUFFER_S: Final = 30  # of an inlet that does not read; pylsl's own 360 s cost more memory
+NONE: Final = "none"  # the marker when no gesture is held: LSL has no empty strings
+_QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would tell every network card
+_MACHINE: Final = (
+    "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n"
+    "[ports]\nIPv6 = disable\n" + _QUIET
+)
+_OWN: Final = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
+
+
+class LslTap:
+    """The outlets of one device; another device, or another shape, gets new ones.
+
+    Frames and probabilities have the device's rate, markers none. A sample's time is that of the
+    device, carried into LSL's clock by the fastest message of the session.
+    """
+
+    def __init__(self, lsl: Any) -> None:
+        """Take the module pylsl."""
+        self._lsl = lsl
+        self._outlets: dict[str, Any] = {}
+        self._welcome: Welcome | None = None
+        self._nonce: int | None = None
+        self._offset_s = float("inf")  # from the device's clock to LSL's
+
+    def connected(self, welcome: Welcome) -> None:
+        """Make the outlets, or keep those of the same device: inlets then go on by themselves."""
+        self._offset_s = float("inf")
+        before, self._welcome = self._welcome, welcome
+        if before is not None and _described(before) == _described(welcome):
+            return
+        self.close()
+        taxels = [
+            f"row{row}_column{column}"
+            for row in range(welcome.rows)
+            for column in range(welcome.columns)
+        ]
+        self._make("frames", "Capacitance", taxels, "C/C0", welcome)
+        self._make("probabilities", "Probability", welcome.labels, "probability", welcome)
+        self._make("gestures", "Markers", ("gesture",), "", welcome)
+        self._make("commands", "Markers", ("command", "gesture"), "", welcome)
+
+    def telemetry(self, message: Telemetry, t_ms: int) -> None:
+        """Push a sample of each regular stream."""
+        self._push("frames", image_from_bytes(message.image), t_ms)
+        self._push("probabilities", list(message.probabilities), t_ms)
+
+    def gesture(self, label: str, t_ms: int) -> None:
+        """Push a marker."""
+        self._push("gestures", [label or NONE], t_ms)
+
+    def command(self, message: Command, t_ms: int) -> None:
+        """Push a marker."""
+        self._push("commands", [message.name, message.label], t_ms)
+
+    def missed(self, count: int) -> None:
+        """Nothing: what was never heard has no time."""
+
+    def link(self, state: str) -> None:
+        """Nothing: an inlet sees that no samples come."""
+
+    def close(self) -> None:
+        """Take the outlets from the network."""
+        self._outlets.clear()
+
+    def _make(
+        self, name: str, kind: str, channels: Sequence[str], unit: str, welcome: Welcome
+    ) -> None:
+        """Make one outlet, with its description."""
+        lsl, numbers = self._lsl, bool(unit)
+        info = lsl.StreamInfo(
+            f"OrbTouch {name}",
+            kind,
+            len(channels),
+            welcome.rate_hz if numbers else lsl.IRREGULAR_RATE,
+            lsl.cf_float32 if numbers else lsl.cf_string,
+            f"{welcome.device_id}:{name}",
+        )
+        root = info.desc()
+        root.append_child_value("manufacturer", "OrbTouch")
+        device = root.append_child("device")
+        for key, value in _described(welcome).items():
+            device.append_child_value(key, value)
+        entries = root.append_child("channels")
+        for label in channels:
+            entry = entries.append_child("channel")
+            entry.append_child_value("label", label)
+            entry.append_child_value("type", kind)
+            if unit:
+                entry.append_child_value("unit", unit)
+        self._outlets[name] = lsl.StreamOutlet(info, max_buffered=BUFFER_S)
+
+    def _push(self, name: str, sample: list[Any], t_ms: int) -> None:
+        outlet = self._outlets[name]
+        if len(sample) == outlet.channel_count:  # a device may lie about its shape
+            outlet.push_sample(sample, self._time_s(t_ms))
+
+    def _time_s(self, t_ms: int) -> float:
+        """Return the device's time on LSL's clock."""
+        self._offset_s = min(self._offset_s, self._lsl.local_clock() - t_ms / 1000)
+        return t_ms / 1000 + self._offset_s
+
+
+def _described(welcome: Welcome) -> dict[str, str]:
+    """Return what the description says of the device; what differs makes another stream."""
+    return {
+        "id": welcome.device_id,
+        "name": welcome.name,
+        "virtual": str(welcome.virtual).lower(),
+        "rows": str(welcome.rows),
+        "columns": str(welcome.columns),
+        "pitch_mm": f"{welcome.pitch_mm:g}",
+        "rate_hz": f"{welcome.rate_hz:g}",
+        "labels": " ".join(welcome.labels),
+        "commands": " ".join(welcome.commands),
+    }
+
+
+def create(where: str) -> LslTap:
+    """Load liblsl; its streams are announced on this machine only, or on the network.
+
+    liblsl itself cannot be told to take connections from this machine only: who knows the port can
+    read a stream from elsewhere. A configuration file of the user's own, in LSLAPICFG or where LSL
+    looks for one, counts in place of ours.
+
+    Raises:
+        TapError: `where` is not understood, or pylsl or liblsl is missing.
+    """
+    if where not in ("", NETWORK):
+        raise TapError(f"--tap lsl://{where} is not understood; write lsl, or lsl://{NETWORK}")
+    try:
+        import pylsl
+    except ModuleNotFoundError:
+        raise TapError(
+            "--tap lsl needs pylsl; pip install 'orbtouch[lsl]' (docs/taps.md)"
+        ) from None
+    except (OSError, RuntimeError) as error:  # pylsl is here, but not the library that it binds
+        raise TapError(
+            f"--tap lsl needs the library liblsl, which this pylsl cannot load "
+            f"({str(error).strip().splitlines()[0]}); install liblsl (docs/taps.md)"
+        ) from error
+    own = any(Path(name).expanduser().is_file() for name in _OWN)
+    if not own and "LSLAPICFG" not in os.environ:
+        pylsl.set_config_content(_QUIET if where == NETWORK else _MACHINE)
+    return LslTap(pylsl)

@@ -1,0 +1,143 @@
+"""Open Sound Control: one UDP message an event, for Max, Pure Data, TouchDesigner and the like."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+from urllib.parse import urlsplit
+
+from controller.protocol import Command, Telemetry, Welcome, image_from_bytes
+from host.taps import TapError
+
+DEFAULT: Final = "127.0.0.1:9000"
+DESCRIBE_S: Final = 2.0  # who starts to listen later hears what the numbers mean by then
+
+
+class Client(Protocol):
+    """What sends."""
+
+    def send(self, address: str, values: list[str | float]) -> None:
+        """Send one message, without waiting."""
+
+    def close(self) -> None:
+        """Let go of the socket."""
+
+
+class Udp:
+    """A socket that sends to one address only; nobody else can reach it."""
+
+    def __init__(self, host: str, port: int, build: Callable[[str, list[Any]], bytes]) -> None:
+        """Take the address, and what makes a message's bytes; OSError if there is no such host."""
+        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        self._build = build
+        self._socket = socket.socket(family, kind)
+        self._socket.setblocking(False)
+        try:
+            self._socket.connect(address)
+        except OSError:
+            self._socket.close()
+            raise
+
+    def send(self, address: str, values: list[str | float]) -> None:
+        """Send one message; a full buffer, or nobody there, is an OSError."""
+        self._socket.send(self._build(address, values))
+
+    def close(self) -> None:
+        """Let go of the socket."""
+        self._socket.close()
+
+
+class OscTap:
+    """Messages below /orbtouch; docs/taps.md has the table.
+
+    Attributes:
+        unsent: Messages that the system did not take: nobody listens, or the network is gone.
+    """
+
+    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+        """Take what sends, and a clock in seconds."""
+        self.unsent = 0
+        self._client, self._clock = client, clock
+        self._welcome: Welcome | None = None
+        self._described_s = -DESCRIBE_S
+
+    def connected(self, welcome: Welcome) -> None:
+        """Describe the device."""
+        self._welcome = welcome
+        self._describe()
+
+    def telemetry(self, message: Telemetry, t_ms: int) -> None:
+        """Send the frame and the probabilities."""
+        if self._clock() - self._described_s >= DESCRIBE_S:
+            self._describe()
+        self._send("frame", message.frame, t_ms / 1000, *image_from_bytes(message.image))
+        self._send("probabilities", message.frame, t_ms / 1000, *message.probabilities)
+
+    def gesture(self, label: str, t_ms: int) -> None:
+        """Send the gesture that is held, "" for none."""
+        self._send("gesture", label, t_ms / 1000)
+
+    def command(self, message: Command, t_ms: int) -> None:
+        """Send a command; the place is left out where the device knows none."""
+        place = message.touch or ()
+        self._send("command", message.name, message.label, t_ms / 1000, message.probability, *place)
+
+    def missed(self, count: int) -> None:
+        """Send how many commands were lost."""
+        self._send("missed", count)
+
+    def link(self, state: str) -> None:
+        """Send how the link is."""
+        self._send("link", state)
+
+    def close(self) -> None:
+        """Say nothing more."""
+        self._client.close()
+
+    def _describe(self) -> None:
+        if (told := self._welcome) is None:
+            return
+        self._described_s = self._clock()
+        self._send(
+            *("device", told.device_id, told.name, told.rows, told.columns, told.pitch_mm),
+            *(told.rate_hz, int(told.virtual)),
+        )
+        self._send("labels", *told.labels)
+        self._send("commands", *told.commands)
+
+    def _send(self, address: str, *values: str | float) -> None:
+        try:
+            self._client.send(f"/orbtouch/{address}", list(values))
+        except OSError:  # UDP's way of saying that nobody listened to the last one
+            self.unsent += 1
+
+
+def create(where: str) -> OscTap:
+    """Send to HOST:PORT, 127.0.0.1:9000 if it is left out.
+
+    Raises:
+        TapError: The address is none, or python-osc is missing.
+    """
+    try:
+        parts = urlsplit(f"//{where or DEFAULT}")
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if not host or not port or parts.path:
+        raise TapError(f"--tap osc://{where} is no address; write osc://{DEFAULT}")
+    try:
+        from pythonosc import osc_message_builder
+    except ModuleNotFoundError:
+        raise TapError(
+            "--tap osc needs python-osc; pip install 'orbtouch[osc]' (docs/taps.md)"
+        ) from None
+
+    def build(address: str, values: list[Any]) -> bytes:
+        return bytes(osc_message_builder.build_msg(address, values).dgram)
+
+    try:
+        return OscTap(Udp(host, port, build))
+    except OSError as error:
+        raise TapError(f"--tap osc://{where}: {host} is not known ({error.strerror})") from error

@@ -1,0 +1,272 @@
+"""What the link costs: packets, round trips against bare pyserial, cuts, silence; and each key.
+
+    python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
+                                    [--wire NAME ...] [--json]
+
+A round trip is Grant and its Granted, program to program: `host.receiver` here, and
+`controller.links` with a loop in another process. Its peer is the same number of bytes there and
+back through pyserial, over the same kind of wire, in the same run, in turns. The
+pty's wire is a process between two ptys, which both pay for. The ledger is in `link_ledger`; it
+needs Xvfb and the [keys] extra, and is reported as missing without.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import sys
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import serial
+
+from controller.protocol import (
+    Decoder,
+    Grant,
+    Granted,
+    Heartbeat,
+    Message,
+    Numbered,
+    Telemetry,
+    encode,
+)
+from controller.seal import Seal
+from host.receiver import Connected, Delivered, Lost, Received, Receiver
+from host.transport import open_transport
+
+from . import link_ledger
+from .link_peers import CHUNK, FRAME
+from .link_wires import WIRES, Line, Wire
+
+PACKETS_GOAL: Final = 150_000.0
+TRIP_GOAL: Final = 1.3
+BATCH: Final = 250  # round trips in one turn
+PATIENCE_S: Final = 30.0
+_COMMAND: Final = Numbered("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
+_BEAT: Final = Heartbeat(9000, 8950, 12, 17, ())
+_FRAME: Final = Telemetry(
+    4711, bytes(range(120, 145)), (0.0, 0.2, 0.8, 0.0, 0.0), (2.0, 1.5), "pinch", True, 10.0
+)
+# What a device says in ten seconds of play: 100 frames, 100 heartbeats, 20 commands.
+PRESETS: Final[dict[str, tuple[Message, ...]]] = {
+    "play": (_FRAME, _BEAT) * 5 + (_COMMAND,),
+    "command": (_COMMAND,),
+    "heartbeat": (_BEAT,),
+    "telemetry": (_FRAME,),
+}
+_KEY: Final = bytes(range(32))
+
+Results = list[dict[str, Any]]
+
+
+def note(
+    results: Results, name: str, preset: str, value: float, unit: str, goal: float | None = None
+) -> None:
+    """Print one figure, and keep it."""
+    aim = "" if goal is None else f"   goal: {goal:g}"
+    print(f"{name:32} {preset:12} {value:12.5g} {unit}{aim}", flush=True)
+    results.append({"name": name, "preset": preset, "value": value, "unit": unit, "goal": goal})
+
+
+def packets(results: Results, count: int) -> None:
+    """Measure decoding and encoding, per second of CPU; the best of five."""
+    for preset, messages in PRESETS.items():
+        for sealed in (False, True) if preset == "play" else (False,):
+            frames, seconds = [], []
+            for _ in range(5):
+                seal = Seal(_KEY, 0) if sealed else None
+                began_s = time.process_time()
+                frames = [
+                    encode(
+                        messages[number % len(messages)],
+                        session=1,
+                        sequence=number & 0xFFFF,
+                        t_ms=number,
+                        seal=seal,
+                    )
+                    for number in range(1, count + 1)
+                ]
+                seconds.append(time.process_time() - began_s)
+            where = f"{preset}-sealed" if sealed else preset
+            note(results, "packets_per_s_encoded", where, count / min(seconds), "packet/s")
+            stream = b"".join(frames)
+            chunks = [stream[at : at + CHUNK] for at in range(0, len(stream), CHUNK)]
+            seconds = []
+            for _ in range(5):
+                decoder, found = Decoder(), 0
+                decoder.seal = Seal(_KEY, 0) if sealed else None
+                began_s = time.process_time()
+                for chunk in chunks:
+                    found += len(decoder.feed(chunk))
+                seconds.append(time.process_time() - began_s)
+                assert found == count
+            note(results, "packets_per_s", where, count / min(seconds), "packet/s", PACKETS_GOAL)
+
+
+def until(receiver: Receiver, wanted: Callable[[Received], bool]) -> Received:
+    """Return the first news that is wanted."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        receiver.wait(1.0)
+        for news in receiver.poll():
+            if wanted(news):
+                return news
+    raise RuntimeError("what was waited for did not come")
+
+
+def _is_granted(news: Received) -> bool:
+    return isinstance(news, Delivered) and isinstance(news.message, Granted)
+
+
+def trips(results: Results, wire: Wire, count: int) -> None:
+    """Measure round trips, ours and bare ones, in turns."""
+    ours: list[float] = []
+    bare: list[float] = []
+    ratios: list[float] = []
+    message = bytes(FRAME)
+    with wire.line("device") as line, wire.line("echo") as peer:
+        receiver = Receiver(lambda: open_transport(line.url), granted=True)
+        receiver.connect()
+        until(receiver, lambda news: isinstance(news, Connected))
+        port = serial.serial_for_url(peer.url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
+        if peer.url.startswith("socket:"):
+            _no_delay(port)
+        our_trip: Callable[[], float] = partial(_our_trip, receiver)
+        bare_trip: Callable[[], float] = partial(_bare_trip, port, message)
+        for _ in range(max(count // BATCH, 2)):
+            both = []
+            for seconds, trip in ((ours, our_trip), (bare, bare_trip)):
+                batch = [trip() for _ in range(BATCH)]
+                both.append(statistics.median(batch))
+                seconds += batch
+            ratios.append(both[0] / both[1])
+        port.close()
+        receiver.close()
+    for name, seconds in (("round_trip", ours), ("round_trip@pyserial", bare)):
+        cuts = statistics.quantiles(seconds, n=100)
+        note(results, f"{name}_p50_us", wire.name, cuts[49] * 1e6, "us")
+        note(results, f"{name}_p99_us", wire.name, cuts[98] * 1e6, "us")
+    ratio = statistics.median(ratios)
+    note(results, "round_trip_ratio", wire.name, ratio, "ours/bare", TRIP_GOAL)
+
+
+def _our_trip(receiver: Receiver) -> float:
+    began_s = time.perf_counter()
+    receiver.send(Grant(0))
+    until(receiver, _is_granted)
+    return time.perf_counter() - began_s
+
+
+def _bare_trip(port: Any, message: bytes) -> float:
+    began_s = time.perf_counter()
+    port.write(message)
+    port.read(len(message))
+    return time.perf_counter() - began_s
+
+
+def _no_delay(port: Any) -> None:
+    import socket
+
+    with socket.socket(fileno=os.dup(port.fileno())) as connection:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+
+def cuts(results: Results, wire: Wire, count: int) -> None:
+    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
+    noticed, back = [], []
+    with wire.line("device", counted=True) as line:
+        assert line.wire is not None
+        receiver = Receiver(lambda: open_transport(line.url))
+        receiver.connect()
+        until(receiver, lambda news: isinstance(news, Connected))
+        for _ in range(count):
+            time.sleep(0.3)  # of quiet between two cuts
+            began_s = time.monotonic()
+            line.wire.ask("pull")
+            until(receiver, lambda news: isinstance(news, Lost))
+            noticed.append(time.monotonic() - began_s)
+            began_s = time.monotonic()
+            line.wire.ask("plug")
+            until(receiver, lambda news: isinstance(news, Connected))
+            back.append(time.monotonic() - began_s)
+        receiver.close()
+    note(results, "cut_noticed_p50_s", wire.name, statistics.median(noticed), "s")
+    note(results, "reconnect_p50_s", wire.name, statistics.median(back), "s")
+    note(results, "reconnect_max_s", wire.name, max(back), "s")
+
+
+def silence(results: Results, wire: Wire, seconds: float) -> None:
+    """Measure what a link costs on which nothing is said but that both are there."""
+    with wire.line("device", counted=True) as line:
+        assert line.wire is not None
+        receiver = Receiver(lambda: open_transport(line.url))
+        receiver.connect()
+        until(receiver, lambda news: isinstance(news, Connected))
+        pid = line.peer.process.pid
+        bytes_before, here_s, there_s = _passed(line), time.process_time(), _cpu_s(pid)
+        end_s = time.monotonic() + seconds
+        while (left_s := end_s - time.monotonic()) > 0:
+            receiver.wait(left_s)
+            if any(isinstance(news, Lost) for news in receiver.poll()):
+                raise RuntimeError("the link was lost in silence")
+        minute = 60.0 / seconds
+        here_s, there_s = time.process_time() - here_s, _cpu_s(pid) - there_s
+        passed = [after - before for after, before in zip(_passed(line), bytes_before, strict=True)]
+        receiver.close()
+    note(results, "silent_minute_host_cpu_s", wire.name, here_s * minute, "s")
+    note(results, "silent_minute_device_cpu_s", wire.name, there_s * minute, "s")
+    note(results, "silent_minute_bytes", wire.name, sum(passed) * minute, "byte")
+
+
+def _passed(line: Line) -> list[int]:
+    assert line.wire is not None
+    return list(line.wire.ask("bytes")["bytes"])
+
+
+def _cpu_s(pid: int) -> float:
+    """Return the CPU time of a process, user and system."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.benchmarks.link", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("--packets", type=int, default=50_000)
+    parser.add_argument("--trips", type=int, default=5000)
+    parser.add_argument("--cuts", type=int, default=10)
+    parser.add_argument("--silent", type=float, default=60.0, metavar="SECONDS")
+    parser.add_argument("--keys", type=int, default=300, help="key presses of the ledger")
+    parser.add_argument(
+        "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"
+    )
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(argv)
+    if sys.platform != "linux":
+        parser.error("it needs ptys and /proc")
+    results: Results = []
+    packets(results, options.packets)
+    for wire in WIRES:
+        if options.wire and wire.name not in options.wire:
+            continue
+        trips(results, wire, options.trips)
+        if options.cuts:
+            cuts(results, wire, options.cuts)
+        if options.silent:
+            silence(results, wire, options.silent)
+    if options.keys:
+        for name, preset, value, unit in link_ledger.measure(options.keys):
+            note(results, name, preset, value, unit)
+    if options.json:
+        print(json.dumps({"benchmark": "link", "results": results}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,288 @@
+"""The ledger from command to key: how long each hop takes, and the whole, to a real program.
+
+Hops, with the keys written down by a back end that presses nothing: from the device's `send` to
+the host's `poll` (link), from there to the stroke on the watchdog's pipe (map), and from there to
+the back end (guard). The whole, under an X server of our own: from the device's `send` to the
+moment at which a program of Xlib, and our game's loop in its window, get the key.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import random
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Final
+
+from host.keys.injector import Injector
+from host.keys.pressed import Stroke
+from host.keys.reading import parse
+from host.keys.target import KeysTarget
+from host.receiver import Delivered, Received, Receiver
+from host.transport import open_transport
+
+from .link_peers import now_us
+from .link_wires import WIRES, Peer
+
+Figures = list[tuple[str, str, float, str]]
+
+APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
+PATIENCE_S: Final = 90.0  # for a window to come on a busy machine
+LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
+TICK_S: Final = 0.01  # as in `host.loop.serve`
+_TABLE: Final = {"profile": {"game": {"left": {"key": "left", "down_ms": 20}}}}
+_MAPPING: Final = (
+    '[everywhere]\nmenu = { arm = true }\n[profile.game]\nleft = { key = "left", down_ms = 20 }\n'
+)
+_PAPER: Final = Path(__file__).with_name("link_paper.py")
+
+
+class Timed(Injector):
+    """The real sender of strokes, which notes when a key was put on the pipe."""
+
+    at_us = 0
+
+    def send(self, strokes: Iterable[Stroke]) -> None:
+        """Make strokes."""
+        for stroke in strokes:
+            super().send([stroke])
+            if stroke.down:
+                self.at_us = now_us()
+
+
+def measure(count: int) -> Figures:
+    """Return name, preset, value and unit of each figure; a missing part is said on stderr."""
+    figures = hops(count)
+    for missing, words in (
+        (shutil.which("Xvfb") is None, "Xvfb is missing (Debian: xvfb)"),
+        (not _has_xlib(), "pynput is missing (the [keys] extra)"),
+    ):
+        if missing:
+            print(f"the ledger to real programs is missing: {words}", file=sys.stderr)
+            return figures
+    for role, title in (("xprogram", "listener"), ("tetris", "Tetris")):
+        figures += whole(role, title, count)
+    return figures
+
+
+def hops(count: int) -> Figures:
+    """Measure hop by hop, over a TCP link, in this process and the watchdog's."""
+    tcp = next(wire for wire in WIRES if wire.name == "tcp")
+    took: dict[str, list[int]] = {"link": [], "map": [], "guard": [], "all": []}
+    lost = 0
+    with ExitStack() as stack:
+        line = stack.enter_context(tcp.line("device"))
+        paper = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "paper"
+        paper.touch()
+        key_map = parse(_TABLE, "keyboard")
+        sender = Timed(
+            "auto", "keyboard", key_map.keys, command=(sys.executable, str(_PAPER), str(paper))
+        )
+        sender.start()
+        target = KeysTarget(key_map, sender, lambda words: None, lambda armed: None)
+        stack.callback(target.close)
+        target.pressed.arm("by the benchmark")
+        receiver = Receiver(lambda: open_transport(line.url))
+        stack.callback(receiver.close)
+        receiver.connect()
+        written = stack.enter_context(paper.open())
+        for _ in range(count):
+            _play(target, receiver, random.uniform(*APART_S))
+            target.pressed.arm("again, if this machine stood still for 300 ms")
+            line.peer.say("left")
+            times = _until_command(target, receiver)
+            down_us = _next_line(written, target, receiver) if times else None
+            if times is None or down_us is None:
+                lost += 1
+                continue
+            sent_us, polled_us = times
+            took["link"].append(polled_us - sent_us)
+            took["map"].append(sender.at_us - polled_us)
+            took["guard"].append(down_us - sender.at_us)
+            took["all"].append(down_us - sent_us)
+    figures = [
+        one for hop, us in took.items() for one in _quantiles(f"command_to_key_{hop}", "paper", us)
+    ]
+    return [*figures, ("command_to_key_lost", "paper", lost, "keys")]
+
+
+def _play(target: KeysTarget, receiver: Receiver, seconds: float) -> list[Received]:
+    """Let the loop run for a while, as `host.loop.serve` does; return what came."""
+    end_s, received = time.monotonic() + seconds, []
+    while time.monotonic() < end_s:
+        receiver.wait(TICK_S)
+        news = receiver.poll()
+        target.tick(time.monotonic(), news)
+        received += news
+    return received
+
+
+def _until_command(target: KeysTarget, receiver: Receiver) -> tuple[int, int] | None:
+    """Run the loop until a command was obeyed; return when it was sent, and when it was polled.
+
+    None: it came too late to be obeyed, or not at all.
+    """
+    end_s = time.monotonic() + LOST_S
+    while time.monotonic() < end_s:
+        receiver.wait(TICK_S)
+        news = receiver.poll()
+        polled_us = now_us()
+        target.tick(time.monotonic(), news)
+        for item in news:
+            if isinstance(item, Delivered) and (sent_us := getattr(item.message, "frame", None)):
+                return int(sent_us), polled_us
+    return None
+
+
+def _next_line(written: Any, target: KeysTarget, receiver: Receiver) -> int | None:
+    """Return when the back end pressed a key; None: it did not."""
+    end_s = time.monotonic() + LOST_S
+    while time.monotonic() < end_s:
+        for line in written:
+            if line.startswith("+"):
+                return int(line.split()[1])
+        _play(target, receiver, 0.001)
+    return None
+
+
+def whole(role: str, title: str, count: int) -> Figures:
+    """Measure `host --target keyboard` as a process, with a real program at its end."""
+    us = []
+    with ExitStack() as stack:
+        place = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        environment = stack.enter_context(_screen(place))
+        device = Peer("device", "listen://127.0.0.1:0")
+        stack.callback(device.close)
+        program = Peer(role, environment=environment)
+        stack.callback(program.close)
+        pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
+        _focus(environment["DISPLAY"], title)
+        threading.Thread(target=_listen, args=(program, pressed), daemon=True).start()
+        (place / "keys.toml").write_text(_MAPPING)
+        host = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "host", "--target", "keyboard", "--headless"),
+                *("--backend", "x11", "--keys", str(place / "keys.toml")),
+                *("--link", device.first["url"]),
+            ],
+            env=environment,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        stack.callback(_end, host)
+        assert host.stderr is not None
+        armed = threading.Event()
+        threading.Thread(target=_watch, args=(host.stderr, armed), daemon=True).start()
+        lost = 0
+        for _ in range(count):
+            while not armed.is_set():  # at first, and if this machine stood still for 300 ms
+                device.say("menu")
+                armed.wait(LOST_S)
+            time.sleep(random.uniform(*APART_S))
+            while not pressed.empty():
+                pressed.get()
+            sent_us = now_us()
+            device.say("left")
+            try:
+                us.append(pressed.get(timeout=LOST_S) - sent_us)
+            except queue.Empty:
+                lost += 1
+    lost_keys = ("command_to_key_event_lost", role, float(lost), "keys")
+    return [*_quantiles("command_to_key_event", role, us), lost_keys]
+
+
+def _watch(lines: Iterable[str], armed: threading.Event) -> None:
+    """Keep track of whether the host presses anything."""
+    with contextlib.suppress(ValueError):  # it was closed while we read
+        for line in lines:
+            if line.startswith("armed"):
+                armed.set()
+            elif line.startswith("disarmed"):
+                armed.clear()
+
+
+def _listen(program: Peer, pressed: queue.SimpleQueue[int]) -> None:
+    with contextlib.suppress(RuntimeError, ValueError, KeyError):
+        while True:
+            pressed.put(int(program.read()["us"]))
+
+
+@contextlib.contextmanager
+def _screen(place: Path) -> Iterator[dict[str, str]]:
+    """Start an X server that nobody sees; give the environment that leads to it."""
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as told:
+        number = told.readline().strip()
+    environment = {**os.environ, "DISPLAY": f":{number}"}
+    for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER"):
+        environment.pop(name, None)
+    for name in ("XDG_CONFIG_HOME", "XDG_DATA_HOME"):  # games and devices of nobody
+        environment[name] = str(place)
+    try:
+        yield environment
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def _focus(display_name: str, title: str) -> None:
+    """Give the keyboard to the window of a title, once it is there."""
+    from Xlib import X
+    from Xlib.display import Display
+    from Xlib.error import XError
+
+    display, end_s = Display(display_name), time.monotonic() + PATIENCE_S
+    full = display.intern_atom("_NET_WM_NAME")
+    while time.monotonic() < end_s:
+        for window in display.screen().root.query_tree().children:
+            with contextlib.suppress(XError):
+                viewable = window.get_attributes().map_state == X.IsViewable
+                if viewable and title in (
+                    window.get_wm_name(),
+                    window.get_full_text_property(full),
+                ):
+                    window.set_input_focus(X.RevertToParent, X.CurrentTime)
+                    display.sync()
+                    display.close()
+                    return
+        time.sleep(0.02)
+    raise RuntimeError(f"no window {title!r} has come")
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.terminate()
+    process.communicate()
+
+
+def _has_xlib() -> bool:
+    try:
+        import pynput.keyboard  # noqa: F401 - only whether it is there; without a display it fails
+    except ModuleNotFoundError:
+        return False
+    except Exception:
+        return True
+    return True
+
+
+def _quantiles(name: str, preset: str, us: list[int]) -> Figures:
+    cuts = statistics.quantiles(us, n=100)
+    return [
+        (f"{name}_p50_ms", preset, cuts[49] / 1000, "ms"),
+        (f"{name}_p99_ms", preset, cuts[98] / 1000, "ms"),
+    ]

@@ -1,0 +1,247 @@
+"""The other processes of the link benchmark: who is at the far end, and the wire in between.
+
+    python -m tests.benchmarks.link_peers device URL      an orb that feels nothing
+    python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
+    python -m tests.benchmarks.link_peers cable           two ptys, joined
+    python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
+    python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
+    python -m tests.benchmarks.link_peers xprogram        a window that tells when it gets keys
+    python -m tests.benchmarks.link_peers tetris          our game's window, and the same
+
+Each prints where it is as its first line, and ends with its standard input. Times are of the
+machine's monotonic clock, microseconds, which all processes share.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+CHUNK: Final = 16 * 1024
+FRAME: Final = 24  # bytes, about what Grant and Granted have on the wire
+
+
+def now_us() -> int:
+    """Return the machine's monotonic clock, as a Command's frame can carry it."""
+    return time.monotonic_ns() // 1000 & 0xFFFFFFFF
+
+
+def say(**values: Any) -> None:
+    """Print one line of JSON."""
+    print(json.dumps(values), flush=True)
+
+
+def on_line(take: Callable[[str], None]) -> None:
+    """Call `take` with each line of the standard input, on a thread; end the program with it."""
+
+    def read() -> None:
+        for line in sys.stdin:
+            take(line.strip())
+        os._exit(0)
+
+    threading.Thread(target=read, daemon=True).start()
+
+
+# -- who is at the far end -------------------------------------------------------------------
+
+
+def device(url: str) -> None:
+    """Answer every grant at once, and send a command when a line says so: its time is its frame."""
+    from controller.links import open_link
+    from controller.protocol import COMMANDS, VERSION, Command, Grant, Granted, State, Welcome
+
+    link = open_link(
+        url,
+        Welcome(
+            version=VERSION,
+            boot_nonce=int.from_bytes(os.urandom(4), "little"),
+            device_id="bench",
+            name="bench",
+            virtual=True,
+            rows=5,
+            columns=5,
+            pitch_mm=10.0,
+            rate_hz=10.0,
+            heartbeat_ms=100,
+            deadman_ms=300,
+            labels=("null",),
+            commands=(*COMMANDS, "menu"),
+        ),
+    )
+
+    def command(name: str) -> None:
+        # Straight from here: `send` may be called from any one thread, and the loop only answers.
+        link.send(Command(name, "press", 0.9, None, now_us()), now_us() // 1000)
+        link.send(State(()), now_us() // 1000)
+
+    on_line(command)
+    say(url=getattr(link, "url", url))
+    while True:
+        link.wait(60.0)
+        for request in link.poll():
+            if isinstance(request, Grant):
+                link.send(Granted(request.until_ms), request.until_ms)
+
+
+def echo(url: str) -> None:
+    """Send back every frame, with pyserial; a listening port is none of pyserial's, so a socket."""
+    on_line(lambda line: None)
+    if url.startswith("listen:"):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            say(url=f"socket://127.0.0.1:{listener.getsockname()[1]}")
+            peer, _ = listener.accept()
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        while data := peer.recv(FRAME, socket.MSG_WAITALL):
+            peer.sendall(data)
+        return
+    import serial
+
+    port = serial.serial_for_url(url, baudrate=115_200, exclusive=True)
+    say(url=url)
+    while True:
+        port.write(port.read(FRAME))
+
+
+# -- the wire --------------------------------------------------------------------------------
+
+
+class Joint:
+    """Two ends that are joined while nobody has pulled the plug.
+
+    Attributes:
+        passed: Bytes so far, from the first end to the second and back.
+    """
+
+    def __init__(self) -> None:
+        self.passed = [0, 0]
+        self.pulled = False
+
+    def run(self, ends: list[int]) -> None:
+        """Pass bytes on until one end is gone."""
+        while True:
+            for end in select.select(ends, [], [])[0]:
+                which = ends.index(end)
+                data = os.read(end, CHUNK)
+                if not data:
+                    return
+                self.passed[which] += len(data)
+                if not self.pulled:
+                    os.write(ends[1 - which], data)
+
+
+def cable() -> None:
+    """Join two ptys; "pull", "plug" and "bytes" are taken from the standard input."""
+    import pty
+    import tty
+
+    joint = Joint()
+    pairs = [pty.openpty(), pty.openpty()]
+    for _, slave in pairs:
+        tty.setraw(slave)
+
+    def take(line: str) -> None:
+        joint.pulled = {"pull": True, "plug": False}.get(line, joint.pulled)
+        say(bytes=joint.passed, us=now_us())
+
+    on_line(take)
+    say(ends=[os.ttyname(slave) for _, slave in pairs])
+    joint.run([master for master, _ in pairs])
+
+
+def air() -> None:
+    """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
+    import runpy
+
+    runpy.run_path(str(Path(__file__).parents[1] / "bumble_air.py"), run_name="__main__")
+
+
+def proxy(port: str) -> None:
+    """Join each connection with one to a port of this machine; "pull" closes both at once."""
+    joint = Joint()
+    present: list[socket.socket] = []
+
+    def take(line: str) -> None:
+        if line == "pull":
+            for end in present:
+                with contextlib.suppress(OSError):
+                    end.shutdown(socket.SHUT_RDWR)
+        say(bytes=joint.passed, us=now_us())
+
+    on_line(take)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        say(ends=[f"socket://127.0.0.1:{listener.getsockname()[1]}"])
+        while True:
+            host, _ = listener.accept()
+            with host, socket.create_connection(("127.0.0.1", int(port))) as far:
+                for end in (host, far):
+                    end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                present[:] = [far, host]
+                with contextlib.suppress(OSError):
+                    joint.run([far.fileno(), host.fileno()])
+
+
+# -- who gets the keys -----------------------------------------------------------------------
+
+
+def xprogram() -> None:
+    """Open a window of the X server with Xlib, and tell when each key goes down."""
+    from Xlib import X
+    from Xlib.display import Display
+
+    display = Display()
+    screen = display.screen()
+    window = screen.root.create_window(
+        0, 0, 100, 100, 0, screen.root_depth, event_mask=X.KeyPressMask | X.FocusChangeMask
+    )
+    window.set_wm_name("listener")
+    window.map()
+    display.sync()
+    on_line(lambda line: None)
+    say(window=window.id)
+    while True:
+        if display.next_event().type == X.KeyPress:
+            say(us=now_us())
+
+
+def tetris() -> None:
+    """Play our game in its window, and tell when its loop gets each key."""
+    import pygame
+
+    from tetris.__main__ import main
+
+    get = pygame.event.get
+
+    def telling(*values: Any, **named: Any) -> list[pygame.event.Event]:
+        events = get(*values, **named)
+        for event in events:
+            if event.type == pygame.KEYDOWN:
+                say(us=now_us())
+        return events
+
+    pygame.event.get = telling
+    on_line(lambda line: None)
+    say(title="Tetris")
+    main(["--mode", "endless", "--seed", "1"])
+
+
+_ROLES: Final[dict[str, Callable[..., None]]] = {
+    "device": device,
+    "echo": echo,
+    "cable": cable,
+    "air": air,
+    "proxy": proxy,
+    "xprogram": xprogram,
+    "tetris": tetris,
+}
+
+if __name__ == "__main__":
+    _ROLES[sys.argv[1]](*sys.argv[2:])

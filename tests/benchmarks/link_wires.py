@@ -1,0 +1,128 @@
+"""What the link is measured over: one row a wire. Another one, such as RFCOMM, is another row."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, Final
+
+
+class Peer:
+    """A process of `link_peers`.
+
+    Attributes:
+        first: What its first line told.
+    """
+
+    def __init__(self, *command: str, environment: dict[str, str] | None = None) -> None:
+        """Start it, and wait for its first line."""
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.benchmarks.link_peers", *command],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            text=True,
+            bufsize=1,
+        )
+        self.first = self.read()
+
+    def say(self, line: str) -> None:
+        """Write one line."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+
+    def read(self) -> dict[str, Any]:
+        """Return its next line, waiting for it."""
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        if not line:
+            raise RuntimeError("a process at the far end has died")
+        return dict(json.loads(line))
+
+    def ask(self, line: str) -> dict[str, Any]:
+        """Write one line, and return the next one."""
+        self.say(line)
+        return self.read()
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.communicate()
+
+
+@dataclass(frozen=True)
+class Line:
+    """A wire with somebody at its far end.
+
+    Attributes:
+        url: What a host opens.
+        peer: Who is at the far end.
+        wire: What can be pulled and counted; None where nothing is in between.
+    """
+
+    url: str
+    peer: Peer
+    wire: Peer | None
+
+
+@dataclass(frozen=True)
+class Wire:
+    """A kind of wire.
+
+    Attributes:
+        name: The preset that results are reported under.
+        join: Puts "device" or "echo" at its far end; True: with something in between that can be
+            pulled and counts bytes.
+    """
+
+    name: str
+    join: Callable[[ExitStack, str, bool], Line]
+
+    @contextmanager
+    def line(self, who: str, *, counted: bool = False) -> Iterator[Line]:
+        """Have a line for a while."""
+        with ExitStack() as stack:
+            yield self.join(stack, who, counted)
+
+
+def _started(stack: ExitStack, *command: str) -> Peer:
+    peer = Peer(*command)
+    stack.callback(peer.close)
+    return peer
+
+
+def _pty(stack: ExitStack, who: str, counted: bool) -> Line:
+    """Two ptys, joined by a process: what a serial port with somebody behind it looks like."""
+    wire = _started(stack, "cable")
+    near, far = wire.first["ends"]
+    return Line(near, _started(stack, who, far), wire)
+
+
+def _tcp(stack: ExitStack, who: str, counted: bool) -> Line:
+    """A connection on this machine."""
+    peer = _started(stack, who, "listen://127.0.0.1:0")
+    url = str(peer.first["url"])
+    if not counted:
+        return Line(url, peer, None)
+    wire = _started(stack, "proxy", url.rpartition(":")[2])
+    return Line(str(wire.first["ends"][0]), peer, wire)
+
+
+def _rfcomm(stack: ExitStack, who: str, counted: bool) -> Line:
+    """RFCOMM over Bumble's virtual controllers, with a pty at each end, which both pay for."""
+    wire = _started(stack, "air")
+    near, far = wire.first["ends"]
+    return Line(near, _started(stack, who, far), wire)
+
+
+WIRES: Final = (
+    Wire("pty", _pty),
+    Wire("tcp", _tcp),
+    *([Wire("rfcomm-bumble", _rfcomm)] if find_spec("bumble") else []),
+)

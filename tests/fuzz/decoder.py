@@ -1,0 +1,130 @@
+"""The decoder: whatever comes, however it is cut, it says the same, and keeps next to nothing.
+
+The first byte says what the others are: bytes of the wire, or bodies that get a frame with a valid
+checksum, so that the readers of payloads are reached, too. Another of its bits gives the decoder a
+key, without which nothing may then be taken.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable
+
+from controller import wire
+from controller.protocol import (
+    MAX_FRAME,
+    VERSION,
+    Alive,
+    Bye,
+    Contact,
+    Contacts,
+    Decoder,
+    Grant,
+    Heartbeat,
+    Hello,
+    Join,
+    Message,
+    Numbered,
+    Offer,
+    Packet,
+    Perform,
+    Refuse,
+    State,
+    Telemetry,
+    Truth,
+    Welcome,
+    encode,
+)
+from controller.seal import Seal
+
+from .choices import Choices
+
+DICTIONARY: tuple[bytes, ...] = (b"\0", b"\x10\x01", b"\x10\x02", b"\x10\x12", b"\xff\xff")
+MESSAGES: tuple[Message, ...] = (
+    Hello(2, 2, "token", "host", False),
+    Offer(2, bytes(range(16)), True),
+    Join("token", "host", False, 77, 7, 3),
+    Welcome(
+        *(2, 7, "virtual-1", "Orb", True, 5, 5, 10.0, 10.0, 100, 300),
+        *(("null", "press"), ("left",), True, 3),
+    ),
+    Refuse("another host is there"),
+    Bye("the host was closed"),
+    Heartbeat(1000, 900, 5, 3, ("down",)),
+    Alive(1000, 900, 5, 3, 1),
+    Numbered("drop", "pinch", 0.9, (2.0, 1.5), 17, 4, 3, 900),
+    State(("down",)),
+    Telemetry(3, bytes([128] * 25), (1.0, 0.0), (1.0, 2.0), "press", True, 10.0),
+    Truth(1, "press", 100, 600),
+    Contacts((Contact(1, 2.0, 2.0, 5.0, 6.0),)),
+    Perform(2, "pinch", 2.0, 2.0),
+    Grant(500),
+)
+OPEN: tuple[type, ...] = (Hello, Refuse)  # what is taken without the key
+_KEY = bytes(range(32))
+
+
+def seeds() -> Iterable[bytes]:
+    """Return inputs to begin with: every kind of message, as bytes of the wire and as a body."""
+    for number, message in enumerate(MESSAGES):
+        frame = encode(message, session=1, sequence=number, t_ms=1000 * number)
+        yield b"\0\7" + frame
+        body = wire.cobs_decode(frame[:-1])[:-4]
+        yield b"\1\5" + len(body).to_bytes(2, "little") + body
+
+
+def one(data: bytes) -> None:
+    """Feed bytes to a decoder at once, and to another one piece by piece.
+
+    Raises:
+        AssertionError: They disagree, or one remembers more than a frame.
+    """
+    choices = Choices(data)
+    how, step = choices.number(), choices.number() % 64 + 1
+    stream = _framed(choices) if how & 1 else choices.rest()
+    whole, pieces = Decoder(), Decoder()
+    if how & 2:
+        whole.seal, pieces.seal = Seal(_KEY, 0), Seal(_KEY, 0)
+    packets = whole.feed(stream)
+    found: list[Packet] = []
+    for at in range(0, len(stream), step):
+        found += pieces.feed(stream[at : at + step])
+        assert _remembers(pieces) <= MAX_FRAME
+    assert found == packets
+    assert pieces.feed(b"\0") == whole.feed(b"\0")
+    assert _told(pieces) == _told(whole)
+    for packet in packets:
+        if packet.message is None:
+            assert packet.version != VERSION or how & 2
+        else:
+            assert not how & 2 or isinstance(packet.message, OPEN), "taken without the key"
+            _there_and_back(packet, packet.message)
+
+
+def _framed(choices: Choices) -> bytes:
+    """Return bodies, each behind its length, with checksums and as frames."""
+    stream = b""
+    while choices.left:
+        body = choices.octets(choices.number(2) % 1200)
+        stream += wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
+    return stream
+
+
+def _there_and_back(packet: Packet, message: Message) -> None:
+    """What was read can be written, and is then read as the same."""
+    session, sequence, t_ms = packet.session, packet.sequence, packet.t_ms
+    frame = encode(message, session=session, sequence=sequence, t_ms=t_ms)
+    assert len(frame) - 1 <= MAX_FRAME
+    again = Decoder().feed(frame)
+    assert again == [packet._replace(version=VERSION)]
+
+
+def _remembers(decoder: Decoder) -> int:
+    """Return how many bytes a decoder keeps until the next call."""
+    return sum(
+        len(value) for value in vars(decoder).values() if isinstance(value, bytes | bytearray)
+    )
+
+
+def _told(decoder: Decoder) -> dict[str, object]:
+    return {name: getattr(decoder, name) for name in ("noise_bytes", "bad_frames", "unknown")}
