@@ -92,7 +92,7 @@ class Held:
         """Let time pass."""
         for name, grip in list(self._grips.items()):
             if grip.press.mode is Mode.HOLD:
-                if now_s - self._heard_s >= WORD_S:
+                if now_s >= self._heard_s + WORD_S:  # as `due_s` says it
                     del self._grips[name]
                     self.told.append(f"{name} was let go: the orb no longer says what is held")
             elif grip.until_s <= now_s and grip.down:

@@ -12,8 +12,9 @@ URL, WHAT = "hid:hci1", "HID over GATT"
 
 def run(guest: Guest) -> None:
     """Pair, press, come back five times, be seen by a game, and leave nothing down."""
-    # As docs/hid.md advises: else hosts are told of bluetoothd's own PnP id.
-    MAIN.write_text("[General]\nDeviceID = false\n")
+    # As docs/hid.md advises for an orb: else a host may pair over classic Bluetooth, where there is
+    # no such service, and is told of bluetoothd's own PnP id. One bluetoothd serves both ends here.
+    MAIN.write_text("[General]\nControllerMode = le\nDeviceID = false\n")
     try:
         _play(guest)
     finally:
