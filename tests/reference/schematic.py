@@ -136,6 +136,18 @@ def _matrix(sheet: Sheet, wiring: Wiring) -> None:
     right = left + _STEP * (wiring.columns - 1)
     sheet.box(left - 40, top - 45, right - left + 92, bottom - top + 75)
     sheet.text(left - 40, bottom + 48, "membrane: 5 × 5 taxels of 41.2 pF", size=12, colour=_DIM)
+    sheet.text(
+        left - 40, bottom + 72, "R_m bleeds a row, and no signal goes through it. In line with the",
+        size=11, colour=_DIM,
+    )  # fmt: skip
+    sheet.text(
+        left - 40, bottom + 87, "converter it would need a follower: without one, 74 % of the last",
+        size=11, colour=_DIM,
+    )  # fmt: skip
+    sheet.text(
+        left - 40, bottom + 102, "reading stays in the next (ngspice: docs/hardware.md).",
+        size=11, colour=_DIM,
+    )  # fmt: skip
     for i, pin in enumerate(wiring.electrodes.columns):
         x = left + _STEP * i
         sheet.tag(x, top - 66, f"{pin}")
