@@ -21,7 +21,8 @@ from controller.doctor import command, leads, probe
 from controller.doctor.verdict import Row, Verdict
 from controller.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
-from tests.wired import COLUMNS, ROWS, Wired
+
+from .wired import COLUMNS, ROWS, Wired
 
 NOTHING: Final = "nothing"
 # Sizes are drawn log-evenly between these; () where a kind has none. Noise is in counts of 4096, on
