@@ -124,21 +124,21 @@ def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[flo
     Where the sensor was calibrated before, the change since then shows it. Where not, taxels that
     differ by 7 % from the start have to look like a simulated press (standard deviations).
     """
-    rest = rest.astype(np.float64)
+    now = rest.astype(np.float64)
     if last is not None and last.shape == rest.shape and (last > 0.0).all():
-        z = rest / last
+        z = now / last
         change = _filled(z / np.median(z[~lost]) - 1.0, lost)
         row, column = np.unravel_index(int(change.argmin()), change.shape)
         firm = float(np.abs(change).mean()) > PreprocessSettings().gate
         sure = firm and drift.shape(change) == "touch"
         return float("inf") if sure else 0.0, f"taxel ({row},{column})"
-    change = _filled(rest / np.median(rest[~lost]) - 1.0, lost)
+    change = _filled(now / np.median(now[~lost]) - 1.0, lost)
     if rest.size > _LARGE:
         return 0.0, ""
     best = (0.0, "")
     change = change - change.mean()
     for row, column in np.ndindex(*rest.shape):
-        press = pressed(*rest.shape, _PITCH_MM, (row, column))
+        press = pressed(rest.shape[0], rest.shape[1], _PITCH_MM, (row, column))
         press = press - press.mean()
         power = float(np.square(press).sum())
         depth = float((press * change).sum()) / power

@@ -163,17 +163,17 @@ class Leads:
                 if m.column_touch[i, k] and m.column_touch[k, i]:
                     self._column("short_columns", i, f"column {k}")
                     self._bad_column[k] = self.bad[:, k] = True
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             share = m.shares[:, row].mean(axis=0)
             if m.dark[row] < _UP and share.max() > _FULL and np.median(share) < 1 - _FULL:
                 column = int(share.argmax())
-                self._taxel("short_taxel", int(row), column)
+                self._taxel("short_taxel", row, column)
                 self._bad_row[row] = self._bad_column[column] = True
                 self.bad[row] = self.bad[:, column] = True
 
     def _row_pins(self) -> None:
         m = self._m
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             if m.dark[row] > _UP:
                 high = min(m.prompt[row], m.dark[row]) > _AT_SUPPLY
                 self._row("high_row" if high else "pull_up", row, f"{m.dark[row]:.2f}")
@@ -187,7 +187,7 @@ class Leads:
 
     def _column_pins(self) -> None:
         m = self._m
-        for column in np.flatnonzero(~self._bad_column):
+        for column in _where(~self._bad_column):
             if not m.column_low[column]:
                 self._column("high_column", column)
             elif not m.column_high[column]:
@@ -201,11 +201,11 @@ class Leads:
             np.maximum(m.late, self.capacitance) < _LOST * np.median(good)
         )
         figures = f"{np.median(good):.0f}"
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             free = ~self._bad_column
             if free.sum() > 1 and low[row, free].all() and self._tau_s(row) > _LOSES_S:
                 self._row("open_row", row, f"{self.capacitance[row].mean():.1f}", figures)
-        for column in np.flatnonzero(~self._bad_column):
+        for column in _where(~self._bad_column):
             free = ~self._bad_row
             if free.sum() > 1 and low[free, column].all():
                 mean = self.capacitance[:, column].mean()
@@ -213,27 +213,27 @@ class Leads:
 
     def _worn(self) -> None:
         grows = (self._growth > _GROWS) & ~self.bad
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             free = ~self.bad[row]
             # A missing resistor or a long lead lets all of a row grow; but then its charge stays.
             if free.sum() > 1 and grows[row, free].all() and self._tau_s(row) < _FILLS_S:
                 self._row("weak_row", row, f"{np.median(self._growth[row, free]):.1f}")
-        for column in np.flatnonzero(~self._bad_column):
+        for column in _where(~self._bad_column):
             free = ~self.bad[:, column]
             if free.sum() > 1 and grows[free, column].all():
                 growth = np.median(self._growth[free, column])
                 self._column("weak_column", column, f"{growth:.1f}")
 
     def _leaks(self) -> None:
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             free = ~self.bad[row]
             growth = self._growth[row] / np.median(self._growth[row, free]) if free.any() else None
             if growth is None:
                 continue
             conducts = free & (growth > _GROWS) & (self._m.late_shares[row] > _CONDUCTS)
-            for column in np.flatnonzero(conducts):
+            for column in _where(conducts):
                 if free.sum() - conducts.sum() >= 1:
-                    self._taxel("leaky", int(row), int(column), f"{growth[column]:.1f}")
+                    self._taxel("leaky", row, column, f"{growth[column]:.1f}")
             if (self.bad[row] & free).any():
                 self._bad_row[row] = True  # what leaks there is no resistor's fault
 
@@ -241,20 +241,20 @@ class Leads:
         if self._reference_off:
             return
         m = self._m
-        for row in np.flatnonzero(~self._bad_row):
+        for row in _where(~self._bad_row):
             ground_pf, bleed_mohm = self._row_pf(row), self._bleed_mohm(row)
             # Counts are never below zero, so noise alone reads as some charge.
             if m.dark_late[row] > _DAMP + 0.8 * self.scatter[row] / _COUNTS:
-                self._row_only("damp", row, f"{m.dark_late[row]:.2f}")
+                self._row("damp", row, f"{m.dark_late[row]:.2f}")
             elif not _BLEED_MOHM[0] < bleed_mohm < _BLEED_MOHM[1]:
                 if bleed_mohm > _BLEED_MOHM[1]:
-                    self._row_only("no_bleed", row, f"{100 * m.held_late[row]:.0f} % after 4 ms")
+                    self._row("no_bleed", row, f"{100 * m.held_late[row]:.0f} % after 4 ms")
                 else:
-                    self._row_only("small_bleed", row, f"{bleed_mohm:.2g}")
+                    self._row("small_bleed", row, f"{bleed_mohm:.2g}")
             elif ground_pf < _ROW_PF[0]:
-                self._row_only("no_row_capacitor", row, f"{ground_pf:.0f}")
+                self._row("no_row_capacitor", row, f"{ground_pf:.0f}")
             elif ground_pf > _ROW_PF[1]:
-                self._row_only("long_lead", row, f"{ground_pf:.0f}")
+                self._row("long_lead", row, f"{ground_pf:.0f}")
 
     def _row_only(self, code: str, row: int, *figures: object) -> None:
         self._say(code, f"row {row}", *figures)
@@ -281,9 +281,9 @@ class Leads:
         if not free.any() or self._reference_off:
             return
         middle = float(np.median(self.scatter[free]))
-        for row in np.flatnonzero(free):
+        for row in _where(free):
             if self.scatter[row] > _NOISY * max(middle, 1.0) + 2.0:
-                self._row("noisy", int(row), f"{self.scatter[row]:.0f}", f"{middle:.0f}")
+                self._row("noisy", row, f"{self.scatter[row]:.0f}", f"{middle:.0f}")
 
     def _speed(self) -> None:
         m = self._m
@@ -304,17 +304,22 @@ class Leads:
         ratio = max(after, m.step) / max(before, m.step)
         return LATE_S / -float(np.log(ratio)) if ratio < 0.999 else np.inf
 
+    def _taxels_pf(self, row: int) -> float:
+        """Return what the taxels of a row usually have, pF, as many as there are."""
+        there = self.capacitance[row] > _LOST * np.median(self.capacitance[row])
+        return TAXEL_PF * float(there.sum())
+
     def _row_pf(self, row: int) -> float:
         """Return what a row has to ground, pF, if its taxels are as usual."""
         share = float(np.clip(self._m.shares[:, row].mean(axis=0).sum(), 0.01, 0.99))
-        return TAXEL_PF * self._columns * (1.0 - share) / share
+        return self._taxels_pf(row) * (1.0 - share) / share
 
     def _bleed_mohm(self, row: int) -> float:
         """Return its resistor, megohms, from what it keeps and its usual capacitance."""
-        total_pf = TAXEL_PF * self._columns + float(np.clip(self._row_pf(row), 40.0, 600.0))
+        total_pf = self._taxels_pf(row) + float(np.clip(self._row_pf(row), 40.0, 600.0))
         tau_s = self._tau_s(row)
         if tau_s < LATE_S / 2:  # then its share is spoilt by the loss, too
-            total_pf = TAXEL_PF * self._columns + self._m.wiring.circuit.row_pf
+            total_pf = self._taxels_pf(row) + self._m.wiring.circuit.row_pf
         return tau_s * 1e6 / total_pf
 
     def _hum(self) -> tuple[float, float, bool]:
@@ -359,6 +364,11 @@ def sound(measured: Measured, faults: list[Row]) -> Iterator[Row]:
         yield Row("readings", Verdict.GOOD, f"scatter by {middle:.1f} counts of 4096")
     if "scan" not in named:
         yield Row("clock", Verdict.GOOD, f"a conversion takes {1e6 * measured.conversion_s:.0f} us")
+
+
+def _where(mask: NDArray[np.bool_]) -> list[int]:
+    """Return where a mask is true."""
+    return [int(i) for i in np.flatnonzero(mask)]
 
 
 def _silent(found: Silent) -> Row:

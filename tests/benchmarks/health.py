@@ -24,7 +24,7 @@ from typing import Any, Final
 import numpy as np
 
 from controller import bundle as bundles
-from controller.events import Answer, Event, Score, judge
+from controller.events import TAIL_S, Answer, Event, Score, judge
 from controller.pipeline import Pipeline, Step
 from controller.protocol import Contact
 from controller.recognizer import Recognizer
@@ -126,8 +126,11 @@ def play(
         events.append(Event(finger[0], finger[1], "press"))
     if away is not None:  # who plays on a dead orb is not heard
         events = [e for e in events if not away[0] - 0.5 <= e.release_s <= away[1] + 1.0]
+    # What answers a gesture that began before counts as little as that gesture.
+    old = max((e.release_s + TAIL_S for e in events if e.onset_s < since_s), default=0.0)
     events = sorted((e for e in events if e.onset_s >= since_s), key=lambda e: e.onset_s)
-    answers = [a for a in answers if a.time_s >= since_s]
+    first_s = min([old, *(e.onset_s for e in events)])
+    answers = [a for a in answers if a.time_s >= max(since_s, first_s)]
     return Game(judge(events, answers), steps)
 
 
@@ -223,10 +226,11 @@ def main() -> None:
     grammar.add_argument("--seeds", type=int, default=4, help="sessions of each (default: 4)")
     grammar.add_argument("--minutes", type=float, default=3.0, help="of play (default: 3)")
     grammar.add_argument("--only", default="", help="scenes whose name begins so")
+    grammar.add_argument("--preset", action="append", help="which orb (default: every one)")
     grammar.add_argument("--json", action="store_true")
     options = grammar.parse_args()
     results: list[dict[str, Any]] = []
-    for name in PRESETS:
+    for name in options.preset or PRESETS:
         model = sound(name)
         print(f"\n{name}: events, recall, F1, wrong, false alarms, twice; median latency")
         for scene, run in scenes(model).items():
