@@ -523,10 +523,12 @@ def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
     again.greet(join)
     assert again.message() == State(())
     assert isinstance(plain(again.message()), Command)
-    stranger = to(link)
     again.say(Bye(""))
-    assert [type(item) for item in (*request(link), *request(link))][-1] is Bye
+    heard: list[Message] = []
+    while Bye("") not in heard:
+        heard += request(link)
     link.send(PRESS, 0)
+    stranger = to(link)
     stranger.greet(dataclasses.replace(join, host_nonce=78))
     assert stranger.message() == State(())
     assert link.outbox.posted == ()

@@ -121,6 +121,8 @@ def values(data: bytes) -> Iterator[Any]:
         if kind in (1, 2):
             yield int.from_bytes(body, "big", signed=kind == 2)
         elif kind == 3:
+            if length not in (2, 4, 16):
+                raise IndexError(at)
             yield uuid.UUID(bytes=body if length == 16 else body.rjust(4, b"\0") + _BASE)
         elif kind in (6, 7):
             yield list(values(body))
