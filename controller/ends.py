@@ -25,13 +25,15 @@ def signals() -> Iterator[Ends]:
     the settings have changed.
     """
     reasons = Ends()
+    # Asked now: a terminal that has been closed is none any more.
+    terminal = any(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr) if stream)
     numbers = [signal.SIGINT, signal.SIGTERM]
     hangup = getattr(signal, "SIGHUP", None)  # the terminal was closed; Windows has none
     if hangup is not None and signal.getsignal(hangup) is not signal.SIG_IGN:  # by nohup
         numbers.append(hangup)
 
     def handle(number: int, frame: FrameType | None) -> None:
-        if number == hangup and not sys.stdin.isatty():
+        if number == hangup and not terminal:
             reasons.renew = True
             return
         reasons.append(signal.Signals(number).name)

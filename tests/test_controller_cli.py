@@ -276,7 +276,22 @@ def test_wrong_usage_is_answered_with_what_would_be_right(
     assert advice in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_hangup_ends_what_runs_in_a_terminal_and_renews_what_does_not(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("stdin", "stdout", "stderr"):
+        monkeypatch.setattr(f"sys.{name}.isatty", lambda: terminal)
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a hangup means nothing
+    try:
+        with signals() as ends:
+            signal.raise_signal(signal.SIGHUP)
+            assert (ends, ends.renew) == ((["SIGHUP"], False) if terminal else ([], True))
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -286,7 +301,7 @@ def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
 
     read = bundle.read
     monkeypatch.setattr(bundle, "read", read_slowly)
-    before = signal.signal(number, signal.SIG_DFL)  # under nohup a hangup ends nothing
+    before = signal.signal(number, signal.SIG_DFL)
     try:
         assert main(["--sensor", "virtual"]) == 0
     finally:
