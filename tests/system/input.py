@@ -90,7 +90,7 @@ class Desktop:
         for place in evdev.list_devices():
             with contextlib.suppress(OSError):
                 device = evdev.InputDevice(place)
-                if "OrbTouch" in device.name:
+                if device.info.bustype == evdev.ecodes.BUS_BLUETOOTH:
                     codes = device.capabilities().get(evdev.ecodes.EV_KEY, [])
                     found["keyboard" if evdev.ecodes.KEY_LEFT in codes else "pad"] = device
         return found if {"keyboard", "pad"} <= set(found) else {}
