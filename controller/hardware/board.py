@@ -69,15 +69,17 @@ class Board:
             HardwareAwayError: The bus fails, or no converter answers.
         """
         which, input_ = divmod(channel, self.chip.channels)
-        device = f"SPI {self.wiring.converter.bus}.{self.wiring.converter.devices[which]}"
         try:
             answer = self.buses[which].transfer(self.chip.request(input_))
         except OSError as error:
-            raise HardwareAwayError(f"{device} fails: {error.strerror or error}") from None
+            raise HardwareAwayError(
+                f"{self._device(which)} fails: {error.strerror or error}"
+            ) from None
         count = self.chip.decode(answer)
         if count is None:
             raise HardwareAwayError(
-                f"no {self.wiring.converter.type} answers on {device}; check its supply and leads"
+                f"no {self.wiring.converter.type} answers on {self._device(which)}; check its "
+                "supply and leads"
             )
         return count
 
@@ -87,3 +89,8 @@ class Board:
         for bus in self.buses:
             bus.close()
         self.pins.close()
+
+    def _device(self, which: int) -> str:
+        """Return what one converter's bus is called."""
+        where = self.wiring.converter
+        return f"SPI {where.bus}.{where.devices[which]}"

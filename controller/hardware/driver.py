@@ -7,13 +7,16 @@ import numpy as np
 
 from controller.hardware import HardwareAwayError
 from controller.hardware.board import Board
-from controller.hardware.inversion import Array, picofarads
+from controller.hardware.inversion import Array, Inversion
 from controller.hardware.pump import Pump, kilopascals
 from controller.hardware.scanner import Reading, Scanner
 from controller.preprocess import Frame
 
-_DARK_EVERY: Final = 600  # frames from one look at the rows' own readings to the next
-_SILENT: Final = 0.004  # of full scale: less than any taxel that is there reads
+_DARK_FIRST: Final = 16  # looks at the rows' own readings before the first frame
+_DARK_EVERY: Final = 10  # frames from one later look to the next
+_DARK_WEIGHT: Final = 1 / 64  # of a later look: leakage drifts slowly, and looks are noisy
+_SILENT: Final = 0.004  # of full scale, in the mean: a thirtieth of an orb, and above noise
+_BOUNCES: Final = 2  # frames that a plug which was out may still bounce
 
 _log = logging.getLogger("controller")
 
@@ -35,7 +38,9 @@ class Driver:
         self.dark: Array | None = None
         self.pressure_kpa: float | None = None
         self.pump = None if board.wiring.pump is None else Pump(board.wiring.pump)
+        self._inversion = Inversion(board.wiring, 1 << board.chip.bits)
         self._frames, self._lit, self._told = 0, False, ""
+        self._bounces = 0  # frames that are not believed yet
 
     def frame(self, now_s: float = 0.0) -> Frame:
         """Scan, and return picofarads, (rows, columns).
@@ -47,21 +52,24 @@ class Driver:
             HardwareAwayError: The converter does not answer, or no orb hangs on it.
         """
         try:
-            if self.dark is None or self._frames % _DARK_EVERY == 0:
-                self.dark = self.scanner.dark()
+            if self.dark is None:
+                self.dark = self.scanner.dark(_DARK_FIRST)
             reading = self.scanner.scan()
             self._refuse_silence(reading, self.dark)
+            self._follow_dark(self.dark)
             self._inflate(now_s)
         except HardwareAwayError:
             # What does not tell its pressure is not inflated; what blinks asks to be looked at.
             self.board.knobs.pump(False)
             self._light(not self._lit)
-            self.dark = None
+            self._bounces = _BOUNCES
             raise
+        if self._bounces:
+            self._bounces -= 1
+            raise HardwareAwayError("the orb is coming back")
         self._light(True)
         self._frames += 1
-        full = 1 << self.board.chip.bits
-        frame = picofarads(self.board.wiring, reading.counts, reading.age_s, self.dark, full)
+        frame = self._inversion.picofarads(reading.counts, reading.age_s, self.dark)
         return np.asarray(frame, dtype=np.float32)
 
     def button(self) -> str | None:
@@ -73,16 +81,23 @@ class Driver:
         """Stop the pump, ground all electrodes, and release the board."""
         self.board.close()
 
+    def _follow_dark(self, before: Array) -> None:
+        """Follow what the rows read by themselves, slowly."""
+        if self._frames % _DARK_EVERY == 0:
+            self.dark = before + _DARK_WEIGHT * (self.scanner.dark(1) - before)
+
     def _refuse_silence(self, reading: Reading, dark: Array) -> None:
         """Refuse a frame that no orb can give."""
         full = 1 << self.board.chip.bits
-        if (reading.counts - dark[:, None]).max() < _SILENT * full:
+        if (reading.counts - dark[:, None]).mean() < _SILENT * full:
             raise HardwareAwayError(
-                "all electrodes read nothing; is the membrane plugged in, and the converter's "
-                "supply on?"
+                "all electrodes read nothing; see whether the membrane is plugged in and the "
+                "converter has its supply"
             )
         if reading.counts.min() >= full - 1:
-            raise HardwareAwayError("all electrodes read full scale; is the converter's ground on?")
+            raise HardwareAwayError(
+                "all electrodes read full scale; see whether the converter has its ground"
+            )
 
     def _inflate(self, now_s: float) -> None:
         """Run the pump, or let it rest."""

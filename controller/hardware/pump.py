@@ -7,6 +7,9 @@ from controller.hardware.wiring import PumpWiring
 SLACK: Final = 0.02  # of the target: what the pressure may fall before the pump starts again
 _RISES_KPA: Final = 0.03  # what a run of `longest_s` must bring, or something leaks or is blocked
 _BELOW_KPA: Final = -0.3  # no orb sucks: the pressure sensor is off
+_TIMES: Final = (
+    5  # that the pressure is impossible, one after the other, before the pump is given up
+)
 _RUNS: Final = 3  # without a rise, before the pump is given up
 
 
@@ -25,14 +28,16 @@ class Pump:
         self._since_s = 0.0  # when it began to run
         self._from_kpa = 0.0  # where
         self._rests_until_s = float("-inf")
-        self._in_vain = 0
+        self._in_vain = self._impossible = 0
 
     def step(self, now_s: float, kpa: float) -> bool:
         """Return whether the pump shall run, for a pressure; call it often."""
         wiring = self._wiring
-        if not self.problem:
-            self.problem = self._refusal(kpa)
-        if self.problem or now_s < self._rests_until_s:
+        refusal = self._refusal(kpa)
+        self._impossible = self._impossible + 1 if refusal else 0
+        if self._impossible >= _TIMES:
+            self.problem = self.problem or refusal
+        if self.problem or refusal or now_s < self._rests_until_s:
             self.running = False
         elif not self.running and kpa < wiring.target_kpa * (1.0 - SLACK):
             self.running, self._since_s, self._from_kpa = True, now_s, kpa

@@ -86,13 +86,13 @@ class _FaultyError(ValueError):
 # --- single entries -------------------------------------------------------------------------------
 
 
-def _number(least: float, most: float, scale: float = 1.0) -> Check:
-    """Return a check for a number within limits; it is multiplied by `scale`."""
+def _number(least: float, most: float, parts: float = 1.0) -> Check:
+    """Return a check for a number within limits; it is divided by `parts`."""
 
     def check(where: str, value: Any) -> float:
         if type(value) not in (int, float) or not least <= value <= most:
             raise ValueError(f"is {value!r}; write a number from {least:g} to {most:g}")
-        return float(value) * scale
+        return float(value) / parts
 
     return check
 
@@ -181,13 +181,14 @@ _SECTIONS: Final[dict[str, tuple[type, dict[str, tuple[str, Check]]]]] = {
             "row_pf": ("row_pf", _number(1.0, 10_000.0)),
             "bleed_mohm": ("bleed_mohm", _number(0.1, 10_000.0)),
             "reach": ("reach", _number(0.01, 1.0)),
+            "ghosting": ("ghosting", _number(0.0, 1.0)),
         },
     ),
     "times": (
         Times,
         {
-            "discharge_us": ("discharge_s", _number(1.0, 100_000.0, 1e-6)),
-            "settle_us": ("settle_s", _number(1.0, 100_000.0, 1e-6)),
+            "discharge_us": ("discharge_s", _number(1.0, 100_000.0, 1e6)),
+            "settle_us": ("settle_s", _number(1.0, 100_000.0, 1e6)),
             "samples": ("samples", _whole(1, 256)),
         },
     ),
@@ -231,14 +232,17 @@ def _wiring(table: dict[str, Any]) -> Wiring:
                 raise _FaultyError(section, name, f"is unknown; there are {', '.join(entries)}")
             field, check = entries[name]
             made[field] = _checked(section, name, check, value)
-        missing = {"electrodes": ("columns", "rows", "channels")}.get(section, ())
-        for name in missing:
+        for name in entries if section == "electrodes" else ():
             if name not in made:
                 raise _FaultyError(section, name, "is missing")
         if section == "converter":
             made.setdefault("ground", None)
         given[section] = kind(**made)
-    bare = replace(Wiring(), name="orb", button=None, led=None, pump=None)
+    if "converter" not in given or given["converter"].ground is None:
+        given.setdefault("scheme", "taxel")
+    bare = replace(
+        Wiring(), converter=ConverterWiring(ground=None), button=None, led=None, pump=None
+    )
     return replace(bare, **given)
 
 

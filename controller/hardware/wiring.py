@@ -57,11 +57,14 @@ class CircuitWiring:
         row_pf: Capacitance of a row to ground: its capacitor, converter input, pin and lead.
         bleed_mohm: R_m of the paper (section 3.2), from each row to ground.
         reach: Share of a row's voltage that comes to the converter: below 1 with C_m in series.
+        ghosting: Share of its row's other taxels that is left in a taxel's reading. By default as
+            much as in the virtual orb's, on which the bundle that ships was trained.
     """
 
     row_pf: float = 150.0
     bleed_mohm: float = 50.0
     reach: float = 1.0
+    ghosting: float = 0.15
 
 
 @dataclass(frozen=True, slots=True)

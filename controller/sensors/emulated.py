@@ -10,15 +10,15 @@ import numpy as np
 
 from controller.hardware import HardwareError
 from controller.hardware.driver import Driver
-from controller.hardware.emulated import faults as wiring_faults
 from controller.hardware.emulated.bench import Bench, BenchModel
-from controller.hardware.emulated.faults import WiringFault
+from controller.hardware.emulated.faults import KINDS, WiringFault
 from controller.hardware.reading import read, shipped
 from controller.preprocess import Frame
 from controller.sensors import SensorOptions
 from controller.sensors import virtual as virtuals
 from controller.sensors.orb import refuse_haste
 from controller.sensors.virtual import RATE_HZ, Virtual
+from controller.simulator.faults import KINDS as SKIN_KINDS
 from controller.simulator.presets import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
@@ -33,9 +33,7 @@ def create(options: SensorOptions) -> "Emulated":
     wiring = shipped() if options.wiring is None else read(options.wiring)
     rate_hz = options.rate_hz or RATE_HZ
     refuse_haste(wiring, rate_hz)
-    names = [text for text in options.faults if text.partition(":")[0].partition("=")[0]
-             in wiring_faults.KINDS]  # fmt: skip
-    others = tuple(text for text in options.faults if text not in names)
+    names, others = _sorted(options.faults)
     try:
         model = replace(
             preset(options.preset),
@@ -54,6 +52,23 @@ def create(options: SensorOptions) -> "Emulated":
     seeds = np.random.SeedSequence([options.seed, 1])
     bench = Bench(wiring, seeds, model=around, picofarads=orb.skin[0], faults=faults)
     return Emulated(orb, bench, f"emulated-{options.seed}")
+
+
+def _sorted(faults: tuple[str, ...]) -> tuple[list[str], tuple[str, ...]]:
+    """Return faults of the wiring, and those of the virtual orb.
+
+    Raises:
+        HardwareError: One is neither.
+    """
+    wiring: list[str] = []
+    skin: list[str] = []
+    for text in faults:
+        name = text.partition(":")[0].partition("=")[0]
+        if name not in KINDS and name not in SKIN_KINDS:
+            known = ", ".join(dict.fromkeys([*KINDS, *SKIN_KINDS]))
+            raise HardwareError(f"there is no fault {text!r}; there are {known}")
+        (wiring if name in KINDS else skin).append(text)
+    return wiring, tuple(skin)
 
 
 class Emulated:

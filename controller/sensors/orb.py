@@ -1,5 +1,7 @@
 """A real orb on this computer's pins: paper, section 3.2; docs/hardware.md."""
 
+import logging
+
 from controller.hardware import HardwareError, schedule
 from controller.hardware.driver import Driver
 from controller.hardware.raspberry import open_board, serial
@@ -9,10 +11,9 @@ from controller.preprocess import Frame
 from controller.sensors import Geometry, SensorOptions
 
 RATE_HZ = 10.0  # paper, section 4.1
-PIN_S, TRANSFER_S = (
-    15e-6,
-    20e-6,
-)  # guesses for a Raspberry Pi 4; docs/hardware.md says how to measure
+PIN_S, TRANSFER_S = 15e-6, 20e-6  # guesses for a Raspberry Pi 4; what is true is told at start
+
+_log = logging.getLogger("controller")
 
 
 def create(options: SensorOptions) -> "Orb":
@@ -29,6 +30,11 @@ def create(options: SensorOptions) -> "Orb":
     driver = Driver(open_board(wiring))
     try:
         driver.frame()  # whatever is missing is missed now
+        began_s = driver.board.clock()
+        driver.scanner.scan()
+        took_s = driver.board.clock() - began_s
+        _log.info("a scan takes %.1f ms here", took_s * 1e3)
+        _refuse(took_s, rate_hz)
     except BaseException:
         driver.close()
         raise
@@ -42,17 +48,16 @@ def refuse_haste(wiring: Wiring, rate_hz: float) -> None:
     Raises:
         HardwareError: It would.
     """
-    needed_s = frame_s(wiring)
-    if needed_s > 1.0 / rate_hz:
+    transfer_s = TRANSFER_S + 24 / wiring.converter.clock_hz
+    _refuse(schedule.frame_s(wiring, PIN_S, transfer_s), rate_hz)
+
+
+def _refuse(took_s: float, rate_hz: float) -> None:
+    if took_s > 1.0 / rate_hz:
         raise HardwareError(
-            f"a scan takes {needed_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
+            f"a scan takes {took_s * 1e3:.0f} ms and {rate_hz:g} Hz leave {1e3 / rate_hz:.0f}; "
             'shorten [times], or scan with scheme = "column" (docs/hardware.md)'
         )
-
-
-def frame_s(wiring: Wiring) -> float:
-    """Return about how long a scan takes."""
-    return schedule.frame_s(wiring, PIN_S, TRANSFER_S + 24 / wiring.converter.clock_hz)
 
 
 class Orb:

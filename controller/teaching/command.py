@@ -204,6 +204,13 @@ def parser() -> argparse.ArgumentParser:
         help="sensor scans per second (default: the sensor's own)",
     )
     add(
+        "--wiring",
+        metavar="FILE",
+        type=Path,
+        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
+        "draws it)",
+    )
+    add(
         "--seed",
         metavar="N",
         type=_seed,

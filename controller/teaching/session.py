@@ -38,7 +38,7 @@ from controller.teaching.clock import Alone
 from controller.teaching.tally import Tally
 from controller.vocabulary import Vocabulary
 
-VIRTUAL: Final = "virtual"
+VIRTUAL: Final = ("virtual", "emulated")  # whose own hand does what it is asked for
 
 _log = logging.getLogger("controller")
 
@@ -94,7 +94,7 @@ def prepare(options: argparse.Namespace) -> Lesson:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
     vocabulary = folder.vocabulary(options.out, options.labels)
-    if options.sensor == VIRTUAL:
+    if options.sensor in VIRTUAL:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):
                 raise TeachError(
@@ -130,7 +130,7 @@ def begin(lesson: Lesson, user: str) -> Session:
         options.sensor,
         SensorOptions(
             options.rate, options.seed, None, options.preset, tuple(options.fault),
-            gestures=lesson.vocabulary.files, user=user, day=name,
+            gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
         ),
     )  # fmt: skip
     key = zlib.crc32(name.encode())

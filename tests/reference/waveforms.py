@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +129,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     grammar.add_argument("--out", type=Path, default=FILE)
     options = grammar.parse_args(argv)
     found = list(orbs(options.orbs))
-    kept: dict[str, NDArray[np.generic]] = {
+    kept: dict[str, Any] = {
         name: np.rint(np.stack([one[name] for one in found]) / STEP_V).astype(np.int16)
         for name in SETS
     }

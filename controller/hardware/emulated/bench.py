@@ -29,7 +29,7 @@ class BenchModel:
 
     Attributes:
         circuit: The parts.
-        noise_lsb: Deviation of a conversion, counts of 4096.
+        noise_lsb: Deviation of a row's conversion, counts of 4096; other inputs have 1.
         mains: Relative hum, quadruple under a firm finger.
         mains_hz: Its frequency.
         finger_pf: What a firm finger adds to its row.
@@ -206,7 +206,7 @@ class Bench:
         """Return what an input sees, of full scale."""
         channel = converter * find(self.wiring.converter.type).channels + input_
         row = self._row_of.get(channel)
-        noise = self._model.noise_lsb
+        noise = 1.0 if row is None else self._model.noise_lsb
         for fault in self._faults:
             if fault.kind == "swapped_channels" and row in (fault.row, fault.row + 1):
                 row = 2 * fault.row + 1 - row

@@ -1,0 +1,168 @@
+"""How long a scan takes, and how right and how quiet what it reads is.
+
+python -m tests.benchmarks.scan [--json]
+
+Times are the emulated board's: 15 us a change of a pin and 20 us around each conversion are guesses
+for a Raspberry Pi 4 (`controller --sensor orb` tells what a scan takes there); bits and waits are
+exact.
+`python_ms` is what the driver's own Python costs on this machine, where pins and bus do nothing.
+Errors are the driver's against sixty orbs of ngspice, noise is that of one count a conversion.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.hardware.board import Board
+from controller.hardware.converters import find
+from controller.hardware.driver import Driver
+from controller.hardware.emulated.bench import Bench
+from controller.hardware.inversion import Inversion
+from controller.hardware.wiring import (
+    SCHEMES,
+    CircuitWiring,
+    ConverterWiring,
+    Electrodes,
+    Scheme,
+    Times,
+    Wiring,
+)
+
+sys.path.insert(0, str(Path(__file__).parent.parent))  # tests import each other by bare names
+from reference import waveforms
+from waveform_board import board as recorded_board
+
+Array = NDArray[np.float64]
+
+PAPER_MS: Final = 86.0  # of its whole cycle, section 5
+FRAMES: Final = 16
+
+_SMALL: Final = replace(Wiring(), pump=None, circuit=CircuitWiring(ghosting=0.0))
+_LARGE: Final = replace(
+    _SMALL,
+    electrodes=Electrodes(
+        (4, 5, 6, 12, 13, 16, 19, 20, 21, 26),
+        (0, 1, 14, 15, 17, 18, 22, 23, 24, 25),
+        (0, 1, 2, 3, 4, 8, 9, 10, 11, 12),
+    ),
+    converter=ConverterWiring(devices=(0, 1)),
+    button=None,
+    led=None,
+)
+GRIDS: Final = {"5x5": _SMALL, "10x10": _LARGE}
+# The paper's slots: one conversion after a settling time of 2.4 ms, 25 of which fill 60 of 86 ms.
+SLOW: Final = Times(settle_s=0.0024, samples=1)
+
+
+class _Idle:
+    """Pins, a bus and knobs that do nothing at once."""
+
+    def drive(self, pin: int, high: bool) -> None:
+        pass
+
+    def release(self, pin: int) -> None:
+        pass
+
+    def transfer(self, data: bytes) -> bytes:
+        return b"\0\7\0"
+
+    def pump(self, on: bool) -> None:
+        pass
+
+    light = pump
+
+    def close(self) -> None:
+        pass
+
+
+def scan_ms(wiring: Wiring) -> float:
+    """Return how long a scan takes on the emulated board."""
+    bench = Bench(wiring, seed=1)
+    driver = Driver(bench.board)
+    driver.frame()
+    began = bench.circuit.now_s
+    driver.scanner.scan()
+    return (bench.circuit.now_s - began) * 1e3
+
+
+def python_ms(wiring: Wiring) -> float:
+    """Return what the driver's own code costs, the median of many frames."""
+    idle: Any = _Idle()
+    chip = find(wiring.converter.type)
+    buses = (idle,) * len(wiring.converter.devices)
+    driver = Driver(Board(wiring, idle, chip, buses, idle, lambda _: None, time.perf_counter))
+    inversion, spent = Inversion(wiring, 1 << chip.bits), []
+    for _ in range(200):
+        began = time.process_time()
+        reading = driver.scanner.scan()
+        inversion.picofarads(reading.counts, reading.age_s, np.zeros(wiring.rows))
+        spent.append(time.process_time() - began)
+    return float(np.median(spent)) * 1e3
+
+
+def readings(scheme: Scheme, chip: str) -> tuple[Array, Array]:
+    """Return the images' errors against ngspice, and the relative noise, (orbs, rows, columns)."""
+    wiring = replace(_SMALL, scheme=scheme)
+    wiring = replace(wiring, converter=replace(wiring.converter, type=chip))
+    data, rng = np.load(waveforms.FILE), np.random.default_rng(1)
+    error, noise = [], []
+    for true, states in zip(data["picofarads"], data[scheme] * waveforms.STEP_V, strict=True):
+        seen = []
+        for held in states:
+            driver = Driver(recorded_board(wiring, held, rng))
+            frames = np.array([driver.frame() for _ in range(FRAMES)])
+            seen.append(frames.mean(axis=0))
+            noise.append(frames.std(axis=0, ddof=1) / frames.mean(axis=0))
+        error.append(seen[1] / seen[0] - true[1] / true[0])
+    return np.array(error), np.array(noise)
+
+
+def rows() -> Iterator[dict[str, Any]]:
+    """Yield the rows, and print them."""
+    for grid, wiring in GRIDS.items():
+        for scheme in SCHEMES:
+            one = wiring.scanned(scheme)
+            took, own = scan_ms(one), python_ms(one)
+            yield _row(f"scan_ms_{grid}_{scheme}", took, "ms", PAPER_MS)
+            yield _row(f"scan_hz_{grid}_{scheme}", 1e3 / took, "1/s")
+            yield _row(f"python_ms_{grid}_{scheme}", own, "ms")
+    slow = replace(_SMALL.scanned("taxel"), times=SLOW)
+    yield _row("scan_ms_5x5_papers_slots", scan_ms(slow), "ms", PAPER_MS)
+    for chip in ("mcp3208", "mcp3008"):
+        for scheme in SCHEMES:
+            error, noise = readings(scheme, chip)
+            each = np.sqrt(np.mean(error**2, axis=0))
+            yield _row(f"z_error_{scheme}@{chip}", float(np.sqrt(np.mean(error**2))), "1")
+            yield _row(f"z_error_worst_{scheme}@{chip}", float(np.abs(error).max()), "1")
+            yield _row(f"noise_{scheme}@{chip}", float(noise.mean()), "of C")
+            if chip == "mcp3208":
+                print(f"  error of z, per taxel, thousandths:\n{np.round(each * 1e3, 2)}")
+                print(f"  noise, per taxel, thousandths:\n{np.round(noise.mean(axis=0) * 1e3, 2)}")
+
+
+def _row(name: str, value: float, unit: str, goal: float | None = None) -> dict[str, Any]:
+    told = "" if goal is None else f"   (the paper's cycle: {goal:g})"
+    print(f"{name:32}{value:10.4g} {unit}{told}", flush=True)
+    return {"name": name, "preset": "", "value": round(value, 6), "unit": unit, "goal": goal}
+
+
+def main() -> None:
+    """Measure and print."""
+    grammar = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    grammar.add_argument("--json", action="store_true")
+    options = grammar.parse_args()
+    found = list(rows())
+    if options.json:
+        print(json.dumps({"benchmark": "scan", "results": found}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,27 @@
+"""Tetris through the real orb's driver: the shipped bundle, two processes, emulated hardware."""
+
+import json
+
+import pytest
+
+pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mock pins")
+
+from host.__main__ import main
+
+DEMO = ["--demo", "--headless", "--speed", "0", "--seed", "3", "--seconds", "24", "--json", "--"]
+
+
+def test_the_shipped_bundle_plays_through_the_driver_as_on_the_virtual_orb(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    verdicts = []
+    for sensor in ("virtual", "emulated"):
+        assert main([*DEMO, "--sensor", sensor]) == 0
+        verdicts.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+    plain, driven = verdicts
+    assert driven["intended"] == plain["intended"] >= 12
+    assert driven["hits"] == driven["intended"]
+    for mistake in ("wrong", "missed", "false_alarms", "duplicates"):
+        assert driven[mistake] == 0
+    assert [name for _, name in driven["commands"]] == [name for _, name in plain["commands"]]
+    assert driven["pieces"] == plain["pieces"]
