@@ -116,7 +116,7 @@ class Health:
     def _silent(self, dead: Mask | None) -> list[str]:
         if dead is None:
             return []
-        return [f"{names(dead)}: feels nothing, filled in; run: controller doctor"]
+        return [f"{names(dead)}: no answer to touch, filled in; run: controller doctor"]
 
     def _hands(self) -> list[str]:
         if not self._ready and self._frame >= _UNREADY_S * self._rate_hz:

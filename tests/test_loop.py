@@ -9,12 +9,14 @@ from bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 from controller.device import Device, telemetry
 from controller.loop import Loop
 from controller.pipeline import Pipeline
+from controller.preprocess import Frame
 from controller.protocol import (
     Bye,
     Command,
     Contacts,
     Grant,
     Granted,
+    Health,
     Message,
     Perform,
     State,
@@ -197,3 +199,21 @@ def test_telemetry_shows_what_the_membrane_feels_as_bytes() -> None:
     assert set(told.image[:4]) == {128}
     assert told.probabilities == (0.0, 1.0, 0.0, 0.0, 0.0)
     assert told.touch == (4.0, 4.0)
+
+
+def test_what_is_wrong_with_the_sensor_is_told_once_and_to_every_new_host() -> None:
+    bench = Bench((0.0, HELLO), (8.0, HELLO))
+    read = Slab.read
+
+    def cut(slab: Slab, t_s: float) -> Frame:
+        """A row's lead is off after three seconds."""
+        frame = read(slab, t_s)
+        if t_s > 3.0:
+            frame[1] = 0.5
+        return frame
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Slab, "read", cut)
+        bench.run(10.0)
+    told = bench.messages(Health)
+    assert told == [Health(("row 1: no signal, play goes on without; fasten the lead",))] * 2

@@ -211,6 +211,17 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
 
 
+def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_does(
+    surface: pygame.Surface,
+) -> None:
+    view = live_view()
+    without = pygame.image.tobytes(drawn(view, surface), "RGB")
+    view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
+    assert pygame.image.tobytes(drawn(view, surface), "RGB") != without
+    view.connected(view.welcome or WELCOME)
+    assert view.health == ()
+
+
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
     projection = Projection(Pad(), (300.0, 200.0), 40.0)
     assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)

@@ -26,7 +26,7 @@ _HELD: Final = 0.5  # of full scale: a row keeps its charge, .94, or does not
 _CLIPPED: Final = 0.985  # a charged row at full scale: the reference is below the supply
 _LOW: Final = 0.88
 _UP: Final = 0.5  # a row that nobody drives stands at the supply
-_AT_SUPPLY: Final = 0.985
+_AT_SUPPLY: Final = 0.965
 _LOST: Final = 0.25  # of the middle taxel's capacitance
 _FULL: Final = 0.9  # a taxel whose row gets the whole supply
 _GROWS: Final = 1.3  # late by early
@@ -70,13 +70,14 @@ class Leads:
         samples = np.sqrt(measured.wiring.times.samples)
         self.scatter = np.median(measured.shares.std(axis=0, ddof=1), axis=1) * samples * _COUNTS
         self._reference_off = False
+        self._loud = False
         self._speed()
         if self.faults:
             return  # what is read that late says nothing of the leads
         for step in (
-            self._hums, self._plug, self._converter, self._shorts, self._row_pins,
-            self._column_pins, self._crackles, self._open, self._worn, self._leaks,
-            self._row_parts, self._dead, self._noise,
+            self._bits, self._hums, self._plug, self._converter, self._shorts, self._row_pins,
+            self._column_pins, self._crackles, self._noise, self._open, self._worn, self._leaks,
+            self._row_parts, self._dead,
         ):  # fmt: skip
             step()
 
@@ -112,12 +113,14 @@ class Leads:
                 self.bad[:] = self._bad_row[:] = self._bad_column[:] = True
 
     def _hums(self) -> None:
+        if self.faults:
+            return
         hum, hertz, sure = self._hum()
         if hum > _HUM and sure:
             self._say("mains", "readings", f"{100 * hum:.0f}", f"{hertz:.0f}")
             self._reference_off = True  # levels are not to be trusted
 
-    def _converter(self) -> None:
+    def _bits(self) -> None:
         m = self._m
         values = m.values[(m.values > 0) & (m.values < 1.0 / m.step - 1)].astype(np.int64)
         bits = round(np.log2(1.0 / m.step))
@@ -130,6 +133,9 @@ class Leads:
                     self._say("stuck_bit", "converter", bit)
                     self._reference_off = True
                     break
+
+    def _converter(self) -> None:
+        m = self._m
         shares = m.shares[_SETTLING:]
         away = np.abs(shares - np.median(shares, axis=0))
         usual = np.maximum(np.median(away, axis=0), m.step / 4)
@@ -212,6 +218,8 @@ class Leads:
                 self._column("open_column", column, f"{mean:.1f}", figures)
 
     def _worn(self) -> None:
+        if self._loud:
+            return
         grows = (self._growth > _GROWS) & ~self.bad
         for row in _where(~self._bad_row):
             free = ~self.bad[row]
@@ -225,6 +233,8 @@ class Leads:
                 self._column("weak_column", column, f"{growth:.1f}")
 
     def _leaks(self) -> None:
+        if self._loud:
+            return
         for row in _where(~self._bad_row):
             free = ~self.bad[row]
             growth = self._growth[row] / np.median(self._growth[row, free]) if free.any() else None
@@ -238,7 +248,7 @@ class Leads:
                 self._bad_row[row] = True  # what leaks there is no resistor's fault
 
     def _row_parts(self) -> None:
-        if self._reference_off:
+        if self._reference_off or self._loud:
             return
         m = self._m
         for row in _where(~self._bad_row):
@@ -275,6 +285,7 @@ class Leads:
         middle = float(np.median(self.scatter[free]))
         if middle > _NOISE and not self.faults:
             self._say("noise", "readings", f"{middle:.0f}")
+            self._loud = True  # figures that take a quiet converter are not to be trusted
 
     def _crackles(self) -> None:
         free = ~self._bad_row

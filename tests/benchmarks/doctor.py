@@ -32,7 +32,7 @@ SIZES: Final[dict[str, tuple[float, float] | tuple[()]]] = {
     "short_rows": (), "short_columns": (), "short_taxel": (), "grounded_row": (),
     "grounded_column": (), "high_row": (), "high_column": (), "swapped_channels": (),
     "no_channel": (), "stuck_row": (), "dead_row_pin": (), "dead": (), "leaky": (3.0, 40.0),
-    "noisy": (60.0, 200.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "pull_up": (0.03, 0.1),
+    "noisy": (60.0, 200.0), "no_bleed": (), "small_bleed": (0.3, 20.0), "pull_up": (0.05, 0.2),
     "damp": (15.0, 100.0), "no_row_capacitor": (), "long_lead": (200.0, 500.0), "unplugged": (),
     "no_converter": (), "silent_converter": (), "bus_errors": (0.05, 0.4),
     "other_converter": (), "low_reference": (0.6, 0.9), "noise": (100.0, 300.0),
