@@ -16,6 +16,7 @@ import pytest
 from controller import bundle, engines, sensors
 from controller.__main__ import main
 from controller.device import Device, steady
+from controller.ends import signals
 from controller.labelling.labeller import Labeller
 from controller.parts import TOKEN
 from controller.pipeline import Pipeline
