@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from controller.links import open_link
+from controller.links import LinkError, open_link
 from controller.links.hid import HidLink
 from controller.protocol import COMMANDS, VERSION, Command, State, Welcome
 
@@ -34,9 +34,17 @@ def orb(url: str) -> HidLink:
     logging.basicConfig(
         format="%(relativeCreated)d %(name)s %(message)s", level=logging.DEBUG, stream=sys.stderr
     )
-    link = open_link(url, WELCOME)
-    assert isinstance(link, HidLink)
-    return link
+    end_s = time.monotonic() + PATIENT_S
+    while True:
+        try:
+            link = open_link(url, WELCOME)
+        except LinkError as error:
+            if "Busy" not in str(error) or time.monotonic() > end_s:
+                raise
+            time.sleep(0.5)  # a bluetoothd that has just started is still switching adapters on
+        else:
+            assert isinstance(link, HidLink)
+            return link
 
 
 def press(link: HidLink, name: str) -> None:
