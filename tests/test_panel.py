@@ -219,7 +219,7 @@ def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_doe
     view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
     assert pygame.image.tobytes(drawn(view, surface), "RGB") != without
     view.connected(view.welcome or WELCOME)
-    assert view.health == ()
+    assert not view.health
 
 
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
