@@ -111,8 +111,9 @@ def test_the_loop_is_told_who_comes_and_goes(play: Callable[..., None]) -> None:
         await come(bluez, link)
         assert link.connected
         await bluez.disconnect(LAPTOP)
-        (bye,) = await told(link)
-        assert isinstance(bye, Bye)
+        heard: list[Message] = []
+        while not any(isinstance(message, Bye) for message in heard):
+            heard += await told(link)
         assert not link.connected
 
     play(scene)
@@ -154,8 +155,9 @@ def test_a_bluetoothd_that_is_restarted_finds_the_orb_again(
     async def scene(link: HidLink, bluez: FakeBluez) -> None:
         await come(bluez, link)
         await bluez.stop()
-        (bye,) = await told(link)
-        assert isinstance(bye, Bye)
+        heard: list[Message] = []
+        while not any(isinstance(message, Bye) for message in heard):
+            heard += await told(link)
         again = await FakeBluez.start(address)
         try:
             again.know(LAPTOP)

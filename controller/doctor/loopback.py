@@ -11,8 +11,8 @@ from controller.protocol import (
     HEARTBEAT_MS,
     VERSION,
     Decoder,
-    Heartbeat,
     Hello,
+    Offer,
     Welcome,
     encode,
 )
@@ -57,9 +57,9 @@ def _loopback() -> Row:
                 device.poll()
                 host.settimeout(_ANSWER_S)
                 messages = [packet.message for packet in decoder.feed(host.recv(4096))]
-                if any(isinstance(message, Welcome | Heartbeat) for message in messages):
+                if any(isinstance(message, Offer) for message in messages):
                     took_ms = 1e3 * (time.perf_counter() - began)
-                    found = f"a host on this machine is welcomed in {took_ms:.1f} ms"
+                    found = f"a host on this machine is answered in {took_ms:.1f} ms"
                     if took_ms > _SLOW_MS:
                         advice = "The machine is too busy: end other programs."
                         return Row("link", Verdict.DOUBTFUL, found, advice, "slow_link")

@@ -18,10 +18,9 @@ _PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
 _PROBE: Final = (
     "import sys\n"
     "from controller import bundle\n"
-    "from controller.recognizer import Recognizer, engine\n"
+    "from controller.recognizer import Recognizer\n"
     "from pathlib import Path\n"
-    "Recognizer(bundle.read(Path(sys.argv[1])))\n"
-    "print(engine())\n"
+    "print(Recognizer(bundle.read(Path(sys.argv[1])), 'onnxruntime').engine)\n"
 )
 _LIBRARIES: Final = (("numpy", "numpy"), ("pyserial", "serial"), ("platformdirs", "platformdirs"))
 _PI_LIBRARIES: Final = (("gpiozero", "gpiozero"), ("lgpio", "lgpio"), ("spidev", "spidev"))
