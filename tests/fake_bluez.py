@@ -25,6 +25,7 @@ from controller.bluetooth.bluez import BluetoothError, Bus
 MOCK = "org.bluez.Mock"
 RECORDER = "org.freedesktop.DBus.Mock"
 PATIENCE_S = 20.0
+PHONE = 0x5A020C  # a class of device
 HOST = "11:22:33:44:55:66"
 
 
@@ -85,7 +86,16 @@ class FakeBluez:
         """Plug the adapter in, and let it know a host."""
         self.plug()
         self.call("/", MOCK, "AddDevice", "sss", "hci0", HOST, "laptop")
-        self.call("/", MOCK, "PairDevice", "ss", "hci0", HOST)
+        self.pair(HOST)
+
+    def pair(self, address: str) -> None:
+        """Let a device be paired."""
+        try:
+            self.call("/", MOCK, "PairDevice", "ss", "hci0", address)
+        except BluetoothError as error:  # older ones want to know what kind of device it is
+            if "Invalid arguments" not in str(error):
+                raise
+            self.call("/", MOCK, "PairDevice", "ssi", "hci0", address, PHONE)
 
     def stop(self) -> None:
         """End bluetoothd."""

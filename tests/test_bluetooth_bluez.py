@@ -212,7 +212,7 @@ def test_a_host_that_pairs_while_the_window_is_open_is_trusted(
     link.pair(90)
     until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
     fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
-    fake.call("/", "org.bluez.Mock", "PairDevice", "ss", "hci0", "AA:BB:CC:DD:EE:FF")
+    fake.pair("AA:BB:CC:DD:EE:FF")
     until(lambda: fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted"))
 
 

@@ -46,7 +46,7 @@ def test_the_orb_waits_for_a_time_and_says_who_has_paired(
     def stranger() -> None:
         until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
         fake.call("/", MOCK, "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
-        fake.call("/", MOCK, "PairDevice", "ss", "hci0", "AA:BB:CC:DD:EE:FF")
+        fake.pair("AA:BB:CC:DD:EE:FF")
 
     thread = threading.Thread(target=stranger)
     thread.start()
@@ -108,7 +108,7 @@ def test_the_host_says_when_the_orb_does_not_wait_yet(
 ) -> None:
     monkeypatch.setattr(sdp, "channel", lambda *words: None)
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
-    fake.call("/", MOCK, "PairDevice", "ss", "hci0", ORB)
+    fake.pair(ORB)
     assert host_pair.main([]) == 0  # a bonded orb needs no address
     told = capsys.readouterr().out
     assert "is paired already" in told
@@ -125,7 +125,7 @@ def test_the_host_finds_no_orb_where_there_is_none(
 def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
     fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
     assert [port for port in ports.listed() if port.url.startswith("rfcomm:")] == []
-    fake.call("/", MOCK, "PairDevice", "ss", "hci0", ORB)
+    fake.pair(ORB)
     found = [port for port in ports.listed() if port.url.startswith("rfcomm:")]
     assert found == [ports.Port(f"rfcomm://{ORB}", "paired over Bluetooth", "OrbTouch")]
 
