@@ -19,7 +19,15 @@ import time
 from collections.abc import Coroutine
 from typing import Any
 
-from controller.bluetooth.bluez import DEVICE, BluetoothError, Bus, Properties, devices, variant
+from controller.bluetooth.bluez import (
+    DEVICE,
+    BluetoothError,
+    Bus,
+    Objects,
+    Properties,
+    devices,
+    variant,
+)  # fmt: skip
 
 from .guest import ANSWER_S, CaseError, Guest
 
@@ -27,6 +35,7 @@ HOST = "/org/bluez/hci0"
 ORB = "/org/bluez/hci1"
 ADAPTER = "org.bluez.Adapter1"
 PAIR_S = 60.0
+_ASKED, _PATIENCE_S = 4, 10.0
 
 
 class Desktop:
@@ -69,13 +78,13 @@ class Desktop:
     @property
     def path(self) -> str:
         """The orb's object, "" if it is not known."""
-        found = devices(self._do(self._bus.objects()), HOST)
+        found = devices(self._objects(), HOST)
         return next((path for path, it in found.items() if it["Address"] == self.orb), "")
 
     @property
     def known(self) -> Properties:
         """What BlueZ knows of the orb, its battery included."""
-        interfaces = self._do(self._bus.objects()).get(self.path, {})
+        interfaces = self._objects().get(self.path, {})
         return {**interfaces.get(DEVICE, {}), **interfaces.get("org.bluez.Battery1", {})}
 
     def settled(self) -> bool:
@@ -100,6 +109,21 @@ class Desktop:
         self._bus.close()
         self._do(self._bus.lost())
         self._loop.close()
+
+    def _objects(self) -> Objects:
+        """Return all that BlueZ knows.
+
+        In a crowded virtual machine bluetoothd has left one connection without an answer while it
+        answered others; so it is asked again on a new one.
+        """
+        for _ in range(_ASKED):
+            try:
+                found: Objects = self._do(asyncio.wait_for(self._bus.objects(), _PATIENCE_S))
+                return found
+            except (BluetoothError, TimeoutError):
+                self._bus.close()
+                self._bus = self._do(Bus.connect())
+        raise CaseError("bluetoothd does not answer")
 
     def _do(self, task: Coroutine[Any, Any, Any]) -> Any:
         return self._loop.run_until_complete(task)
