@@ -25,6 +25,8 @@ Normalise = Literal["ratio", "difference"]
 # A taxel that reads less than this share of what the others read at rest has no lead: an open one
 # reads some 1 of 41 pF, a pressed one never so little.
 LEAST_REST: Final = 0.2
+# Fewer frames than this say too little of how much a noisy sensor scatters at rest.
+_LEAST: Final = 6
 
 # Between quick touches the rubber never comes to rest, and in a busy minute what it remembers may
 # grow beyond the gate. So after long unrest what the sensor comes back to, several times in a row,
@@ -177,7 +179,7 @@ class Preprocessor:
         """
         self.settings = settings
         self.shape = (rows, columns)
-        self._start = max(2, round(settings.start_s * settings.rate_hz))
+        self._start = max(_LEAST, round(settings.start_s * settings.rate_hz))
         self._settle = round(settings.settle_s * settings.rate_hz)
         self._adopt = round(settings.adopt_s * settings.rate_hz)
         self._follow = 1.0 / max(1.0, settings.follow_s * settings.rate_hz)

@@ -83,6 +83,17 @@ def test_a_hand_that_is_still_moving_at_the_start_is_waited_for() -> None:
     assert any(stage.step(frame).ready for frame in idle(2.0))
 
 
+@pytest.mark.parametrize("rate_hz", [1.0, 2.0, 2.5, 5.0])
+def test_a_noisy_sensor_comes_to_rest_however_slowly_it_is_read(rate_hz: float) -> None:
+    """Two frames of 4 % noise differ by more than they scatter: more are asked for."""
+    found = 0
+    for seed in range(20):
+        stage = Preprocessor(PreprocessSettings(rate_hz=rate_hz), 5, 5)
+        frames = 40.0 * (1.0 + np.random.default_rng(seed).normal(0.0, 0.04, (12, 5, 5)))
+        found += any(stage.step(frame.astype(np.float32)).ready for frame in frames)
+    assert found == 20
+
+
 def test_a_window_holds_the_latest_images_oldest_first() -> None:
     stage = fresh()
     images = [stage.step(frame).image for frame in np.concatenate([idle(2.0), pressed(1.0)])]

@@ -83,7 +83,7 @@ def _build(folder: Path, home: Path) -> None:
     """Fill a folder that will be called `home`."""
     keyring = "/usr/share/keyrings/debian-archive-keyring.gpg"
     source = f"deb [signed-by={keyring}] {_mirror()} {SUITE} main"
-    parts = (("qemu", "amd64", "qemu-user"), ("root", "arm64", "python3,libstdc++6,libgomp1"))
+    parts = (("qemu", "amd64", "qemu-user"), ("debian", "arm64", "python3,libstdc++6,libgomp1"))
     for name, architecture, packages in parts:
         print(f"unpacking {packages} for {architecture} ...", file=sys.stderr)
         _run(
@@ -91,7 +91,7 @@ def _build(folder: Path, home: Path) -> None:
             f"--include={packages}", SUITE, str(folder / name), source,
         )  # fmt: skip
     for part in ("lib", "lib64", "bin"):
-        link = folder / "root" / part
+        link = folder / "debian" / part
         if not link.exists():
             link.symlink_to(f"usr/{part}")
     print("fetching wheels ...", file=sys.stderr)
@@ -113,11 +113,11 @@ def _build(folder: Path, home: Path) -> None:
 
 
 _SCRIPT: Final = """#!/bin/sh
-export QEMU_LD_PREFIX={home}/root PYTHONHOME={home}/root/usr PYTHONDONTWRITEBYTECODE=1
+export QEMU_LD_PREFIX={home}/debian PYTHONHOME={home}/debian/usr PYTHONDONTWRITEBYTECODE=1
 export PYTHONPATH={home}/site${{ORBTOUCH:+:$ORBTOUCH}}
 exec {home}/qemu/usr/bin/qemu-aarch64 -cpu {cpu} \\
-    -E LD_LIBRARY_PATH={home}/root/usr/lib/aarch64-linux-gnu \\
-    {home}/root/usr/bin/python{python} "$@"
+    -E LD_LIBRARY_PATH={home}/debian/usr/lib/aarch64-linux-gnu \\
+    {home}/debian/usr/bin/python{python} "$@"
 """
 
 

@@ -233,7 +233,7 @@ def _kept(name: str, modules: set[str]) -> bool:
 
 def _add(out: tarfile.TarFile) -> None:
     """Add what Debian does not have: the first script, and mount points."""
-    for folder in ("./repo", "./out", "./work"):
+    for folder in ("./repo", "./out", "./project"):
         entry = tarfile.TarInfo(folder)
         entry.type, entry.mode = tarfile.DIRTYPE, 0o755
         out.addfile(entry)

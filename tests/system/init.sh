@@ -18,9 +18,9 @@ done
 /lib/systemd/systemd-udevd --daemon 2>/dev/null
 udevadm trigger >/dev/null 2>&1
 dbus-uuidgen --ensure
-cp -r /repo/. /work/
-cd /work
-export PYTHONPATH=/work:/opt/py PYTHONUNBUFFERED=1 SDL_VIDEODRIVER=dummy SDL_AUDIODRIVER=dummy \
+cp -r /repo/. /project/
+cd /project
+export PYTHONPATH=/project:/opt/py PYTHONUNBUFFERED=1 SDL_VIDEODRIVER=dummy SDL_AUDIODRIVER=dummy \
   PYGAME_HIDE_SUPPORT_PROMPT=1 OMP_NUM_THREADS=1
 echo "guest ready after $(cut -d' ' -f1 /proc/uptime) s"
 /usr/bin/python3 -m tests.system.guest $(cat /out/cases)
