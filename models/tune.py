@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle
-from controller.bundle import CONTENT, MANIFEST, Bundle
+from controller.bundle import MANIFEST, Bundle
 from controller.debounce import DebounceSettings
 from controller.events import Answer, judge
 from models import intervals
@@ -179,8 +179,7 @@ def write(path: Path, loaded: Path, settings: DebounceSettings, said: str) -> Bu
     table = bundle.manifest(parts[MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
     table["card"]["tuned"] = said
-    content = {name: parts[name] for name in CONTENT}
-    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=content)
+    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
     return bundle.read(path)
 
 

@@ -116,7 +116,7 @@ def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("format", "format = 4", "update the older one"),
+        ("format", "format = 5", "update the older one"),
         ("rows", "rows = 0", "a whole number from 1 to 30"),
         ("rows", "rows = true", "a whole number"),
         ("rows", "rows = 5.0", "a whole number"),

@@ -2,11 +2,11 @@
 
     python -m tests.benchmarks.bundles [--count N] [--seed N] [--json]
 
-Each mutation is made of the shipped bundle: cut short, bits flipped, pieces swapped or repeated,
-parts exchanged, numbers in the ONNX files made hostile, and then, for half of them, all sums made
-right again, as somebody would who means harm. Each is read, walked and proved as
-`controller install` does it; time and memory are bounded from outside, by a child that may use
-512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through; what
+Each mutation is made of the shipped bundle, or of one with people in it: cut short, bits flipped,
+pieces swapped or repeated, parts exchanged, numbers in the ONNX files made hostile, and then, for
+half of them, all sums made right again, as somebody would who means harm. Each is read, walked and
+proved as `controller install` does it; time and memory are bounded from outside, by a child that may
+use 512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through; what
 is accepted after it was hashed anew must be a network within the limits: a wrong model at worst.
 """
 
@@ -26,11 +26,13 @@ from controller import archive, bundle, engines, shapes
 from controller import graph as graphs
 from controller.bundle import BundleError
 from controller.recognizer import Recognizer
+from tests import people
 
 MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
 DEADLINE_S: Final = 20.0
 BATCH: Final = 250  # mutations for one child
 SHIPPED: Final = bundle.default_path().read_bytes()
+WITH_PEOPLE: Final = people.packed()
 
 Change = Callable[[random.Random, bytes], bytes]
 
@@ -85,17 +87,19 @@ PART: Final[dict[str, Change]] = {**WHOLE, "huge number": huge}
 
 def mutation(draw: random.Random) -> tuple[str, bytes]:
     """Return a mutated bundle, and what was done to it."""
+    whole = draw.choice([SHIPPED, WITH_PEOPLE])
     if draw.random() < 0.5:
         name = draw.choice(list(WHOLE))
-        return name, WHOLE[name](draw, SHIPPED)
-    parts = bundle.unpack(SHIPPED)
+        return name, WHOLE[name](draw, whole)
+    parts = bundle.unpack(whole)
+    named = [name for name in parts if name != bundle.SUMS]
     if draw.random() < 0.1:
-        one, other = draw.sample(bundle.CONTENT, 2)
+        one, other = draw.sample(named[1:], 2)
         parts[one], parts[other] = parts[other], parts[one]
         name = "parts exchanged"
     else:
         name = draw.choice(list(PART))
-        part = draw.choice([bundle.MANIFEST, *bundle.CONTENT])
+        part = draw.choice(named)
         parts[part] = PART[name](draw, parts[part])
     parts[bundle.SUMS] = archive.sums(parts, bundle.SUMS)
     return f"{name}, hashed anew", archive.pack(parts)
@@ -110,7 +114,7 @@ def judge(data: bytes) -> str:
     except BundleError:
         return "manifest or golden vectors' form"
     try:
-        for model in (read.gesture_onnx, read.location_onnx):
+        for model in (read.gesture_onnx, read.location_onnx, read.user_onnx, *read.heads.values()):
             if model:
                 shapes.sizes(graphs.read(model))
     except graphs.GraphError:
@@ -130,7 +134,7 @@ def child(first: int, count: int, seed: int, out: Connection) -> None:
     for number in range(first, first + count):
         name, data = mutation(random.Random(seed * 1_000_003 + number))
         start = time.perf_counter()
-        verdict = "unchanged" if data == SHIPPED else judge(data)
+        verdict = "unchanged" if data in (SHIPPED, WITH_PEOPLE) else judge(data)
         out.send((name, verdict, time.perf_counter() - start))
     out.close()
 
