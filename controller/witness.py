@@ -1,7 +1,7 @@
 """Who touches: what each gesture says of it, gathered over successive gestures.
 
-While something is made, the user network is asked with every window; the first ones tell most, so it
-does not wait until the gesture is known. If one was, the mean of the log probabilities, over a
+While something is made, the user network is asked with every window; the first ones tell most, so
+it does not wait until the gesture is known. If one was, the mean of the log probabilities, over a
 temperature, is its evidence when it ends: windows share most of their frames, so many
 of them say hardly more than a few. Before the next gesture somebody else may have sat down, so
 what was believed fades a little each time, and is forgotten when nobody touched for long.
