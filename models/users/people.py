@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class _Joined(np.random.SeedSequence):
         super().__init__(own.entropy, spawn_key=own.spawn_key)
         self._parts = own.spawn(5), other.spawn(5), anew
 
-    def spawn(self, n_children: int) -> list[np.random.SeedSequence]:
+    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
         """Return seeds of orb, people, order, placement and button."""
         own, other, anew = self._parts
         drawn: Sequence[bool] = [(part == 0) == (anew == "orb") for part in range(n_children)]

@@ -17,13 +17,13 @@ from models.recipe import Course
 
 COURSE: Final = Course(
     epochs=0,
-    steps=3_600,
-    limits=(6, 40),
+    steps=2_400,
+    limits=(5, 40),
     batch=128,
     rate=8e-3,
     l2=(1e-4, 1e-4),
-    channels=(24, 48),
-    hidden=(128, 64),
+    channels=(16, 32),
+    hidden=(96, 48),
     patience=0.0,
     keep_best=False,  # nothing is held out from a network that learns from every session
     normalised=True,
@@ -85,10 +85,8 @@ class Mood:
         drawn = torch.randn(4, batch, generator=generator, device=signal.device)
         angle, size = self.turned * drawn[0], torch.exp(self.wider * drawn[1])
         # The grid's coordinates go from -1 to 1 along each axis.
-        x, y = (
-            2.0 * self.moved * d / max(1, n - 1)
-            for d, n in zip(drawn[2:], (columns, rows), strict=True)
-        )
+        x = 2.0 * self.moved * drawn[2] / max(1, columns - 1)
+        y = 2.0 * self.moved * drawn[3] / max(1, rows - 1)
         cos, sin = size * torch.cos(angle), size * torch.sin(angle)
         way = torch.stack(
             [torch.stack([cos, -sin, x], dim=1), torch.stack([sin, cos, y], dim=1)], dim=1

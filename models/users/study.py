@@ -203,14 +203,7 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
     ):  # fmt: skip
         town = Town(preset, seed, size.minutes, gestures, drifting)
 
-        def day(
-            number: int, anew: Any = "day", town: Town = town, tracked: bool = tracked
-        ) -> Crowd:
-            return crowd(
-                ((town.session(u, number, anew), 1 + u, number) for u in ours), labels,
-                tracked=tracked,
-            )  # fmt: skip
-
+        day = partial(_day, town, ours, labels, tracked)
         mood = MOOD if tracked else STEADY
         own = day(0)
         out = np.zeros(len(own.touched.ends), dtype=np.bool_)
@@ -227,6 +220,14 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
             row["time"] = figure(judged(net, late, users))
         found[name] = row
     return found
+
+
+def _day(
+    town: Town, users: range, labels: int, tracked: bool, number: int, anew: Anew = "day"
+) -> Crowd:
+    """Return one session of each."""
+    rows = ((town.session(user, number, anew), 1 + user, number) for user in users)
+    return crowd(rows, labels, tracked=tracked)
 
 
 def blocks(own: Crowd) -> tuple[Crowd, Crowd]:
