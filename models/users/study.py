@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,20 +28,19 @@ from models.recipe import RECIPES, Course
 from models.users import judge, lesson
 from models.users.judge import SEEN
 from models.users.lesson import People
-from models.users.people import RATE_HZ, Town
+from models.users.people import RATE_HZ, Anew, Town
 from models.users.recipe import COURSE, MOOD, STEADY, Mood
 from models.users.touched import Index, Touched
 
 WINDOW: Final = 10  # images: paper, section 4.1
 RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
 BLOCKS: Final = 6  # of a session, of which the last one is left out
-STAY: Final = (
-    0.98  # probability that the next gesture is the same person's: a game's turns are long
-)
+STAY: Final = 0.98  # the next gesture is made by who made the last one: turns are long
 FORGET_S: Final = 30.0  # pauses of the same player are shorter
 FALSE_ACCEPTS: Final = 0.05  # of strangers, after one gesture, that acceptance is chosen for
 
 Say = Callable[[str], None]
+Part = Callable[[str, int, "Size", tuple[str, ...]], dict[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Size:
     users: int = 10
     enrolled: int = 4
     new: int = 2
-    known: tuple[int, int] = (12, 2)
+    known: tuple[int, int] = (10, 1)
     strangers: int = 10
     minutes: float = 4.0
 
@@ -273,8 +273,22 @@ def figure(found: Figure) -> dict[str, float]:
     return {name: round(value, 5) for name, value in asdict(found).items()}
 
 
+PARTS: Final[dict[str, tuple[Part, tuple[str, ...]]]] = {
+    "one": (open_world, GESTURES[2:3]),  # the paper's: one gesture
+    "drift": (drift, GESTURES[2:3]),
+    "any": (open_world, GESTURES),
+}
+
+
 def measure(
-    preset: str, seed: int, size: Size, path: Path, say: Say, *, again: bool = False
+    preset: str,
+    seed: int,
+    size: Size,
+    path: Path,
+    say: Say,
+    *,
+    again: bool = False,
+    parts: Iterable[str] = PARTS,
 ) -> dict[str, Any]:
     """Return everything of one preset, measuring what the file does not hold yet.
 
@@ -285,15 +299,14 @@ def measure(
         path: Where results are kept.
         say: Takes lines of progress.
         again: What is kept there does not count.
+        parts: Which.
     """
     kept: dict[str, Any] = {}
     if path.exists() and not again:
         kept = json.loads(path.read_text(encoding="utf-8"))
     found: dict[str, Any] = {}
-    for name, run, gestures in (
-        ("one", open_world, GESTURES[2:3]), ("drift", drift, GESTURES[2:3]),
-        ("any", open_world, GESTURES),
-    ):  # fmt: skip
+    for name in parts:
+        run, gestures = PARTS[name]
         told = repr((name, preset, seed, size, gestures, COURSE, MOOD, _code()))
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
