@@ -57,6 +57,13 @@ def test_successive_gestures_name_somebody() -> None:
     assert confidences == sorted(confidences)
 
 
+def test_who_was_named_stays_named_while_nobody_else_is_more_probable() -> None:
+    unsure = np.array([0.3, 0.5, 0.2])
+    assert named(unsure, TWO) == 0
+    assert named(unsure, TWO, before=1) == 1
+    assert named(unsure, TWO, before=2) == 0
+
+
 def test_somebody_else_is_believed_after_some_gestures() -> None:
     witness = Witness(TWO, 10.0)
     for _ in range(50):

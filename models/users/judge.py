@@ -108,7 +108,9 @@ def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
 
 
 def acceptance(
-    strange: Belief, false_accepts: float, grid: Sequence[float] = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99)
+    strange: Belief,
+    false_accepts: float,
+    grid: Sequence[float] = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998),
 ) -> float:
     """Return the least probability at which no more strangers than that are taken for somebody."""
     if not len(strange):
