@@ -116,7 +116,7 @@ class Witness:
         sound = np.isfinite(belief).all() and (belief >= 0.0).all() and belief.sum() > 0.0
         counts = state["counts"]
         sound &= bool((counts >= 0.0).all() and counts[3] < len(belief))
-        if not sound or not np.isfinite(said).all():
+        if not sound or not all(np.isfinite(array).all() for array in (said, counts)):
             raise ValueError("the state holds a belief that is none")
         self._belief, self._sum = belief.copy(), said.copy()
         self._windows, self._idle, self._number = (int(counts[i]) for i in (0, 2, 3))

@@ -124,7 +124,13 @@ def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
 
 def test_a_damaged_state_is_refused() -> None:
     witness = Witness(TWO, 10.0)
-    for key, value in (("belief", np.nan), ("belief", -1.0), ("sum", np.inf), ("counts", -1.0)):
+    for key, value in (
+        ("belief", np.nan),
+        ("belief", -1.0),
+        ("sum", np.inf),
+        ("counts", -1.0),
+        ("counts", np.inf),
+    ):
         state = witness.state()
         state[key] = np.full_like(state[key], value)
         with pytest.raises(ValueError, match="a belief that is none"):
