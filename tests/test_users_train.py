@@ -15,6 +15,7 @@ from controller.recognizer import Recognizer
 from controller.users import Users
 from models.__main__ import main
 from models.dataset import Examples
+from models.simulate import DataSet
 from models.users import judge
 from models.users.people import Town
 from models.users.recipe import MOOD, STEADY
@@ -89,15 +90,18 @@ def test_a_steady_mood_changes_nothing_and_another_keeps_what_is_there() -> None
     assert float((MOOD.vary(rest, 10, generator) - 1.0).abs().max()) < 0.05  # offset and noise
 
 
-def test_a_day_with_only_the_orb_drawn_anew_has_the_same_hand() -> None:
+def test_what_is_drawn_anew_is_nothing_else() -> None:
     town = Town("nominal", 3, 0.3)
-    day, orb, hand = (town.session(0, 0, anew) for anew in ("day", "orb", "hand"))
+    day, drift, hand, orb = (town.session(0, 0, anew) for anew in ("day", "drift", "hand", "orb"))
+    assert np.array_equal(day.label, drift.label)
     assert np.array_equal(day.label, orb.label)
-    assert not np.array_equal(day.frames, orb.frames)
     assert not np.array_equal(day.label, hand.label)
-    assert np.array_equal(day.frames[0] > 0, hand.frames[0] > 0)
-    assert np.abs(day.frames[0] - hand.frames[0]).max() < 0.2  # pF: the same taxels at rest
-    assert np.abs(day.frames[0] - orb.frames[0]).max() > 1.0
+    first = [np.abs(day.frames[0] - other.frames[0]).mean() for other in (hand, drift, orb)]
+    assert first[0] == 0.0  # the same rest, to the bit, before the hand does anything
+    assert 0.05 < first[1] < first[2]  # pF
+    alone = Town("nominal", 3, 0.3, shared=False)
+    recorded = DataSet(3, 0.3, gestures=("twist_cw",)).session(0, 0)
+    assert np.array_equal(alone.session(0, 0).frames, recorded.frames)
 
 
 # --- judgement ------------------------------------------------------------------------------------

@@ -78,6 +78,7 @@ def simulate(
     gestures: Sequence[str] = GESTURES,
     repertoire: Repertoire | None = None,
     faults: Iterable[Fault] = (),
+    day: int = 0,
 ) -> Session:
     """Simulate one session: an orb, a user in a mood, and what they do for some minutes.
 
@@ -96,6 +97,7 @@ def simulate(
         gestures: Labels that are played.
         repertoire: What the hand can do; the gestures that ship if not given.
         faults: What is broken from the first frame on.
+        day: Which of this orb's sessions: other drift and noise, the same taxels.
 
     Raises:
         ValueError: The hand does not know a gesture.
@@ -115,7 +117,7 @@ def simulate(
         stretch = 1.0 + (model.mechanics.apex_stretch - 1.0) * fuller
         model = replace(model, mechanics=replace(model.mechanics, apex_stretch=stretch))
     away_mm = (0.0, 0.0) if pointer else (float(x), float(y))
-    simulator = OrbSimulator(orb, rate_hz, model=model)
+    simulator = OrbSimulator(orb, rate_hz, model=model, day=day)
     simulator.electronics.switch(faults)
     frames, per_frame = round(minutes * 60 * rate_hz), simulator.steps_per_frame
     grid = (model.rows, model.columns, model.pitch_mm)

@@ -22,6 +22,7 @@ USERS: Final = 10  # paper, section 4.2
 GESTURE: Final = GESTURES[2]  # twists clockwise: likewise
 MINUTES: Final = 3.0  # of each one's session: some 500 windows, 5,000 of all, as the paper's
 EVERY: Final = 5  # so manieth of another day's windows is judged: neighbours share most frames
+SHARED: Final = False  # each session has an orb of its own
 FEWER: Final = 4  # the paper's recipe runs for so many times fewer epochs than on gestures
 
 
@@ -47,7 +48,7 @@ def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[
         Plain data, as `gestures` in models/figure7/study.py; "day" is another session of each.
     """
     how, mood, tracked = course(name, recipe)
-    town = Town(preset, seed, MINUTES, (GESTURE,))
+    town = Town(preset, seed, MINUTES, (GESTURE,), shared=SHARED)
     taught, day = (
         crowd(((town.session(u, d), 1 + u, d) for u in range(USERS)), tracked=tracked)
         for d in range(2)

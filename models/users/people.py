@@ -12,12 +12,13 @@ from controller.simulator.style import person
 from models.dataset import Source
 from models.simulate import DataSet
 
-# What is drawn anew: everything, as on another day; the orb with its drift and noise only; what
-# the hand does, how the dome lies and its mood only.
-Anew = Literal["day", "orb", "hand"]
-ANEW: Final[tuple[Anew, ...]] = ("day", "orb", "hand")
+# What is drawn anew: drift and noise, and what the hand does, as on another day of the same orb;
+# one of them alone; or another orb with its own.
+Anew = Literal["day", "drift", "hand", "orb"]
 RATE_HZ: Final = 10.0
 _OTHER: Final = 77  # tag of what is drawn anew
+_ORB: Final = 78  # tag of the orb
+_DAYS: Final = 200  # more than anybody's
 _INFLATION: Final = 0.05  # as in data sets
 
 
@@ -31,6 +32,7 @@ class Town:
         minutes: Of a session.
         gestures: What they make.
         drifting: Rest drifts while they play; else it stays where it is.
+        shared: All of them touch one orb; else each session has an orb of its own.
     """
 
     preset: str
@@ -38,21 +40,26 @@ class Town:
     minutes: float = 3.0
     gestures: tuple[str, ...] = ("twist_cw",)
     drifting: bool = True
+    shared: bool = True
 
     def session(self, user: int, day: int, anew: Anew = "day") -> Source:
-        """Return a session; "orb" and "hand" are a day with that alone drawn anew."""
-        seed = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, day))
-        if anew != "day":
-            other = np.random.SeedSequence([DATA, self.seed, _OTHER], spawn_key=(user, day))
-            seed = _Joined(seed, other, anew)
+        """Return a session; others than "day" are this one but for what is drawn anew."""
+        own, other = (
+            np.random.SeedSequence([DATA, self.seed, *tag], spawn_key=(user, day)).spawn(5)
+            for tag in ((), (_OTHER,))
+        )
+        orb = np.random.SeedSequence([DATA, self.seed, _ORB, *([_OTHER] if anew == "orb" else [])])
+        seeds = [orb if self.shared else own[0], *(other if anew == "hand" else own)[1:]]
+        number = 1 + user * _DAYS + day + (_DAYS // 2 if anew in ("drift", "orb") else 0)
         played = simulate(
-            seed,
+            _Given(seeds),
             self.minutes,
             style=person(self.seed, user),
             rate_hz=RATE_HZ,
             model=self._model(),
             inflation=_INFLATION,
             gestures=self.gestures,
+            day=number if self.shared else 0,
         )
         return Source(played.frames, played.label, played.touch)
 
@@ -69,17 +76,13 @@ class Town:
         return replace(model, electronics=still)
 
 
-class _Joined(np.random.SeedSequence):
-    """The seeds of a session, some of them another one's."""
+class _Given(np.random.SeedSequence):
+    """The seeds of a session: of orb, people, order, placement and button."""
 
-    def __init__(
-        self, own: np.random.SeedSequence, other: np.random.SeedSequence, anew: Anew
-    ) -> None:
-        super().__init__(own.entropy, spawn_key=own.spawn_key)
-        self._parts = own.spawn(5), other.spawn(5), anew
+    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
+        super().__init__(0)
+        self._seeds = seeds
 
     def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
-        """Return seeds of orb, people, order, placement and button."""
-        own, other, anew = self._parts
-        drawn: Sequence[bool] = [(part == 0) == (anew == "orb") for part in range(n_children)]
-        return [b if fresh else a for a, b, fresh in zip(own, other, drawn, strict=True)]
+        """Return them."""
+        return list(self._seeds[:n_children])

@@ -211,8 +211,8 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
         row = {"random": {"value": round(random, 5)}}
         row["new"] = figure(judged(net, day(size.enrolled), users))
         if name != "still":
-            row["orb"] = figure(judged(net, day(0, "orb"), users))
-            row["hand"] = figure(judged(net, day(0, "hand"), users))
+            for anew in ("drift", "hand", "orb"):
+                row[anew] = figure(judged(net, day(0, anew), users))
             early, late = blocks(own)
             net = learn(early, outputs, seed, mood=mood)[0]
             row["time"] = figure(judged(net, late, users))

@@ -7,8 +7,8 @@ the four, in four enrolment sessions and two new ones of four minutes each; ten 
 learned from as nobody, and ten more are strangers. `user_accuracy` is the share of single gestures
 in the new sessions whose maker the network names, among the ten. What follows `@` is another
 protocol: windows at random, a block of time left out, or a new session, learned from one session of
-each, as in the paper; with the orb alone drawn anew (other taxels, drift and noise under the same
-hand), with the hand alone, without drift, and on images whose rest stays where it was.
+each, as in the paper; with the drift alone drawn anew under the same hand, with the hand alone, on
+another orb, without drift, and on images whose rest stays where it was. All share one orb.
 Intervals are 95 %, by resampling whole sessions.
 
 Results are kept in `--cache` by what they hang on, networks and all; `--retrain` measures anew,
