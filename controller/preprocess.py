@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import drift
+from controller.median import median
 from controller.mend import Answers, Filler
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
@@ -360,7 +361,7 @@ class Preprocessor:
             return Prepared(image, False, deviation, False)
         # What all taxels have in common is air or warmth: that may well have changed since.
         z = z_image(mean, self._rest, self.settings)
-        common = float(np.median(z)) if self._soft else 1.0
+        common = float(median(z)) if self._soft else 1.0
         rest = self._rest * common
         change = z_image(mean, rest, self.settings) - 1.0
         still = float(np.abs(change).mean()) < self._gate()
