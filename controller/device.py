@@ -1,13 +1,15 @@
 """The device: one session of sensing, frame by frame, whoever owns the clock."""
 
+from __future__ import annotations
+
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from controller.bluetooth.button import LongPress
-from controller.labelling.cues import Cue
+from controller.labelling import UNKNOWN
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame
 from controller.protocol import (
@@ -20,10 +22,12 @@ from controller.protocol import (
     Telemetry,
     quantise_image,
 )
-from controller.recordings.recording import UNKNOWN
 from controller.sensors import Sensor, SensorAwayError, SensorError, VirtualSensor
-from controller.tape import Tape
-from controller.timekeeper import Timekeeper
+
+if TYPE_CHECKING:
+    from controller.labelling.cues import Cue
+    from controller.tape import Tape
+    from controller.timekeeper import Timekeeper
 
 _log = logging.getLogger("controller")
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from controller.mistake import Mistake
 from controller.protocol import COMMANDS
 
 NONE = "none"  # the command that does nothing
@@ -31,7 +32,7 @@ _MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")
 
 
-class MappingError(ValueError):
+class MappingError(Mistake, ValueError):
     """The table cannot be used; the message says where, and what belongs there."""
 
 

@@ -8,12 +8,13 @@ import re
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from controller.mistake import Mistake
 from controller.protocol import Message, ProtocolError, Welcome
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
 
-class LinkError(OSError):
+class LinkError(Mistake, OSError):
     """A link cannot be opened; the message says why and what to do, in one sentence."""
 
 

@@ -1,17 +1,24 @@
 """Sensors, one file each, found by name: `controller.sensors.NAME` with `create(options)`."""
 
+from __future__ import annotations
+
 import pkgutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from controller.mistake import Mistake
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
 
+if TYPE_CHECKING:
+    from controller.bundle import Bundle
+    from controller.recordings.recording import Recording
 
-class SensorError(ValueError):
+
+class SensorError(Mistake, ValueError):
     """The sensor cannot be used; the message says why, in one sentence."""
 
 
@@ -112,6 +119,21 @@ class VirtualSensor(Sensor, Protocol):
 
     def label(self, t_s: float) -> str:
         """Return what its own hand truly does at `t_s`: a gesture, else "null"."""
+
+
+@runtime_checkable
+class RecordedSensor(Sensor, Protocol):
+    """A recording, read again."""
+
+    @property
+    def source(self) -> Recording:
+        """What was recorded."""
+
+    def schedule(self) -> Iterator[tuple[int, float]]:
+        """Yield (number, seconds) of every frame."""
+
+    def refuse_misfit(self, bundle: Bundle) -> None:
+        """Raise RecordingError if the bundle is for another sensor."""
 
 
 def names() -> list[str]:
