@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from controller import drift
 from controller.median import median
 from controller.mend import Answers, Filler
+from controller.record import record
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
@@ -41,7 +42,7 @@ _PEAK: Final = 2.0  # times the deviation there: what a touch between two return
 _LOCAL: Final = 0.45
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PreprocessSettings:
     """How images and windows are made; travels inside the bundle.
 
@@ -80,7 +81,7 @@ class PreprocessSettings:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Prepared:
     """What one frame became.
 

@@ -12,7 +12,7 @@ SPARED = """
     controller.taping controller.teaching controller.timekeeper controller.vocabulary
     importlib.metadata importlib.resources numpy.ma numpy.random socket subprocess serial
     onnxruntime
-""".split()
+"""
 PROGRAM = """
 import sys
 from controller.__main__ import main
@@ -35,7 +35,7 @@ def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
     demo = str(files("assets") / "demo.npz")
     plain = imported("--replay", demo, "--engine", "numpy")
     assert {"controller.run", "controller.pipeline", "numpy"} <= plain
-    assert not plain.intersection(SPARED)
+    assert not plain.intersection(SPARED.split())
 
 
 def test_command_imports_nothing_of_a_run() -> None:

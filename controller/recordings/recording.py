@@ -6,7 +6,7 @@ said of the frames is kept apart by who said it: `label` is what is held for tru
 and `cue` are what the label button, the keyboard and the cues said at the time.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 import numpy as np
@@ -21,6 +21,7 @@ from controller.median import median
 from controller.mistake import Mistake
 from controller.pipeline import CommandRecord
 from controller.preprocess import State
+from controller.record import record
 
 SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
 PICOFARAD: Final = "pF"
@@ -30,7 +31,7 @@ class RecordingError(Mistake, ValueError):
     """The recording cannot be read, used or written; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
+@record
 class Origin:
     """Where a recording comes from.
 
@@ -77,7 +78,7 @@ class Origin:
     schema: int = SCHEMA
 
 
-@dataclass(frozen=True)
+@record
 class Mark:
     """Something that happened at a time: a cue, a key, a pause, a lost sensor.
 
@@ -92,7 +93,7 @@ class Mark:
     text: str
 
 
-@dataclass(frozen=True)
+@record
 class Truth:
     """What a simulation knows beside every frame.
 
@@ -107,7 +108,7 @@ class Truth:
     events: tuple[Event, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Recording:
     """A whole recording of n frames.
 

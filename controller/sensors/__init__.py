@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from controller.mistake import Mistake
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
+from controller.record import record
 
 if TYPE_CHECKING:
     from controller.bundle import Bundle
@@ -26,7 +26,7 @@ class SensorAwayError(SensorError):
     """The sensor gives no frame now, and may again: it is worth asking for the next one."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Geometry:
     """The grid of taxels; the pitch is the distance of two."""
 
@@ -35,7 +35,7 @@ class Geometry:
     pitch_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SensorOptions:
     """What the command line says about the sensor; each takes what concerns it.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -21,6 +21,7 @@ import platformdirs
 
 from controller import bundle as bundles
 from controller.bundle import Bundle, BundleError
+from controller.record import record
 
 if TYPE_CHECKING:
     from controller.shelf.files import Files
@@ -30,7 +31,7 @@ KEEP: Final = 8  # bundles; the two that count and the newest others
 _NAME: Final = re.compile(r"[0-9a-f]{16}")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Entry:
     """One bundle on the shelf.
 
@@ -47,7 +48,7 @@ class Entry:
     installed: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Record:
     """What `installed.toml` says.
 
