@@ -12,7 +12,6 @@ import re
 import stat
 import tomllib
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
@@ -26,6 +25,7 @@ from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
 from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
+from controller.record import record
 
 FORMAT = 3  # of bundle.toml and of the list of parts
 READABLE = (1, 2, FORMAT)  # form 1 did not say how z is made: by the ratio
@@ -53,7 +53,7 @@ class BundleError(Mistake, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
+@record
 class Golden:
     """What the networks answered when they were made; the device asks them again.
 
@@ -70,7 +70,7 @@ class Golden:
     touches: NDArray[np.float32]
 
 
-@dataclass(frozen=True)
+@record
 class Bundle:
     """A bundle that was read and found whole.
 

@@ -7,7 +7,6 @@ there from the start is noticed when it leaves. Taxels that feel nothing are fil
 """
 
 from collections import deque
-from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -104,7 +103,7 @@ class Prepared:
     dead: NDArray[np.bool_] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class Known:
     """What an earlier calibration found.
 
