@@ -63,7 +63,7 @@ class Renewable(Protocol):
         """Say Bye to the host, and Welcome when it comes back."""
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Parts:
     """Everything that a run needs, checked.
 
