@@ -3,10 +3,10 @@
     python -m tests.benchmarks.step [--calls N] [--seconds S] [--json]
 
 `inference_ratio_ort` and `inference_ratio_torch`: median of the shipped gesture network in the
-engine that is faster here, over the median of the paper's network (`models/paper.orb`: its widths,
-trained, tiny weights set to zero) in ONNX Runtime and in PyTorch as it comes. All run interleaved,
-one thread, on windows of a real stream that slide as they do on the device. Peers that are not
-installed are reported as missing.
+engine that `controller install` chooses here, over the median of the paper's network
+(`models/paper.orb`: its widths, trained, tiny weights set to zero) in ONNX Runtime and in PyTorch
+as it comes. All run interleaved, one thread, on windows of a real stream that slide as they do on
+the device. Peers that are not installed are reported as missing.
 
 `step`: frame in, packet out, on an absolute schedule at 10 and 100 frames a second, the packet
 written into a pipe. `startup`: from the start of the process until it has printed a first command,
@@ -45,6 +45,7 @@ from controller.protocol import Numbered, encode
 from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
+from controller.shelf import proof
 from tests.benchmarks import litert
 
 Array = NDArray[np.float64]
@@ -302,9 +303,9 @@ def main() -> None:
                 {"name": f"inference_{label}@{name}", "preset": "", "value": float(value),
                  "unit": "us", "goal": None}
             )  # fmt: skip
-    chosen = min(engines.NAMES, key=lambda engine: medians[f"shipped@{engine}"])
+    chosen = proof.prove(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
-    print(f"the engine that `controller install` would choose: {chosen}")
+    print(f"the engine that `controller install` chooses here: {chosen}")
     for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):
         known = peer in medians
         report(f"inference_ratio_{name}", ours / medians[peer] if known else "missing", "")
