@@ -12,8 +12,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass
-from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -24,10 +23,13 @@ from controller import archive, npz
 from controller.debounce import DebounceSettings
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
+from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
+from controller.record import record
 
 FORMAT = 3  # of bundle.toml and of the list of parts
 READABLE = (1, 2, FORMAT)  # form 1 did not say how z is made: by the ratio
+RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
@@ -47,11 +49,11 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
 _Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings)
 
 
-class BundleError(ValueError):
+class BundleError(Mistake, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
+@record
 class Golden:
     """What the networks answered when they were made; the device asks them again.
 
@@ -68,7 +70,7 @@ class Golden:
     touches: NDArray[np.float32]
 
 
-@dataclass(frozen=True)
+@record
 class Bundle:
     """A bundle that was read and found whole.
 
@@ -112,7 +114,10 @@ class Bundle:
 
 def default_path() -> Path:
     """Return where the bundle is that ships with the program."""
-    return Path(str(files("models") / "orbtouch.orb"))
+    models = find_spec("models")  # `importlib.resources` would import what unpacks zip files
+    assert models is not None
+    assert models.origin is not None
+    return Path(models.origin).with_name("orbtouch.orb")
 
 
 def read(path: Path) -> Bundle:

@@ -1,13 +1,15 @@
 """The device: one session of sensing, frame by frame, whoever owns the clock."""
 
+from __future__ import annotations
+
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from controller.bluetooth.button import LongPress
-from controller.labelling.cues import Cue
+from controller.labelling import UNKNOWN
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame
 from controller.protocol import (
@@ -20,10 +22,12 @@ from controller.protocol import (
     Telemetry,
     quantise_image,
 )
-from controller.recordings.recording import UNKNOWN
 from controller.sensors import Sensor, SensorAwayError, SensorError, VirtualSensor
-from controller.tape import Tape
-from controller.timekeeper import Timekeeper
+
+if TYPE_CHECKING:
+    from controller.labelling.cues import Cue
+    from controller.tape import Tape
+    from controller.timekeeper import Timekeeper
 
 _log = logging.getLogger("controller")
 
@@ -54,7 +58,7 @@ def steady(rate_hz: float) -> Iterator[tuple[int, float]]:
         yield number, number / rate_hz
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Device:
     """One session of sensing: a sensor and a pipeline from their first frame on.
 
@@ -86,6 +90,8 @@ class Device:
         """Begin before the first frame."""
         if self.timekeeper is not None:
             self.pipeline.mark = self.timekeeper.mark
+        # Asked once: to compare an object with a protocol takes longer than a network's answer.
+        self._virtual = self.sensor if isinstance(self.sensor, VirtualSensor) else None
         self.due = next(self.schedule, None)
         self.now_s = 0.0  # the latest time that the sensor has seen
         self._next = next(self.script, None)
@@ -107,14 +113,14 @@ class Device:
     def request(self, message: Contacts | Perform, t_s: float) -> None:
         """Hand a wish of the host to the virtual sensor, effective at `t_s` (never in the past)."""
         self.now_s = max(self.now_s, t_s)
-        if not isinstance(self.sensor, VirtualSensor):
+        if self._virtual is None:
             return
         if isinstance(message, Contacts):
-            self.sensor.touch(message.contacts, self.now_s)
+            self._virtual.touch(message.contacts, self.now_s)
             return
         try:
             at = (message.x, message.y)
-            self.sensor.perform(message.number, message.label, *at, self.now_s)
+            self._virtual.perform(message.number, message.label, *at, self.now_s)
         except SensorError as error:
             _log.warning("performance %d ignored: %s", message.number, error)
 
@@ -214,9 +220,9 @@ class Device:
 
     def _label(self, t_s: float, labels: tuple[str, ...]) -> int:
         """Return the index of what truly happens, as far as the sensor knows."""
-        if not isinstance(self.sensor, VirtualSensor):
+        if self._virtual is None:
             return UNKNOWN
-        label = self.sensor.label(t_s)
+        label = self._virtual.label(t_s)
         return labels.index(label) if label in labels else UNKNOWN
 
     def _send(self, step: Step, rate_hz: float) -> None:
@@ -231,8 +237,8 @@ class Device:
             self._press((), t_ms)
         self.link.send(telemetry(step, rate_hz), t_ms)
         self._tell(step.health, t_ms)
-        if isinstance(self.sensor, VirtualSensor):
-            for truth in self.sensor.truths():
+        if self._virtual is not None:
+            for truth in self._virtual.truths():
                 self.link.send(truth, t_ms)
 
     def _tell(self, found: tuple[str, ...], t_ms: int) -> None:

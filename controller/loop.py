@@ -4,10 +4,12 @@ A `Device` says what happens at one frame. `Loop` says when: on an absolute sche
 or, for a virtual orb whose host asked for it, exactly as far as time is granted.
 """
 
+from __future__ import annotations
+
 import logging
 from collections import deque
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from controller.device import Device, Outlet
 from controller.protocol import (
@@ -21,7 +23,9 @@ from controller.protocol import (
     Perform,
     Piece,
 )  # fmt: skip
-from controller.shelf.clerk import Clerk
+
+if TYPE_CHECKING:
+    from controller.shelf.clerk import Clerk
 
 ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
 GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms

@@ -1,7 +1,6 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -12,6 +11,7 @@ from controller.debounce import NULL, Debouncer
 from controller.health import Health
 from controller.mapping import Mapping
 from controller.preprocess import Frame, Image, Known, Prepared, Preprocessor, State, Window
+from controller.record import record
 from controller.touch import TouchImage
 
 Touch = tuple[float, float]  # (x, y), grid units
@@ -21,7 +21,7 @@ LATER: Final = ("preprocess.answers", "preprocess.answered")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CommandRecord:
     """What the player asked for, and why we think so.
 
@@ -42,7 +42,7 @@ class CommandRecord:
     command: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """What one frame gave.
 

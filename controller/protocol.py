@@ -137,10 +137,10 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from controller import wire
+from controller.record import record
 from controller.seal import SIZE as TAG
 from controller.seal import Seal
 from controller.wire import ProtocolError as ProtocolError
@@ -158,7 +158,7 @@ WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 RESEND_MS = 50  # until a command that is not acknowledged is sent again, at least
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Hello:
     """Host to device, first: who connects. Sent again at any time, it starts a new session.
 
@@ -173,7 +173,7 @@ class Hello:
     granted: bool  # "I shall grant time": virtual devices only
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Offer:
     """Device to host: the answer to Hello; the session in its header is the number from here on."""
 
@@ -182,7 +182,7 @@ class Offer:
     keyed: bool  # every frame from here on is to be sealed
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Deliver:
     """Host to device: there is a bundle for you."""
 
@@ -191,7 +191,7 @@ class Deliver:
     name: str  # of the file, for the log
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Piece:
     """Host to device: some bytes of the bundle."""
 
@@ -199,7 +199,7 @@ class Piece:
     data: bytes  # at most PIECE of them
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Join:
     """Host to device: who it is, and how far it is with the device's commands."""
 
@@ -211,7 +211,7 @@ class Join:
     done: int  # number of the last command that it knows of that one
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Welcome:
     """Device to host: the answer to Join, and what the device is and can do."""
 
@@ -232,21 +232,21 @@ class Welcome:
     done: int = 0  # number of the newest command that will not be sent (again)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Refuse:
     """Device to host, in place of Offer or Welcome: why not, in one sentence."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Bye:
     """Either side, before it closes: why."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Heartbeat:
     """Device to host, ten times a second: alive; clocks as in `controller.echo`; what is held."""
 
@@ -257,7 +257,7 @@ class Heartbeat:
     pressed: tuple[str, ...]  # as in State
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Alive:
     """Host to device, ten times a second and after commands: alive, and what has been taken."""
 
@@ -268,7 +268,7 @@ class Alive:
     missed: int  # how many were missed, since this host first met this device
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Command:
     """The player asked for something. Delivered once, or reported as missed."""
 
@@ -279,7 +279,7 @@ class Command:
     frame: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Numbered(Command):
     """Device to host: a command as it travels."""
 
@@ -288,14 +288,14 @@ class Numbered(Command):
     sent_ms: int  # the device's link clock when it was sent first
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class State:
     """Device to host: everything that is held now; () right after Welcome."""
 
     pressed: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Telemetry:
     """Device to host, one per frame: what the device feels and believes."""
 
@@ -308,7 +308,7 @@ class Telemetry:
     rate_hz: float  # measured
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Truth:
     """Virtual device to host, when a performance has ended: what its hand really did, and when."""
 
@@ -318,14 +318,14 @@ class Truth:
     release_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Granted:
     """Virtual device to host: every packet up to here has been sent before this one."""
 
     until_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Health:
     """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
 
@@ -335,7 +335,7 @@ class Health:
     found: tuple[str, ...]  # sentences, worst first
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Delivery:
     """Device to host: how it stands with the bundle that the host sends."""
 
@@ -344,7 +344,7 @@ class Delivery:
     told: str  # a sentence, or ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Hop:
     """One part of a frame's way through the device, and how long it took, milliseconds."""
 
@@ -354,7 +354,7 @@ class Hop:
     p99_ms: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pace:
     """Device to host, every second: where the time of the latest frames went, milliseconds."""
 
@@ -363,7 +363,7 @@ class Pace:
     hops: tuple[Hop, ...]  # in their order, the last one all of them together
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -374,14 +374,14 @@ class Contact:
     radius_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contacts:
     """Host to virtual device: all fingers that touch now; () lifts them all."""
 
     contacts: tuple[Contact, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Perform:
     """Host to virtual device: let your own hand do this gesture, or "brush" or "rest", now."""
 
@@ -391,7 +391,7 @@ class Perform:
     y: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Grant:
     """Host to virtual device: step exactly to here."""
 
