@@ -52,7 +52,7 @@ def _processes(orders: Sequence[str], workers: int, say: Say) -> Iterator[str]:
                 say(f"a process died (out of memory?); {len(left)} trainings are begun again")
     finally:
         with suppress(Exception):  # nothing of ours stays behind
-            get_reusable_executor().shutdown(wait=False, kill_workers=True)
+            get_reusable_executor().shutdown(wait=True, kill_workers=True)
 
 
 def _numbered(number: int, order: str) -> tuple[int, str]:
