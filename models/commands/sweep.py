@@ -3,6 +3,7 @@
 import argparse
 import hashlib
 import os
+import signal
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -91,6 +92,7 @@ def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
     try:
         found = study.run(sweep, engine, options.say)
     except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
         options.say(f"\nmodels: interrupted; {again}")
         return 1
     except cluster.GoneError as error:

@@ -4,6 +4,7 @@ Only texts travel: a job and its result are JSON, and nothing of ours stays on t
 """
 
 import json
+import logging
 import queue
 import re
 import socket
@@ -56,6 +57,8 @@ def _connected(address: str) -> Any:
     """Return a connection to the scheduler."""
     import distributed
 
+    for name in ("distributed", "distributed.client"):  # what matters is said in our own words
+        logging.getLogger(name).disabled = True
     parts = ADDRESS.fullmatch(address)
     if parts is None:
         raise ClusterError(
@@ -99,7 +102,8 @@ def _check(client: Any, address: str, folders: Sequence[str], say: Say) -> None:
                 "machine, or simulate"
             )
     workers = client.scheduler_info(n_workers=-1)["workers"].values()
-    say(f"{address}: {len(found)} workers, all of this version")
+    many = "s" if len(found) > 1 else ""
+    say(f"{address}: {len(found)} worker{many} of this version")
     if any(worker["nthreads"] > 1 for worker in workers):
         say("some workers have several threads, of which one trains: start them with --nthreads 1")
 
@@ -139,7 +143,7 @@ def _answer(name: str, future: Any) -> str:
     if future.status == "finished":
         return str(future.result(timeout=ANSWER_S))
     if future.status in ("cancelled", "lost"):
-        raise GoneError("the scheduler dropped what was asked for")
+        raise GoneError("the scheduler is gone, or has begun anew")
     error = future.exception(timeout=ANSWER_S)
     if type(error).__name__ == "KilledWorker":
         said = "every worker that tried it died (out of memory?)"

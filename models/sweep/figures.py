@@ -78,7 +78,10 @@ class Point:
 
     def title(self) -> str:
         """Return where it is, in words."""
-        return ", ".join(f"{key} {short(value)}" for key, value in self.at.items()) or "all"
+        return (
+            ", ".join(f"{key} {place(key, value)}" for key, value in self.at.items())
+            or "as they are"
+        )
 
 
 def points(found: Mapping[str, Any]) -> list[Point]:
@@ -164,6 +167,11 @@ def amount(point: Point, axis: str) -> float:
 def numeric(axis: str, values: Sequence[Any]) -> bool:
     """Whether an axis is one of amounts, and so may be drawn as a curve."""
     return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
+
+
+def place(axis: str, value: Any) -> str:
+    """Return a value of an axis for people."""
+    return "all" if axis in LEARNED and not value else short(value)
 
 
 def short(value: Any) -> str:

@@ -36,6 +36,7 @@ def html(found: Mapping[str, Any], times: Mapping[str, Mapping[str, Any]]) -> st
     title = escape(f"Sweep {found['sweep']}")
     parts = [
         _failed(found),
+        words.warning(escape(doubt)) if (doubt := told.few(found, points)) else "",
         *(_curve(found, axis, measure) for axis, values in found["axes"].items()
           if points and figures.numeric(axis, values)),
         _choice(points, measure),
@@ -82,14 +83,14 @@ def _lead(
         best = max(points, key=lambda one: measure.sign() * one.figure.value)
         cards.append(
             words.card(told.score(best.figure.value, measure), escape(measure.words),
-                       f"at most: {escape(best.title())}")
+                       f"at best: {escape(best.title())}")
         )  # fmt: skip
         gap = measure.sign() * (best.random - best.figure.value)
         if best.frames and math.isfinite(best.random):
             gap = best.random - best.frames.value
             cards.append(
                 words.card(
-                    words.points(gap), "promised too much by windows at random", "same place"
+                    words.points(gap), "promised too much by windows at random", "at that point"
                 )
             )
     said = f"{escape(told.held(found))}. Data: {escape(_data(found))}."
@@ -103,8 +104,9 @@ def _data(found: Mapping[str, Any]) -> str:
     if "folders" in data:
         return f"recordings in {', '.join(data['folders'])}"
     return (
-        f"{data['users']} simulated people, {data['sessions']} sessions each of "
-        f"{data['minutes']:g} minutes, {data['preset']}, seed {data['seed']}"
+        f"{words.several(data['users'], 'simulated person', 'simulated people')}, "
+        f"{words.several(data['sessions'], 'session')} of {data['minutes']:g} minutes each, "
+        f"{data['preset']}, seed {data['seed']}"
     )
 
 
@@ -150,7 +152,9 @@ def _series(points: Sequence[Point], axis: str) -> dict[str, list[Point]]:
     """Return the points of each place on the other axes."""
     lines: dict[str, list[Point]] = {}
     for point in points:
-        others = [f"{key} {figures.short(value)}" for key, value in point.at.items() if key != axis]
+        others = [
+            f"{key} {figures.place(key, value)}" for key, value in point.at.items() if key != axis
+        ]
         lines.setdefault(", ".join(others), []).append(point)
     return lines
 
@@ -175,7 +179,7 @@ def _axes(found: Mapping[str, Any], measure: Measure) -> str:
     tables = []
     for axis in axes if len(axes) > 1 else ():
         rows = [
-            (escape(figures.short(p.at[axis])), words.count(p.trainings), _sure(p, measure))
+            (escape(figures.place(axis, p.at[axis])), words.count(p.trainings), _sure(p, measure))
             for p in figures.along(found, axis)
         ]
         tables.append(words.table((escape(axis), "trainings", escape(measure.words)), rows))
@@ -186,29 +190,28 @@ def _every(points: Sequence[Point], measure: Measure) -> str:
     """Return all points, with what they learned from."""
     if not points:
         return ""
-    names = list(points[0].at)
-    framed = points[0].frames is not None
-    head = [*map(escape, names), "users", "sessions", "windows", escape(measure.words)]
-    head += ["frames"] if framed else []
-    head += ["at random", "seeds"]
-    rows = []
-    for point in points:
-        row = [escape(figures.short(point.at[name])) for name in names]
-        row += [f"{point.learned[key]:.3g}" for key in ("users", "sessions")]
-        row += [words.count(point.learned["windows"]), _sure(point, measure)]
-        row += [words.sure_share(point.frames)] if point.frames else []
-        scores = [told.score(one, measure) for one in point.by_seed]
-        spread = (
-            f"{told.score(min(point.by_seed), measure)} … {told.score(max(point.by_seed), measure)}"
-        )
-        rows.append([*row, told.score(point.random, measure), spread if len(scores) > 1 else "–"])
+    axes = list(points[0].at)
+    learned = [key for key in ("users", "sessions", "windows") if key not in axes]
+    head = [*map(escape, axes), *learned, escape(measure.words)]
+    head += [*(["frames"] if points[0].frames else []), "at random", "seeds"]
+    rows = [
+        [
+            *(escape(figures.place(axis, point.at[axis])) for axis in axes),
+            *(words.count(point.learned[key]) for key in learned),
+            _sure(point, measure),
+            *([words.sure_share(point.frames)] if point.frames else []),
+            told.score(point.random, measure).replace(" ", "&nbsp;"),
+            told.spread(point, measure).replace(" ", "&nbsp;"),
+        ]
+        for point in points
+    ]
     below = words.paragraph(
         "Users, sessions and windows are what was learned from. “At random” is the score on "
         "windows drawn at random from those sessions, whose neighbours were learned: what the "
         "paper’s protocol would report. “Seeds” are the worst and best of the repeats; the small "
         "figures are 95 % intervals over those held out, each counted once."
     )
-    return words.section("Every point", words.table(head, rows, text=len(names)), below)
+    return words.section("Every point", words.table(head, rows, text=len(axes)), below)
 
 
 def _sure(point: Point, measure: Measure) -> str:

@@ -1,12 +1,14 @@
 """What a sweep found out, in words and tables of plain text."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from models.intervals import Figure
 from models.sweep import figures
 from models.sweep.choice import FEWEST, Choice, choose
 from models.sweep.figures import MEASURES, Measure, Point
+
+FEW: Final = 6  # people or sessions: of fewer, resampling says too little
 
 
 def table(found: Mapping[str, Any]) -> str:
@@ -25,6 +27,8 @@ def table(found: Mapping[str, Any]) -> str:
             parts.append(_lines([axis, "trainings", f"{measure.words}, all else together"], rows))
     if chosen := choose(points, measure):
         parts.append("\n".join(best(chosen, measure, len(points))))
+    if doubt := few(found, points):
+        parts.append(doubt)
     if lines := failed(found):
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
@@ -42,6 +46,18 @@ def held(found: Mapping[str, Any]) -> str:
     if "folds" in test:
         return f"every {test['by']} held out once, in {test['folds']} folds"
     return f"{test['hold']} {test['by']}{'s' if test['hold'] > 1 else ''} held out, always the same"
+
+
+def few(found: Mapping[str, Any], points: Sequence[Point]) -> str:
+    """Return a warning where too few were held out; "": there were enough."""
+    judged = min((len(point.counts) for point in points), default=FEW)
+    if judged >= FEW:
+        return ""
+    by = f"{found['test']['by']}{'s' if judged > 1 else ''}"
+    return (
+        f"Only {judged} {by} held out: the next ones may be quite different, and the intervals "
+        "are too narrow to say how much; hold out more, or say folds."
+    )
 
 
 def best(chosen: Choice, measure: Measure, count: int) -> list[str]:
@@ -109,21 +125,27 @@ def _between(figure: Figure, times: float, digits: int, unit: str) -> str:
     return f"{value} ({times * figure.low:.{digits}f}–{times * figure.high:.{digits}f})"
 
 
+def spread(point: Point, measure: Measure) -> str:
+    """Return the worst and the best seed of several."""
+    if len(point.by_seed) < 2:
+        return "–"
+    low, high = (score(one, measure) for one in (min(point.by_seed), max(point.by_seed)))
+    return f"{low.removesuffix(' %')}–{high}"
+
+
 def _row(point: Point, measure: Measure) -> list[str]:
     row = [*_at(point), str(point.trainings), sure(point.figure, measure)]
     if point.frames:
         row.append(score(point.frames.value, figures.FRAMES))
-    low, high = min(point.by_seed), max(point.by_seed)
-    spread = f"{score(low, measure)} … {score(high, measure)}" if len(point.by_seed) > 1 else "–"
-    return [*row, score(point.random, measure), spread]
+    return [*row, score(point.random, measure), spread(point, measure)]
 
 
 def _at(point: Point) -> list[str]:
-    return [figures.short(value) for value in point.at.values()]
+    return [figures.place(axis, value) for axis, value in point.at.items()]
 
 
 def _where(job: Mapping[str, Any]) -> str:
-    at = [f"{key} {figures.short(value)}" for key, value in job["at"].items()]
+    at = [f"{key} {figures.place(key, value)}" for key, value in job["at"].items()]
     return ", ".join([*at, f"fold {job['fold'] + 1}"])
 
 
