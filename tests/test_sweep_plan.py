@@ -88,8 +88,10 @@ def test_the_example_that_is_printed_can_be_read() -> None:
         ("[axes]\nseed = []", "line 2: [axes] seed: expected a list of values"),
         ("[axes]\nseed = [1, 1]", "line 2: [axes] seed: a value is there twice"),
         ("[test]\nhold = 2\n[axes]\nusers = [1, 9]", "line 4: [axes] users: 9 cannot be learned "
-         "from: 8 are left beside those held out"),
+         "from: 8 are there beside what is held out"),
         ("[axes]\nsessions = [1, 3]", "line 2: [axes] sessions: 3 cannot be learned from: 2 are"),
+        ("[axes]\nminutes = [1, 4.5]", "line 2: [axes] minutes: 4.5 cannot be learned from: 3 are"),
+        ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: tasks are not judged"),
         ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
         ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: only "
          "simulations have such an axis"),

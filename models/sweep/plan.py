@@ -221,6 +221,8 @@ def _axis(
     keys = ("axes", key)
     if not isinstance(values, list) or not values:
         raise _FaultError(keys, f"expected a list of values, found {kinds.told(values)}")
+    if key == "task":
+        raise _FaultError(keys, "tasks are not judged alike; make a sweep for each")
     section, _, setting = key.rpartition("data.")
     if key.startswith("data.") and not section:
         if setting == "folders" or (setting in SIMULATED and recorded):
@@ -272,7 +274,8 @@ def _known(keys: tuple[str, ...], section: str, key: str, value: Any) -> Any:
 def _enough(plan: Plan) -> None:
     """Refuse to hold out or to learn from more people than are simulated."""
     axes = dict(plan.axes)
-    fewest = {key: min(axes.get(f"data.{key}", (plan.data[key],))) for key in ("users", "sessions")}
+    amounts = ("users", "sessions", "minutes")
+    fewest = {key: min(axes.get(f"data.{key}", (plan.data[key],))) for key in amounts}
     people = fewest["users"]
     units = people if plan.test["by"] == "user" else people * fewest["sessions"]
     held = plan.test.get("hold") or -(-units // plan.test["folds"])
@@ -282,11 +285,11 @@ def _enough(plan: Plan) -> None:
         why = f"{plan.test[key]} is too many of {units} {whom}; say fewer, or simulate more"
         raise _FaultError(("test", key), why)
     left = people - held if plan.test["by"] == "user" else people
-    for key, most in (("users", left), ("sessions", fewest["sessions"])):
+    for key, most in {**fewest, "users": left}.items():
         asked = max(axes.get(key, (plan.train[key],)))
         if asked > most:
             keys = ("axes", key) if key in axes else ("train", key)
-            why = f"{asked} cannot be learned from: {most} are left beside those held out"
+            why = f"{asked:g} cannot be learned from: {most:g} are there beside what is held out"
             raise _FaultError(keys, f"{why}; say fewer, or simulate more")
 
 

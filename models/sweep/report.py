@@ -142,8 +142,10 @@ def _curve(found: Mapping[str, Any], axis: str, measure: Measure) -> str:
             plot.circle((x, plot.y(point.figure.value)), 4.0, f"mark {kind}", says)
         ends.append((some[-1].figure.value, name, f"name {kind}"))
     plot.ends(ends)
-    below = "Bars are 95 % intervals over those held out: the same ones everywhere, so points of "
-    below += "one drawing are more alike, or more different, than overlapping bars make them look."
+    below = (
+        "Bars are 95 % intervals over those held out. They are the same people at every point, so "
+        "a difference may be sure where bars overlap."
+    )
     drawn = words.figure(plot.svg(f"{measure.words} over {axis}"), below)
     return words.section(f"Over {axis}", drawn)
 
