@@ -103,11 +103,13 @@ def _data(found: Mapping[str, Any]) -> str:
     data = found["data"]
     if "folders" in data:
         return f"recordings in {', '.join(data['folders'])}"
-    return (
-        f"{words.several(data['users'], 'simulated person', 'simulated people')}, "
-        f"{words.several(data['sessions'], 'session')} of {data['minutes']:g} minutes each, "
-        f"{data['preset']}, seed {data['seed']}"
-    )
+    varied = [key for key in ("preset", "seed") if f"data.{key}" not in found["axes"]]
+    said = [
+        f"{words.several(data['users'], 'simulated person', 'simulated people')}",
+        f"{words.several(data['sessions'], 'session')} of {data['minutes']:g} minutes each",
+        *(f"{key} {data[key]}" for key in varied),
+    ]
+    return ", ".join(said)
 
 
 def _curve(found: Mapping[str, Any], axis: str, measure: Measure) -> str:
