@@ -69,8 +69,8 @@ class Gestures:
         stirs = _stirs(examples)[null]
         self._touched = self.ends["train"][label != 0]
         self._null = (  # each with how many are drawn of it
-            (null[stirs], round(course.null_share * stirs.sum())),
-            (null[~stirs], round(course.quiet_share * (~stirs).sum())),
+            (null[stirs], round(course.null_share * int(stirs.sum()))),
+            (null[~stirs], round(course.quiet_share * int((~stirs).sum()))),
         )
         self._weights = _weights(label, classes, course).to(device)
 

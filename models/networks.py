@@ -103,7 +103,8 @@ class GestureNet(nn.Module):
             apart = x.view(-1, layer.out_channels, 1, 1, reached.shape[2])
             x = torch.relu(self.norms[number](apart) if self.norms else apart).view(x.shape)
         # Maps first, as the convolutions have it: (batch, maps, images, taxels).
-        return x.unflatten(2, (self.conv2.out_channels, -1)).transpose(1, 2).flatten(1)
+        apart = x.view(len(x), -1, self.conv2.out_channels, self.reach2.shape[2])
+        return apart.transpose(1, 2).flatten(1)
 
 
 class LocationNet(nn.Module):
