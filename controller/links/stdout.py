@@ -106,13 +106,13 @@ def let_go(stream: TextIO) -> None:
 def _line(command: Command, spot: Spot | None, t_ms: int) -> str:
     """Return a command as one JSON object, with numbers that are equal on every machine."""
     touch = command.touch and [round(value, 3) for value in command.touch]
-    fields = {
+    fields: dict[str, object] = {
         "t": t_ms / 1000,
         "gesture": command.label,
         "probability": round(command.probability, 4),
         "touch": touch,
-        "command": command.name,
     }
     if spot is not None and spot.frame == command.frame:
         fields["sigma"] = round(spot.sigma, 3)
+    fields["command"] = command.name
     return json.dumps(fields) + "\n"
