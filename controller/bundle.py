@@ -26,6 +26,7 @@ from controller.mapping import parse as parse_mapping
 from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
 from controller.record import record
+from controller.touch import Spread
 
 FORMAT = 3  # of bundle.toml and of the list of parts
 READABLE = (1, 2, FORMAT)  # form 1 did not say how z is made: by the ratio
@@ -46,7 +47,7 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
     "pitch_mm": (float, 0.1, 1000.0),
     "rate_hz": (float, 0.1, 1000.0),
 }
-_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings)
+_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
 
 
 class BundleError(Mistake, ValueError):
@@ -83,6 +84,7 @@ class Bundle:
         window: Images in a window.
         preprocess: How windows are made.
         debounce: When a gesture counts.
+        spread: How far off the places are that it tells; None: nobody measured it.
         mapping: What each gesture asks for.
         card: Where it comes from: data, accuracy, date, as its maker wrote it.
         gesture_onnx: The network window -> probabilities.
@@ -99,6 +101,7 @@ class Bundle:
     window: int
     preprocess: PreprocessSettings
     debounce: DebounceSettings
+    spread: Spread | None = dataclasses.field(default=None, kw_only=True)
     mapping: Mapping
     card: dict[str, Any]
     gesture_onnx: bytes
@@ -254,6 +257,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         window=window,
         preprocess=preprocess,
         debounce=_settings(DebounceSettings, table, "debounce"),
+        spread=_settings(Spread, table, "location") if "location" in table else None,
         mapping=mapping,
         card=_table(table, "card"),
         gesture_onnx=parts["gesture.onnx"],

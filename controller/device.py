@@ -18,6 +18,7 @@ from controller.protocol import (
     Health,
     Message,
     Perform,
+    Spot,
     State,
     Telemetry,
     quantise_image,
@@ -226,8 +227,13 @@ class Device:
         return labels.index(label) if label in labels else UNKNOWN
 
     def _send(self, step: Step, rate_hz: float) -> None:
-        """Send what a frame gave: the command first, since somebody waits for it."""
+        """Send what a frame gave: the command first, since somebody waits for it.
+
+        How sure its place is comes before, for whoever wants to know when the command comes.
+        """
         t_ms = round(step.t_s * 1000)
+        if step.sigma is not None:
+            self.link.send(Spot(step.frame, step.sigma), t_ms)
         if step.command is not None:
             c = step.command
             command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)

@@ -17,7 +17,7 @@ from controller.touch import TouchImage
 Touch = tuple[float, float]  # (x, y), grid units
 
 # What older recordings do not have in their state; they go on as if it were new.
-LATER: Final = ("preprocess.answers", "preprocess.answered")
+LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
@@ -58,6 +58,8 @@ class Step:
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
         health: What is not as it should be with the sensor, worst first.
+        sigma: Deviation of the touch from where it truly is, of each axis, grid units; None where
+            there is no touch, or nobody measured it.
     """
 
     frame: int
@@ -71,6 +73,7 @@ class Step:
     held: str
     command: CommandRecord | None
     health: tuple[str, ...] = ()
+    sigma: float | None = None
 
 
 class Networks(Protocol):
@@ -107,6 +110,7 @@ class Pipeline:
         self.labels = bundle.labels
         self.mapping = mapping
         self._recognizer = recognizer
+        self._spread = bundle.spread
         settings = bundle.preprocess
         self._preprocessor = Preprocessor(settings, bundle.rows, bundle.columns, known)
         self._debouncer = Debouncer(bundle.labels, bundle.debounce)
@@ -146,13 +150,14 @@ class Pipeline:
         if gesture is not None and (name := self.mapping.command(gesture, touch)) is not None:
             probability = float(probabilities[self.labels.index(gesture)])
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
+        sigma = None if touch is None or not self._spread else self._spread.sigma(self._touch.blur)
         held = self._debouncer.held
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
         health = self._health.step(prepared, self._preprocessor.resting)
         self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            health,
+            health, sigma,
         )  # fmt: skip
 
     @property

@@ -29,7 +29,8 @@ class Course:
         clip: Greatest norm of a gradient; 0: any.
         patience: Epochs without a better one, as a share of all, before training stops; 0: never.
         keep_best: The best epoch on held-out sessions is kept, else the last.
-        null_share: Share of the null windows that each epoch draws; idling teaches little.
+        null_share: Share that each epoch draws of the null windows in which something stirs.
+        quiet_share: Share of those in which nothing does; idling teaches little.
         balance: Weight of a class in the loss: its share of the examples to this negative power.
         label_noise: Deviation of what is added to each true place, grid units.
         robust: Errors beyond this count by their size, not by its square, grid units; 0: none do.
@@ -37,6 +38,8 @@ class Course:
         hidden: Widths of the dense layers.
         strides: Convolutions take longer steps in space and time than the paper's.
         normalised: Layers are normalised over each batch while they learn.
+        coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
+            are faster then (bfloat16); sums are not.
         augmentation: How examples are varied.
     """
 
@@ -52,6 +55,7 @@ class Course:
     patience: float = 0.5
     keep_best: bool = True
     null_share: float = 0.5
+    quiet_share: float = 0.1
     balance: float = 0.5
     label_noise: float = 0.0
     robust: float = 0.0
@@ -59,6 +63,7 @@ class Course:
     hidden: tuple[int, int] = (64, 32)
     strides: bool = True
     normalised: bool = False
+    coarse: bool = False
     augmentation: Augmentation = VARIED
 
     def passes(self, examples: int) -> int:
@@ -134,7 +139,15 @@ class Recipe:
 DEFAULT: Final = Recipe(
     "default",
     # Normalised layers are as good after 12 epochs as others after 30.
-    gesture=Course(epochs=0, steps=30_000, limits=(8, 60), batch=128, rate=8e-3, normalised=True),
+    gesture=Course(
+        epochs=0,
+        steps=15_000,
+        limits=(8, 100),
+        batch=256,
+        rate=1.1e-2,
+        normalised=True,
+        coarse=True,
+    ),
     # Images of touches are few and small, so they may come by often; noise would hide the place.
     location=Course(
         epochs=0,
@@ -165,6 +178,7 @@ PAPER: Final = Recipe(
         patience=0.0,
         keep_best=False,
         null_share=1.0,
+        quiet_share=1.0,
         balance=0.0,
         channels=(16, 32),
         hidden=(128, 64),

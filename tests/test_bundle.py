@@ -13,6 +13,7 @@ import pytest
 from controller import bundle, npz
 from controller.bundle import BundleError
 from controller.recognizer import Recognizer
+from controller.touch import Spread
 
 SHIPPED = bundle.default_path()
 
@@ -111,6 +112,23 @@ def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
     blind = bundle.read(tmp_path / "new.orb")
     assert not blind.locates
     assert Recognizer(blind).touch(golden["images"][0]) is None
+
+
+def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    plain = manifest.decode().split("[location]")[0]
+    for table, spread in (
+        ("", None),
+        ("\n[location]\nfloor = 0.07\nnoise = 3\n", Spread(0.07, 3.0)),
+    ):
+        bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
+        assert bundle.read(tmp_path / "new.orb").spread == spread
+    for table, complaint in (
+        ("\n[location]\nfloor = -1.0\nnoise = 3.0\n", "floor = -1.0 under .location."),
+        ("\n[location]\nfloor = 1.0\n", "another version of this program"),
+    ):
+        with pytest.raises(BundleError, match=complaint):
+            bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
 
 
 @pytest.mark.parametrize(

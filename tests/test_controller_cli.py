@@ -114,7 +114,7 @@ def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
     assert capsys.readouterr().out == first
     lines = [json.loads(line) for line in first.splitlines()]
     assert len(lines) > 5
-    assert list(lines[0]) == ["t", "gesture", "probability", "touch", "command"]
+    assert list(lines[0]) == ["t", "gesture", "probability", "touch", "sigma", "command"]
     assert [(line["command"], line["gesture"], line["t"]) for line in lines] == [
         (command.name, command.label, command.frame / 10) for command in live
     ]

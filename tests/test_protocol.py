@@ -39,6 +39,7 @@ from controller.protocol import (
     Piece,
     ProtocolError,
     Refuse,
+    Spot,
     State,
     Telemetry,
     Truth,
@@ -84,6 +85,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Truth: st.builds(Truth, u32, name, u32, u32),
     Granted: st.builds(Granted, u32),
     Health: st.builds(Health, st.lists(text(120), max_size=8).map(tuple)),
+    Spot: st.builds(Spot, u32, st.floats(0.0, 100.0, width=32)),
     Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
     Perform: st.builds(Perform, u32, name, f32, f32),
     Grant: st.builds(Grant, u32),
@@ -152,6 +154,7 @@ GOLDEN: list[tuple[Message, str]] = [
         Health(("pump", "row 1")),
         "20 15 0100 0200 03000000  02 04 70756d70 05 726f772031",
     ),
+    (Spot(9, 0.5), "20 19 0100 0200 03000000  09000000 0000003f"),
     (
         Contacts((Contact(1, 2.0, 3.0, 4.0, 5.0),)),
         "20 20 0100 0200 03000000  01 0100 00000040 00004040 00008040 0000a040",

@@ -61,6 +61,8 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "location_error": ("grid", (0.09, 0.15)),
     "location_error_on_site": ("grid", None),
     "location_error_off_site": ("grid", (0.09, 0.15)),
+    "location_within_one_sigma": ("1", None),  # 0.68 of errors should be, and 0.95 within two
+    "location_within_two_sigma": ("1", None),
     "calibration_error": ("1", (0.01, 0.01)),
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
@@ -135,6 +137,8 @@ def figures(found: Result) -> dict[str, Figure]:
         "location_error": where.error if where else nowhere,
         "location_error_on_site": where.on_site if where else nowhere,
         "location_error_off_site": where.off_site if where else nowhere,
+        "location_within_one_sigma": _exact(where.within_one if where else math.nan),
+        "location_within_two_sigma": _exact(where.within_two if where else math.nan),
         "calibration_error": _exact(found.calibration.error),
     }
 

@@ -1,0 +1,59 @@
+"""Which examples an epoch of CNN-3D draws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs the [train] extra")
+
+from controller import vocabulary  # noqa: E402
+from models.augment import Symmetry  # noqa: E402
+from models.dataset import Examples  # noqa: E402
+from models.lessons import Gestures, Parts  # noqa: E402
+from models.recipe import DEFAULT, PAPER, Course  # noqa: E402
+
+pytestmark = pytest.mark.train
+
+WINDOW = 10
+QUIET, PRESSED = 1000, 100  # frames; what is pressed lies between two quiet stretches
+COUNT = 2 * QUIET + PRESSED
+IDLE = 0.005
+
+
+def lesson(course: Course) -> Gestures:
+    """A lesson of one press in a long quiet."""
+    rng = np.random.default_rng(1)
+    pressed = slice(QUIET, QUIET + PRESSED)
+    images = (1.0 + 0.006 * rng.standard_normal((COUNT, 5, 5))).astype(np.float32)
+    images[pressed] += 0.1
+    label = np.zeros(COUNT, dtype=np.int64)
+    label[pressed] = 1
+    ends = np.arange(WINDOW - 1, COUNT)
+    idle = np.full(COUNT, IDLE, dtype=np.float32)
+    nowhere = np.full((COUNT, 2), np.nan, dtype=np.float32)
+    examples = Examples(images, label, nowhere, ends, np.zeros(COUNT, dtype=np.int32), idle, WINDOW)
+    none = np.empty(0, dtype=np.int64)
+    symmetry = Symmetry.of(vocabulary.shipped(), 5, 5)
+    parts = Parts(np.arange(len(ends)), none, none)
+    return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"))
+
+
+def drawn(course: Course) -> "tuple[int, int, int]":
+    """How many windows of an epoch are pressed, border on what is pressed, and are quiet."""
+    ends = np.concatenate(list(lesson(course).batches(np.random.default_rng(2))))
+    assert len(np.unique(ends)) == len(ends)
+    away = np.maximum(QUIET - ends, ends - (QUIET + PRESSED - 1))
+    return int((away <= 0).sum()), int(((away > 0) & (away < WINDOW)).sum()), int(
+        (away >= WINDOW).sum()
+    )  # fmt: skip
+
+
+def test_all_that_is_pressed_is_drawn_and_little_of_what_is_quiet() -> None:
+    quiet = 2 * QUIET - 3 * (WINDOW - 1)  # neither before the first window nor beside the press
+    assert drawn(DEFAULT.gesture) == (PRESSED, WINDOW - 1, round(0.1 * quiet))
+
+
+def test_the_paper_s_recipe_draws_everything() -> None:
+    course = replace(PAPER.gesture, strides=True)
+    assert sum(drawn(course)) == COUNT - (WINDOW - 1)
