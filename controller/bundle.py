@@ -84,13 +84,13 @@ class Bundle:
         window: Images in a window.
         preprocess: How windows are made.
         debounce: When a gesture counts.
-        spread: How far off the places are that it tells; None: nobody measured it.
         mapping: What each gesture asks for.
         card: Where it comes from: data, accuracy, date, as its maker wrote it.
         gesture_onnx: The network window -> probabilities.
         location_onnx: The network image -> touch; empty in a bundle that locates nothing.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
+        spread: How far off the places are that it tells; None: nobody measured it.
     """
 
     labels: tuple[str, ...]
@@ -101,13 +101,13 @@ class Bundle:
     window: int
     preprocess: PreprocessSettings
     debounce: DebounceSettings
-    spread: Spread | None = dataclasses.field(default=None, kw_only=True)
     mapping: Mapping
     card: dict[str, Any]
     gesture_onnx: bytes
     location_onnx: bytes
     golden: Golden
     hash: str
+    spread: Spread | None = None
 
     @property
     def locates(self) -> bool:
