@@ -134,7 +134,7 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("format", "format = 4", "update the older one"),
+        ("format", "format = 5", "update the older one"),
         ("rows", "rows = 0", "a whole number from 1 to 30"),
         ("rows", "rows = true", "a whole number"),
         ("rows", "rows = 5.0", "a whole number"),

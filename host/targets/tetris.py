@@ -10,7 +10,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Health, Message, Telemetry
+from controller.protocol import Command, Health, Message, Telemetry, Who
 from host.hops import Hops
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
@@ -173,6 +173,8 @@ class TetrisTarget:
                     self.orb.command(message, now_s)
                 elif isinstance(message, Health):
                     self.orb.health = message.found
+                elif isinstance(message, Who):
+                    self.orb.who(message)
                 return self._go_on() if self.orb.heard() else ()
             case Missed():
                 return ()  # too late to be played

@@ -39,7 +39,9 @@ from models.evaluate import evaluate, summarise, summarise_broken
 from models.intervals import Figure
 from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
+from models.users import study
 
+from . import recognition_users
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -71,7 +73,6 @@ MISSING: Final = {  # name -> why; goals on both presets
     "few_shot_1": "no teaching by few examples yet",
     "few_shot_3": "no teaching by few examples yet",
     "few_shot_5": "no teaching by few examples yet",
-    "user_accuracy": "no network that tells users apart yet",
 }
 
 
@@ -208,6 +209,10 @@ def main() -> None:
             {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
             for name, why in MISSING.items()
         ]
+        who = study.QUICK if arguments.quick else study.Size()
+        results += recognition_users.rows(
+            preset, who, arguments.cache, _say, again=arguments.retrain
+        )
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
