@@ -34,6 +34,7 @@ FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
+REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
 # Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
@@ -283,6 +284,8 @@ def _check_parts(given: set[str], known: Users) -> None:
     wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
     if known.names:
         wanted.add(users.NETWORK)
+    if REHEARSAL in given:
+        wanted.add(REHEARSAL)
     if odd := ", ".join(sorted(wanted ^ given)):
         raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
 
