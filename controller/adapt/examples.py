@@ -21,6 +21,7 @@ TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarters
 SHARE: Final = 0.3
 FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
 LEAST: Final = 2.5  # a touch is so many times as firm as idle frames are restless
+TELLING: Final = 0.4  # of a touch: before, it may still become another gesture, and counts less
 CLEAR: Final = 0.05  # of a frame: closer to an edge, a window may be either
 PACE: Final = 0.2  # deviations, relative: how long it takes, how strong it is
 GAIN: Final = 0.2
@@ -83,8 +84,8 @@ def touched(images: Images) -> tuple[float, float] | None:
 
 def vary(
     example: Example, window: int, copies: int, rng: np.random.Generator
-) -> tuple[Windows, NDArray[np.int8]]:
-    """Return windows of an example as it might have been: 1 where it is made, 0 where nothing is.
+) -> tuple[Windows, NDArray[np.float32]]:
+    """Return windows of an example as it might have been, and how telling each is.
 
     Args:
         example: With its span.
@@ -93,7 +94,8 @@ def vary(
         rng: Draws how they differ.
 
     Returns:
-        Windows (n, window, rows, columns), and which of them end within the gesture, (n,).
+        Windows (n, window, rows, columns); and for each how telling it is of the gesture, 0 ... 1,
+        or -1 where nothing is made, (n,).
     """
     assert example.span is not None
     made, inside = [], []
@@ -105,29 +107,33 @@ def vary(
     for number in range(copies):
         seen, (begin, end) = (images, span)
         if number:
-            seen, (begin, end) = _paced(images, span, rng)
-            seen = _turned(seen, turns, rng, mirrored=example.mirrored)
-            seen = _disturbed(seen, rng)
+            seen, at = paced(images, rng)
+            begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
+            seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
         last = np.arange(window - 1, len(seen))
         clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
         last = last[clear]
         cut = seen[last[:, None] + np.arange(1 - window, 1)]
         made.append(cut.astype(np.float32))
-        inside.append(((last >= begin) & (last < end)).astype(np.int8))
+        telling = np.clip((last - begin) / (TELLING * (end - begin)), 0.0, 1.0)
+        within = (last >= begin) & (last < end)
+        inside.append(np.where(within, telling, -1.0).astype(np.float32))
     return np.concatenate(made), np.concatenate(inside)
 
 
-def _paced(
-    images: Images, span: tuple[float, float], rng: np.random.Generator
-) -> tuple[Images, tuple[float, float]]:
-    """Return the images as if it had been done faster or slower, and read at other instants."""
+def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:
+    """Return images as if all had been done faster or slower, and read at other instants.
+
+    Returns:
+        Images, and where in the given ones each of them lies, in frames, (n,); n is 2 at least.
+    """
     longer = float(np.exp(rng.normal(0.0, PACE)))
-    at = np.arange(rng.uniform(0.0, 1.0), (len(images) - 1) * longer, 1.0) / longer
+    count = max(2, int((len(images) - 1) * longer))
+    at = (rng.uniform(0.0, 1.0) + np.arange(count)) / longer
+    at = np.minimum(at, len(images) - 1.0 - 1e-6 * np.arange(count, 0, -1))
     low = np.minimum(at.astype(np.intp), len(images) - 2)
     part = (at - low).astype(np.float32)[:, None, None]
-    between = images[low] * (1.0 - part) + images[low + 1] * part
-    first = at[0] * longer
-    return between, (span[0] * longer - first, span[1] * longer - first)
+    return np.asarray(images[low] * (1.0 - part) + images[low + 1] * part, np.float32), at
 
 
 def _turned(
@@ -138,7 +144,7 @@ def _turned(
     return np.rot90(images, turns[int(rng.integers(len(turns)))], (1, 2))
 
 
-def _disturbed(images: Images, rng: np.random.Generator) -> Images:
+def vary_images(images: Images, rng: np.random.Generator) -> Images:
     """Return the images with another strength, rest and noise."""
     change = (images - 1.0) * float(np.exp(rng.normal(0.0, GAIN)))
     change += OFFSET * rng.normal(size=images.shape[1:])

@@ -19,9 +19,10 @@ from controller.bundle import Bundle, BundleError
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # windows' worth of copies of a label's examples together
-SHARE: Final = 0.12  # what a label's examples weigh, all that is rehearsed being 1
+REHEARSED: Final = 3  # copies of what is rehearsed
+SHARE: Final = 0.05  # what a label's examples weigh, all that is rehearsed being 1
 AROUND: Final = 0.5  # what surrounds them, times that
-LEAST_KEPT: Final = 0.95  # of the rehearsed windows, named as before
+LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
 
@@ -36,7 +37,7 @@ class Taught:
     Attributes:
         manifest: Its bundle.toml.
         parts: Its other parts, as `controller.bundle.write` takes them.
-        kept: Share of the rehearsed windows of gestures that are named as before.
+        kept: Share of the rehearsed gestures that are taken for the same ones as before.
         learned: Share of the examples' own windows that are named rightly.
     """
 
@@ -62,6 +63,7 @@ def teach(
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
     seed: int = 0,
+    careful: bool = True,
 ) -> Taught:
     """Return a bundle that has learned from examples.
 
@@ -71,6 +73,7 @@ def teach(
         command: What a new gesture asks for: a word or rules (docs/mapping.md); None: nothing.
         note: What the card says of the lesson; by default which gesture from how many examples.
         seed: Of what is drawn: the same lesson gives the same bundle.
+        careful: It is refused where more than a tenth of the rehearsed gestures would be lost.
 
     Raises:
         AdaptError: There is no touch in an example, or the old gestures would suffer.
@@ -88,7 +91,7 @@ def teach(
     labels = (*loaded.labels, *new)
     everybodys = any(one.user == EVERYBODY for one in fresh)
     asked = {one.user for one in fresh} - {EVERYBODY}
-    lesson = _Lesson(loaded, known, labels, seed)
+    lesson = _Lesson(loaded, known, labels, seed, LEAST_KEPT if careful else 0.0)
     content = bundles.content(parts)
     base, answers = dict(known.base), dict[str, NDArray[np.float32]]()
     questions = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
@@ -134,12 +137,14 @@ class _Lesson:
         known: What is rehearsed, and every example.
         labels: The classes from now on.
         seed: Of what is drawn.
+        least_kept: Less may not be kept of what is rehearsed.
     """
 
     bundle: Bundle
     known: Rehearsal
     labels: tuple[str, ...]
     seed: int
+    least_kept: float = LEAST_KEPT
 
     def learn(
         self, model: bytes, base: tuple[int, int] | None, user: str
@@ -150,45 +155,43 @@ class _Lesson:
         except FormError as error:
             raise AdaptError(f"the gesture network {error}") from None
         window = self.bundle.window
-        old, label = self.known.windows(window)
+        rng = np.random.default_rng(self.seed)
+        old, label, touch = self.known.windows(window, REHEARSED, rng)
         if not len(old):
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
         embedded = [taken.embed(old)]
         target = [_one_hot(label, len(self.labels))]
         weight = [np.full(len(old), 1.0 / len(old))]
-        rng = np.random.default_rng(self.seed)
         own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
         spoken: list[tuple[NDArray[np.int64], NDArray[np.bool_]]] = []
         for name in dict.fromkeys(one.label for one in own):
             alike = [one for one in own if one.label == name]
             for one in alike:
-                made, inside = vary(one, window, max(1, COPIES // len(alike)), rng)
-                if name == NULL_LABEL:
-                    inside = np.ones_like(inside)
-                kind = np.where(inside > 0, self.labels.index(name), 0)
+                made, telling = vary(one, window, max(1, COPIES // len(alike)), rng)
+                inside = telling >= 0.0
+                kind = np.where(inside, self.labels.index(name), 0)
                 embedded.append(taken.embed(made))
                 target.append(_one_hot(kind, len(self.labels)))
-                each = np.where(inside > 0, SHARE / max(1, inside.sum()),
-                                SHARE * AROUND / max(1, (1 - inside).sum()))  # fmt: skip
-                weight.append(each / len(alike))
-                spoken.append((kind, inside > 0))
+                each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
+                                AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
+                weight.append(SHARE * each / len(alike))
+                spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
         material = fit.Material(
             embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
         )
         units = fit.fit(material, seed=self.seed)
-        named = _named(taken, material, units)
-        touched = label > 0
-        before = material.logits[: len(old)][touched].argmax(axis=1)
-        kept = _share(named[: len(old)][touched] == before)
-        if kept < LEAST_KEPT:
+        said = _logits(taken, material, units)
+        before = _names(material.logits[: len(old)], touch)
+        kept = _share(_names(said[: len(old)], touch) == before)
+        if kept < self.least_kept:
             raise AdaptError(
-                f"the other gestures would suffer: {kept:.0%} of what is rehearsed of them would "
-                "be named as before; give other examples, or a gesture that is less like them"
+                f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
+                "taken for what they are; give other examples, or a gesture that is less like them"
             )
         kinds = np.concatenate([kind for kind, _ in spoken])
         inside_ = np.concatenate([inside for _, inside in spoken])
-        learned = _share((named[len(old) :] == kinds)[inside_])
+        learned = _share((said[len(old) :].argmax(axis=1) == kinds)[inside_])
         return taken.widened(units), (taken.hidden, taken.classes), (kept, learned)
 
 
@@ -262,7 +265,7 @@ def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
     rng = np.random.default_rng(0)
     for one in fresh:
         made, inside = vary(one, window, 1, rng)
-        found.append(made[inside > 0][-GOLDEN_EACH:])
+        found.append(made[inside >= 0.0][-GOLDEN_EACH:])
     return found
 
 
@@ -271,11 +274,21 @@ def _ask(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.concatenate([run(question[None]) for question in questions])
 
 
-def _named(taken: Taken, material: fit.Material, units: network.Units) -> NDArray[np.int64]:
+def _logits(taken: Taken, material: fit.Material, units: network.Units) -> NDArray[np.float32]:
     hidden = np.maximum(material.embedding @ units.weights.T + units.bias, 0.0)
     logits = hidden @ units.says.T
     logits[:, : taken.classes] += material.logits
-    return np.asarray(logits.argmax(axis=1))
+    return np.asarray(logits)
+
+
+def _names(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return what the mean probability over each touch names, null aside; -1 is no touch."""
+    inside = touch >= 0
+    power = np.exp(logits[inside] - logits[inside].max(axis=1, keepdims=True))
+    power /= power.sum(axis=1, keepdims=True)
+    total = np.zeros((int(touch.max(initial=-1)) + 1, logits.shape[1] - 1))
+    np.add.at(total, touch[inside], power[:, 1:])
+    return np.asarray(1 + total.argmax(axis=1))
 
 
 def _one_hot(kind: NDArray[np.integer], classes: int) -> NDArray[np.float32]:

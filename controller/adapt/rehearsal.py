@@ -15,6 +15,7 @@ since. Without the part, the golden windows are rehearsed, which is better than 
     networks       str (networks,), parts of the bundle
 """
 
+import itertools
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.adapt.examples import TURNS, Example
+from controller.adapt.examples import TURNS, Example, paced, vary_images
 from controller.bundle import REHEARSAL, Bundle
 
 PART: Final = REHEARSAL
@@ -57,14 +58,41 @@ class Rehearsal:
     taught: tuple[Example, ...] = ()
     base: dict[str, tuple[int, int]] = field(default_factory=dict)
 
-    def windows(self, window: int) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Return all windows whose class is known, (n, window, rows, columns), and it, (n,)."""
-        run = np.cumsum(self.first)
-        last = np.arange(window - 1, len(self.images))
-        whole = run[last] == run[last - window + 1]
-        last = last[whole & (self.label[last] != UNCLEAR)]
-        images = from_bytes(self.images)
-        return images[last[:, None] + np.arange(1 - window, 1)], self.label[last].astype(np.int64)
+    def windows(
+        self, window: int, copies: int, rng: np.random.Generator
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]:
+        """Return all windows whose class is known, and more as they might have been.
+
+        Args:
+            window: Images in a window.
+            copies: How many of each stretch; the first is as it was.
+            rng: Draws how they differ.
+
+        Returns:
+            Windows (n, window, rows, columns), their classes (n,), and which touch each belongs
+            to, counted from 0, -1 none, (n,).
+        """
+        stretches = [*np.flatnonzero(self.first).tolist(), len(self.first)]
+        images, label = from_bytes(self.images), self.label
+        windows: list[NDArray[np.float32]] = []
+        classes: list[NDArray[np.int64]] = []
+        touches: list[NDArray[np.int64]] = []
+        count = 0
+        for copy in range(copies):
+            for first, end in itertools.pairwise(stretches):
+                seen, named = images[first:end], label[first:end]
+                if copy and end - first > window:
+                    seen, named = disturbed(seen, named, rng)
+                last = np.arange(window - 1, len(seen))
+                last = last[named[last] != UNCLEAR]
+                kind = named[last].astype(np.int64)
+                touched = kind > 0
+                begins = touched & (np.diff(kind, prepend=0) != 0)
+                windows.append(seen[last[:, None] + np.arange(1 - window, 1)])
+                classes.append(kind)
+                touches.append(np.where(touched, count + np.cumsum(begins) - 1, -1))
+                count += int(begins.sum())
+        return np.concatenate(windows), np.concatenate(classes), np.concatenate(touches)
 
     def pack(self) -> bytes:
         """Return the part."""
@@ -139,6 +167,16 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
         for name, (hidden, known) in zip(a["networks"], a["base"], strict=True)
     }
     return Rehearsal(a["images"], a["label"], a["first"], kept, base)
+
+
+def disturbed(
+    images: NDArray[np.float32], label: NDArray[np.int8], rng: np.random.Generator
+) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+    """Return a stretch as it might have been; where its class changes it is unclear."""
+    seen, at = paced(images, rng)
+    low = np.minimum(at.astype(np.intp), len(label) - 2)
+    same = label[low] == label[low + 1]
+    return vary_images(seen, rng), np.where(same, label[low], UNCLEAR).astype(np.int8)
 
 
 def of_golden(bundle: Bundle) -> Rehearsal:

@@ -40,6 +40,7 @@ from models.intervals import Figure
 from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
 
+from . import recognition_few
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -64,11 +65,9 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "calibration_error": ("1", (0.01, 0.01)),
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
+    **recognition_few.ROWS,
 }
 MISSING: Final = {  # name -> why; goals on both presets
-    "few_shot_1": "no teaching by few examples yet",
-    "few_shot_3": "no teaching by few examples yet",
-    "few_shot_5": "no teaching by few examples yet",
     "user_accuracy": "no network that tells users apart yet",
 }
 
@@ -200,6 +199,8 @@ def main() -> None:
     begun, results = time.process_time(), []
     for preset in PRESETS if arguments.only != "peers" else ():
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
+        few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
+        results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         results += [
             {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
             for name, why in MISSING.items()
