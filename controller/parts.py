@@ -13,12 +13,14 @@ from functools import partial
 from pathlib import Path
 from typing import Final, Protocol, TextIO, runtime_checkable
 
+import numpy as np
+
 from controller import bundle as bundles
 from controller import calibration, sensors, vocabulary
 from controller import key as keys
 from controller import mapping as mappings
 from controller.bluetooth.button import WINDOW_S
-from controller.bundle import Bundle
+from controller.bundle import Bundle, BundleError
 from controller.device import Device, Wish, steady
 from controller.labelling import plan as plans
 from controller.labelling.cues import Cues
@@ -30,7 +32,7 @@ from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
-from controller.preprocess import Known
+from controller.preprocess import Image, Known
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
@@ -318,6 +320,23 @@ def clerk(parts: Parts) -> Clerk | None:
         objection = "this orb was started with a --bundle of its own"
     return Clerk(
         Intake(shelf.folder, objection),
+        lambda path: install(path, shelf, other_sensor=False, tell=_log.info),
+        lambda label, images: _corrected(parts, label, images),
+    )
+
+
+def _corrected(parts: Parts, label: str, images: list[Image]) -> str:
+    """Learn what the latest touch was; return what is in use then, a sentence."""
+    from controller.adapt import correction  # a play without corrections needs none of it
+
+    if label and label not in parts.bundle.labels:
+        raise BundleError(f"there is no gesture {label!r}")
+    shelf = Shelf()
+    return correction.correct(
+        label,
+        np.array(images, dtype=np.float32),
+        parts.bundle.rate_hz,
+        shelf,
         lambda path: install(path, shelf, other_sensor=False, tell=_log.info),
     )
 

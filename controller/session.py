@@ -26,6 +26,7 @@ from controller.protocol import (
     Command,
     Contacts,
     Decoder,
+    Correct,
     Deliver,
     Grant,
     Heartbeat,
@@ -306,7 +307,7 @@ class DeviceSession:
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
-        if isinstance(message, Deliver | Piece):
+        if isinstance(message, Deliver | Piece | Correct):
             return [message]
         if self._welcome.virtual and (
             isinstance(message, Contacts | Perform) or (isinstance(message, Grant) and self.granted)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle as bundles
-from controller import toml_text
 from controller.adapt import rehearsal
 from controller.adapt.rehearsal import Rehearsal
 from controller.bundle import Bundle
@@ -21,8 +20,8 @@ from controller.recordings.recording import Recording
 from models.known import labels_of
 
 FRAMES: Final = 8000  # of a bundle: 13 minutes at 10 Hz, some 120 kB
-STRETCH_S: Final = 4.0
-LEAD_S: Final = 1.3  # before a touch begins: a window, and what is quiet before it
+STRETCH_S: Final = 2.8
+LEAD_S: Final = 1.2  # before a touch begins: a window, and what is quiet before it
 REST: Final = 1.5  # as many stretches without a gesture as these times those with one
 
 
@@ -83,10 +82,12 @@ def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
         BundleError: It would be refused.
         OSError: It cannot be written.
     """
+    import tomli_w
+
     parts = bundles.unpack(source.read_bytes())
     content = {**bundles.content(parts), bundles.REHEARSAL: chosen.pack()}
     table = bundles.manifest(parts[bundles.MANIFEST])
-    bundles.write(out, manifest=toml_text.dumps(table).encode(), parts=content)
+    bundles.write(out, manifest=tomli_w.dumps(table).encode(), parts=content)
     return bundles.read(out)
 
 

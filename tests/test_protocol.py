@@ -21,6 +21,7 @@ from controller.protocol import (
     Contact,
     Contacts,
     Decoder,
+    Correct,
     Deliver,
     Delivery,
     Grant,
@@ -95,6 +96,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Pace: st.builds(Pace, f32, u32, st.lists(hop, max_size=16).map(tuple)),
     Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
     Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
+    Correct: st.builds(Correct, name),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -179,6 +181,7 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
     ),
     (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
+    (Correct("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
 ]
 
 
