@@ -1,6 +1,5 @@
-"""A new gesture from a few examples: it is learned, the old ones stay, and the result is a bundle."""
+"""A new gesture from a few examples is learned, the old ones stay, and a bundle comes of it."""
 
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -24,11 +23,10 @@ DATA = SHIPPED.read_bytes()
 
 
 @pytest.fixture(autouse=True)
-def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rehearse once, not as often as a device does: seconds are enough there, not here."""
     monkeypatch.setattr(lesson, "REHEARSED", 1)
     monkeypatch.setattr(lesson, "COPIES", 60)
-    yield
 
 
 @cache
@@ -154,9 +152,7 @@ def test_a_bundle_without_material_rehearses_its_golden_windows() -> None:
         ((Example("wave", np.ones((20, 5, 5), np.float32)),) * 201, "keeps at most 200"),
     ],
 )
-def test_what_cannot_be_learned_from_is_refused(
-    given: tuple[Example, ...], complaint: str
-) -> None:
+def test_what_cannot_be_learned_from_is_refused(given: tuple[Example, ...], complaint: str) -> None:
     with pytest.raises(AdaptError, match=complaint):
         adapt.teach(DATA, given)
 

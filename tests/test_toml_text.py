@@ -15,9 +15,7 @@ plain = st.one_of(
 )
 values = st.recursive(
     plain,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(words, inner, max_size=3)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(words, inner, max_size=3)),
     max_leaves=12,
 )
 

@@ -2,7 +2,7 @@
 
     python -m controller.adapt.correction BUNDLE OUT LABEL < images.npy
 
-is the process that learns, so that the loop that plays never waits for it. It is nice to all others.
+is the process that learns, so that the loop that plays never waits for it; it is nice to others.
 """
 
 import io

@@ -178,7 +178,12 @@ class _Lesson:
                 spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
         material = fit.Material(
-            embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
+            embedding,
+            taken.logits(embedding),
+            np.concatenate(target),
+            np.concatenate(weight),
+            np.isin(np.array(self.labels), [one.label for one in own])
+            | (np.arange(len(self.labels)) >= taken.classes),
         )
         units = fit.fit(material, seed=self.seed)
         said = _logits(taken, material, units)

@@ -17,8 +17,8 @@ from controller.ends import complain, signals
 from controller.labelling.terminal import keyboard
 from controller.recordings.recording import RecordingError
 from controller.sensors import SensorError
-from controller.simulator.presets import PRESETS
 from controller.shelf import install
+from controller.simulator.presets import PRESETS
 from controller.teaching import TeachError, adding, after, folder, protocols, session
 from controller.teaching.board import summary
 from controller.teaching.session import Lesson, say
