@@ -27,7 +27,6 @@ PACE: Final = 0.2  # deviations, relative: how long it takes, how strong it is
 GAIN: Final = 0.2
 OFFSET: Final = 0.004  # of rest that is not quite true, and of each reading
 NOISE: Final = 0.003
-_TO_SIGMA: Final = 1.4826  # of a normal deviate's median magnitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,17 +102,14 @@ def vary(
     before = np.repeat(example.images[:1], window - 1, axis=0)  # nothing happened before
     images = np.concatenate([before, example.images]).astype(np.float32)
     span = (example.span[0] + window - 1, example.span[1] + window - 1)
-    scatter = noise(example.images[: max(3, int(example.span[0]))])
-    clean = denoised(images, scatter)
     square = images.shape[1] == images.shape[2]
     turns = [k for k in TURNS[example.rotations] if square or k % 2 == 0]
     for number in range(copies):
         seen, (begin, end) = (images, span)
         if number:
-            seen, at = paced(clean, rng)
+            seen, at = paced(images, rng)
             begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
-            seen = _turned(seen, turns, rng, mirrored=example.mirrored)
-            seen = vary_images(seen, rng, scatter)
+            seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
         last = np.arange(window - 1, len(seen))
         clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
         last = last[clear]
@@ -148,28 +144,9 @@ def _turned(
     return np.rot90(images, turns[int(rng.integers(len(turns)))], (1, 2))
 
 
-def noise(images: Images) -> float:
-    """Return how much each reading scatters, z: from frame to frame, where nothing touches."""
-    steps = np.abs(np.diff(images.astype(np.float64), axis=0))
-    return float(_TO_SIGMA * np.median(steps) / np.sqrt(2.0)) if len(steps) else 0.0
-
-
-def denoised(images: Images, scatter: float) -> Images:
-    """Return images without what is no more than noise, so that nobody learns it by heart.
-
-    What fingers do to all taxels together is a sum of few patterns that come and go; those that
-    are no stronger than noise alone makes them (the edge of the law of Marchenko and Pastur) go.
-    """
-    change = (images.astype(np.float64) - 1.0).reshape(len(images), -1)
-    left, strength, right = np.linalg.svd(change, full_matrices=False)
-    edge = scatter * (np.sqrt(change.shape[0]) + np.sqrt(change.shape[1]))
-    kept = np.where(strength > edge, strength, 0.0)
-    return np.asarray(1.0 + ((left * kept) @ right).reshape(images.shape), dtype=np.float32)
-
-
-def vary_images(images: Images, rng: np.random.Generator, scatter: float = 0.0) -> Images:
-    """Return the images with another strength, rest and noise; at least `scatter` of it."""
+def vary_images(images: Images, rng: np.random.Generator) -> Images:
+    """Return the images with another strength, rest and noise."""
     change = (images - 1.0) * float(np.exp(rng.normal(0.0, GAIN)))
     change += OFFSET * rng.normal(size=images.shape[1:])
-    more = float(np.hypot(scatter, NOISE * np.exp(rng.normal())))
+    more = NOISE * float(np.exp(rng.normal()))
     return np.asarray(1.0 + change + more * rng.normal(size=images.shape), dtype=np.float32)

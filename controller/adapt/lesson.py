@@ -146,6 +146,13 @@ class _Lesson:
     seed: int
     least_kept: float = LEAST_KEPT
 
+    def _remembered(self, logits, label):
+        power = np.exp(logits - logits.max(axis=1, keepdims=True))
+        power /= power.sum(axis=1, keepdims=True)
+        more = np.zeros((len(power), len(self.labels)), np.float32)
+        more[:, :power.shape[1]] = power
+        return (SOFT*more + (1-SOFT)*_one_hot(label, len(self.labels))).astype(np.float32)
+
     def learn(
         self, model: bytes, base: tuple[int, int] | None, user: str
     ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
@@ -160,7 +167,7 @@ class _Lesson:
         if not len(old):
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
         embedded = [taken.embed(old)]
-        target = [_one_hot(label, len(self.labels))]
+        target = [self._remembered(taken.logits(embedded[0]), label)]
         weight = [np.full(len(old), 1.0 / len(old))]
         own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
         spoken: list[tuple[NDArray[np.int64], NDArray[np.bool_]]] = []
@@ -182,6 +189,7 @@ class _Lesson:
             taken.logits(embedding),
             np.concatenate(target),
             np.concatenate(weight),
+            np.ones(len(self.labels), dtype=np.bool_) if FREE else
             np.isin(np.array(self.labels), [one.label for one in own])
             | (np.arange(len(self.labels)) >= taken.classes),
         )
@@ -200,6 +208,8 @@ class _Lesson:
         return taken.widened(units), (taken.hidden, taken.classes), (kept, learned)
 
 
+SOFT=1.0
+FREE=True
 def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
     if rehearsal.PART not in parts:
         return rehearsal.of_golden(loaded)
