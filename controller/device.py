@@ -19,6 +19,7 @@ from controller.protocol import (
     Perform,
     State,
     Telemetry,
+    Who,
     quantise_image,
 )
 from controller.recordings.recording import UNKNOWN
@@ -96,6 +97,7 @@ class Device:
         self._pressed: tuple[str, ...] = ()
         self._button = LongPress()
         self._told: tuple[str, ...] = ()  # of the sensor's health
+        self._who: Who | None = None  # whom the host knows of
         self._away_s: float | None = None  # since when the sensor gives no frames
         # The latest images, for whoever says what they were.
         self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * self.sensor.rate_hz)))
@@ -103,6 +105,7 @@ class Device:
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
         self._pressed = self._told = ()
+        self._who = None
         self.lift(t_s)
 
     def lift(self, t_s: float) -> None:
@@ -243,6 +246,7 @@ class Device:
             self._press((), t_ms)
         self.link.send(telemetry(step, rate_hz), t_ms)
         self._tell(step.health, t_ms)
+        self._name(step, t_ms)
         if isinstance(self.sensor, VirtualSensor):
             for truth in self.sensor.truths():
                 self.link.send(truth, t_ms)
@@ -255,6 +259,15 @@ class Device:
                     _log.warning("sensor: %s", line)
             self._told = found
             self.link.send(Health(found), t_ms)
+
+    def _name(self, step: Step, t_ms: int) -> None:
+        """Report who touches, when that changes; nobody knows where nobody is known."""
+        who = Who(step.user, round(step.confidence, 2))
+        if who != self._who and (step.confidence or self._who is not None):
+            if self._who is None or who.user != self._who.user:
+                _log.info("%s", f"{who.user} touches" if who.user else "nobody it knows touches")
+            self._who = who
+            self.link.send(who, t_ms)
 
     def _press(self, pressed: tuple[str, ...], t_ms: int) -> None:
         """Report what is held, when that changes."""

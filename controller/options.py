@@ -117,7 +117,8 @@ def parser() -> argparse.ArgumentParser:
         "--user",
         metavar="ID",
         default="",
-        help="who touches the sensor, for --record: letters and digits",
+        help="who touches the sensor, for --record: letters and digits; and who plays, where the "
+        "bundle knows them (docs/users.md; default: whoever it takes them for)",
     )
     add(
         "--session",

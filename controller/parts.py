@@ -123,6 +123,7 @@ def prepare(options: argparse.Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
     bundle, engine, mapping = _deployed(options)
+    _check_user(options, bundle)
     plan = None if options.cues is None else plans.read(options.cues, bundle.labels)
     if options.label and options.label not in bundle.labels[1:]:
         raise RecordingError(
@@ -189,7 +190,9 @@ def _deployed(options: argparse.Namespace) -> tuple[Bundle, str, Mapping]:
     bundle = bundles.read(path)
     mapping = bundle.mapping
     if options.mapping is not None:
-        mapping = mapping.overridden(mappings.read(options.mapping, bundle.labels))
+        own = mappings.read(options.mapping, bundle.labels)
+        mapping = mapping.overridden(own)
+        bundle = replace(bundle, users=bundle.users.overridden(own))
     return bundle, engine, mapping
 
 
@@ -205,9 +208,20 @@ def _exclude(options: argparse.Namespace) -> None:
     if options.key is not None and options.unprotected:
         raise LinkError("an orb with a key is protected; leave out --key or --unprotected")
     if options.record is None:
-        for name in ("label", "cues", "user"):
+        for name in ("label", "cues"):
             if getattr(options, name):
                 raise RecordingError(f"--{name} is for recordings; add --record")
+
+
+def _check_user(options: argparse.Namespace, bundle: Bundle) -> None:
+    """Refuse to play as somebody who is not enrolled; a recording may be of anybody."""
+    if options.user and options.record is None and options.user not in bundle.users.names:
+        known = ", ".join(bundle.users.names)
+        whom = f"the bundle knows {known}" if known else "the bundle knows nobody (docs/users.md)"
+        raise RecordingError(
+            f"--user {options.user} is for recordings, and for people whom the bundle knows; "
+            f"{whom}; add --record"
+        )
 
 
 def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
@@ -267,7 +281,7 @@ def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
         heartbeat_ms=HEARTBEAT_MS,
         deadman_ms=DEADMAN_MS,
         labels=bundle.labels,
-        commands=mapping.commands,
+        commands=bundle.users.commands(mapping),
     )
 
 
@@ -278,7 +292,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     """Return a device at its first frame; the first one takes the sensor that was checked."""
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
-    pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor)
+    pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
     if isinstance(sensor, Replay):
         return Device(sensor, pipeline, link, sensor.schedule(), live=False)
     tape = None
@@ -403,9 +417,13 @@ def _origin(parts: Parts, sensor: Sensor) -> Origin:
     )
 
 
-def _pipeline(bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor) -> Pipeline:
+def _pipeline(
+    bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
+) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor))
+    if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+        user = sensor.source.origin.user  # as it was said then
+    pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
     if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
         state = sensor.source.state
         if set(state) | set(LATER) != set(pipeline.state()):

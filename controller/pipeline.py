@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from controller.health import Health
 from controller.mapping import Mapping
 from controller.preprocess import Frame, Image, Known, Prepared, Preprocessor, State, Window
 from controller.touch import TouchImage
+from controller.witness import Witness
 
 Touch = tuple[float, float]  # (x, y), grid units
 
@@ -58,6 +59,8 @@ class Step:
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
         health: What is not as it should be with the sensor, worst first.
+        user: Who touched last, "" if that is not known.
+        confidence: How probable that is; 0 where the bundle cannot tell.
     """
 
     frame: int
@@ -71,6 +74,8 @@ class Step:
     held: str
     command: CommandRecord | None
     health: tuple[str, ...] = ()
+    user: str = ""
+    confidence: float = 0.0
 
 
 class Networks(Protocol):
@@ -83,6 +88,17 @@ class Networks(Protocol):
         """Return where an image is touched, (x, y) in grid units; None: cannot tell."""
 
 
+@runtime_checkable
+class Company(Protocol):
+    """Networks that know people; `controller.recognizer.Recognizer` is one."""
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return the probability of each label, by the user's own network where there is one."""
+
+    def people(self, window: Window) -> NDArray[np.float32] | None:
+        """Return how probably each of the people touches, (1 + users,); None: cannot tell."""
+
+
 class Pipeline:
     """The stages of one session, and what they remember of it."""
 
@@ -92,6 +108,7 @@ class Pipeline:
         recognizer: Networks,
         mapping: Mapping,
         known: Known | None = None,
+        player: str = "",
     ) -> None:
         """Join the stages.
 
@@ -100,6 +117,8 @@ class Pipeline:
             recognizer: Its networks.
             mapping: The bundle's, or an override of it.
             known: What a calibration of the sensor found.
+            player: Who touches, where somebody said so; "": nobody did. Whom the bundle does not
+                know counts as nobody.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -114,6 +133,14 @@ class Pipeline:
         self._ratio = settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = Health(settings.rate_hz, ratio=self._ratio, before=before)
+        self._users, self._player = bundle.users, ""
+        self._company: Company | None = None
+        self._witness: Witness | None = None
+        if bundle.users.names and isinstance(recognizer, Company):
+            self._company = recognizer
+            self._player = player if player in bundle.users.names else ""
+            if bundle.tells and not self._player:
+                self._witness = Witness(bundle.users, settings.rate_hz)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
@@ -136,24 +163,37 @@ class Pipeline:
         self.mark()
         probabilities = self._certain.copy()
         if window is not None:
-            probabilities = self._recognizer.probabilities(window)
+            probabilities = self._ask(window)
         self.mark()
         before = self._debouncer.held
         gesture = self._debouncer.step(probabilities)
         released = bool(before) and not self._debouncer.held
         touch = self._place(prepared, null=bool(probabilities[NULL] > 0.5), released=released)
         command = None
-        if gesture is not None and (name := self.mapping.command(gesture, touch)) is not None:
+        table = self._users.mapping(self.user, self.mapping)
+        if gesture is not None and (name := table.command(gesture, touch)) is not None:
             probability = float(probabilities[self.labels.index(gesture)])
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
         held = self._debouncer.held
+        if self._witness is not None:
+            self._watch(self._witness, held, window, busy=bool(probabilities[NULL] < 0.5))
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
         health = self._health.step(prepared, self._preprocessor.resting)
         self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            health,
+            health, self.user, self.confidence,
         )  # fmt: skip
+
+    @property
+    def user(self) -> str:
+        """Who touched last, "" if that is not known."""
+        return self._player if self._witness is None else self._witness.name
+
+    @property
+    def confidence(self) -> float:
+        """How probable that is."""
+        return float(bool(self._player)) if self._witness is None else self._witness.confidence
 
     @property
     def rest(self) -> Frame | None:
@@ -167,6 +207,8 @@ class Pipeline:
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
         }
+        if self._witness is not None:
+            stages["users"] = self._witness.state()
         return {
             f"{s}.{name}": array for s, state in stages.items() for name, array in state.items()
         }
@@ -186,13 +228,28 @@ class Pipeline:
             raise ValueError("the state has a rest image that is not above zero")
         if not 0 <= state["debounce.held"][0] < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not know")
-        stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}}
+        stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}, "users": {}}
         for key, array in state.items():
             stage, _, name = key.partition(".")
             stages[stage][name] = array
         self._preprocessor.restore(stages["preprocess"])
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
+        if self._witness is not None:
+            self._witness.restore(stages["users"])
+
+    def _ask(self, window: Window) -> NDArray[np.float32]:
+        """Return the probability of each label; whom we know is judged by their own network."""
+        if self._company is not None and self.user:
+            return self._company.probabilities(window, self.user)
+        return self._recognizer.probabilities(window)
+
+    def _watch(self, witness: Witness, held: str, window: Window | None, *, busy: bool) -> None:
+        """Ask who makes what is made now; it counts if it turns out to be a gesture that tells."""
+        people = None
+        if window is not None and (held or busy) and self._company is not None:
+            people = self._company.people(window)
+        witness.step(people, counts=held in self._users.gestures)
 
     def _place(self, prepared: Prepared, *, null: bool, released: bool) -> Touch | None:
         """Return where the present touch is; the network is asked only if there is one."""

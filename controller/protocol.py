@@ -48,6 +48,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     22   Delivery    D   state u8, offset u32, told text500
     23   Pace        D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
                          p50_ms f32, p95_ms f32, p99_ms f32
+    24   Who         D   user text40, confidence share
     32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
@@ -376,6 +377,18 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
+class Who:
+    """Device to host: who touches, as far as their touch tells; a convenience, never a proof.
+
+    A snapshot, sent when it changes and once to every new host. A device that knows nobody sends
+    none.
+    """
+
+    user: str  # "": nobody that it knows
+    confidence: float  # how probable that is; without a user, of the most probable one
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -412,7 +425,7 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Health | Delivery | Pace | Contacts | Perform | Grant | Join | Alive
+    | Truth | Granted | Health | Delivery | Pace | Who | Contacts | Perform | Grant | Join | Alive
     | Deliver | Piece | Correct
 )  # fmt: skip
 
@@ -609,6 +622,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (21, Health, (wire.many(wire.text(120), 8),)),
         (22, Delivery, (u8, u32, sentence)),
         (23, Pace, (f32, u32, wire.many(hop, 16))),
+        (24, Who, (name, share)),
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),

@@ -20,7 +20,7 @@ import math
 import re
 from collections.abc import Mapping as AbstractMapping
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from controller.mapping import Mapping, MappingError
@@ -72,6 +72,16 @@ class Users:
         """Return what a user's gestures mean; "" and people without rules have those of all."""
         own = self.mappings.get(user)
         return of_all if own is None else of_all.overridden(own)
+
+    def overridden(self, other: Mapping) -> "Users":
+        """Return these people with the labels of another table in place of their own rules."""
+        own = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
+        return replace(self, mappings=own)
+
+    def commands(self, of_all: Mapping) -> tuple[str, ...]:
+        """Return the commands to announce: what anybody's gestures may ask for."""
+        tables = [of_all, *(self.mapping(name, of_all) for name in self.names)]
+        return tuple(dict.fromkeys(name for table in tables for name in table.commands))
 
 
 NOBODY: Final = Users()

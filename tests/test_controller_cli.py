@@ -210,7 +210,7 @@ def test_an_existing_recording_is_refused_before_anything_runs(
     assert path.read_text() == "precious"
 
 
-@pytest.mark.parametrize("option", ["--label", "--cues", "--user"])
+@pytest.mark.parametrize("option", ["--label", "--cues"])
 def test_what_is_for_recordings_needs_one(option: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert f"{option} is for recordings; add --record" in complaint(capsys, option, "press")
 

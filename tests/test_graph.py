@@ -7,10 +7,10 @@ from contextlib import suppress
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from onnx_writer import array, ints, model, node, number, text, value
 
 from controller import bundle, graph, shapes
 from controller.graph import GraphError
-from tests.onnx_writer import array, ints, model, node, number, text, value
 
 SHIPPED = bundle.read(bundle.default_path())
 

@@ -10,7 +10,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Delivery, Health, Message, Telemetry
+from controller.protocol import Command, Delivery, Health, Message, Telemetry, Who
 from host.correcting import Correcting
 from host.hops import Hops
 from host.orb_view import LinkState, OrbView
@@ -178,6 +178,8 @@ class TetrisTarget:
                     self.orb.health = message.found
                 elif isinstance(message, Delivery):
                     self.correcting.answer(message, now_s)
+                elif isinstance(message, Who):
+                    self.orb.who(message)
                 return self._go_on() if self.orb.heard() else ()
             case Missed():
                 return ()  # too late to be played

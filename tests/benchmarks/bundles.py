@@ -17,25 +17,54 @@ import multiprocessing
 import random
 import resource
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Final
 
-from controller import archive, bundle, engines, shapes
+from controller import archive, bundle, engines, npz, shapes, users
 from controller import graph as graphs
 from controller.bundle import BundleError
 from controller.recognizer import Recognizer
-from tests import people
 
 MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
 DEADLINE_S: Final = 20.0
 BATCH: Final = 250  # mutations for one child
 SHIPPED: Final = bundle.default_path().read_bytes()
-WITH_PEOPLE: Final = people.packed()
 
 Change = Callable[[random.Random, bytes], bytes]
+
+
+def with_people() -> bytes:
+    """Return the shipped bundle with as many people as make its gesture network a user network."""
+    parts = bundle.unpack(SHIPPED)
+    golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
+    golden["people"] = golden["head.ann"] = golden["probabilities"]
+    added = {users.NETWORK: parts["gesture.onnx"], users.head_part("ann"): parts["gesture.onnx"]}
+    table = b"""
+[users]
+names = ["ann", "bob", "cleo", "dan"]
+gestures = ["press", "pinch", "twist_cw", "twist_ccw"]
+temperature = 1.0
+accept = 0.9
+stay = 0.98
+forget_s = 30.0
+heads = ["ann"]
+
+[users.mapping.bob]
+pinch = "hold"
+"""
+    content = {**bundle.content(parts), **added, bundle.GOLDEN: npz.pack(golden)}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "people.orb"
+        bundle.write(path, manifest=parts[bundle.MANIFEST] + table, parts=content)
+        return path.read_bytes()
+
+
+WITH_PEOPLE: Final = with_people()
 
 
 def cut(draw: random.Random, data: bytes) -> bytes:

@@ -6,14 +6,13 @@ pinches only.
 """
 
 import re
-import tempfile
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from onnx_writer import array, model, node, number, text, value
 
 from controller import bundle, npz, users
-from tests.onnx_writer import array, model, node, number, text, value
 
 SHIPPED = bundle.default_path()
 NAMES = ("ann", "bob")
@@ -43,7 +42,9 @@ def dense(weight: Array, bias: Array) -> bytes:
     return model(
         flat, gain, offset,
         node("Reshape", "x flat", "long"),
-        node("Gemm", "long gain offset", "sum", turned),
+        text(5, number(2, 1) + text(8, "one") + text(9, np.ones(1, dtype="<f4").tobytes())),
+        node("Sub", "long one", "felt"),
+        node("Gemm", "felt gain offset", "sum", turned),
         node("Softmax", "sum", "y", text(1, "axis") + number(3, 1) + number(20, 2)),
         value(11, "x", 0, 10, 5, 5), value(12, "y", 0, len(bias)),
     )  # fmt: skip
@@ -51,25 +52,23 @@ def dense(weight: Array, bias: Array) -> bytes:
 
 def answers(weight: Array, bias: Array, windows: Array) -> Array:
     """What `dense` answers, by NumPy."""
-    total = windows.reshape(len(windows), -1) @ weight.T + bias
+    total = (windows.reshape(len(windows), -1) - 1.0) @ weight.T + bias
     power = np.exp(total - total.max(axis=1, keepdims=True))
     return np.asarray(power / power.sum(axis=1, keepdims=True), dtype=np.float32)
 
 
 def left_or_right() -> tuple[Array, Array]:
-    """Weights and bias of the user network; nobody enrolled touches where nothing touches."""
-    side = np.zeros((3, 10, 5, 5))
-    side[1, :, :, :2] = side[2, :, :, 3:] = 2.0
-    weight = np.asarray(side.reshape(3, 250), dtype=np.float32)
-    rest = -weight.sum(axis=1)
-    return weight, np.asarray([rest[0] + 3.0, *rest[1:]], dtype=np.float32)
+    """Weights and bias of the user network; nobody enrolled touches where little is felt."""
+    side = np.zeros((3, 10, 5, 5), dtype=np.float32)
+    side[1, :, :, :2] = side[2, :, :, 3:] = -1.0  # a touch takes capacitance
+    return side.reshape(3, 250), np.array([0.5, 0.0, 0.0], dtype=np.float32)
 
 
 def pinches() -> tuple[Array, Array]:
     """Weights and bias of Ann's gesture network: whatever is deep anywhere is a pinch."""
     weight = np.zeros((5, 250), dtype=np.float32)
-    weight[2] = 1.0
-    return weight, np.array([10.0, 0.0, -250.0, 0.0, 0.0], dtype=np.float32)
+    weight[2] = -1.0
+    return weight, np.array([20.0, 0.0, 0.0, 0.0, 0.0], dtype=np.float32)
 
 
 def manifest(table: str = TABLE) -> bytes:
@@ -93,12 +92,6 @@ def write(path: Path, table: str = TABLE) -> Path:
     """Write a bundle that knows Ann and Bob."""
     bundle.write(path, manifest=manifest(table), parts=parts())
     return path
-
-
-def packed() -> bytes:
-    """Its bytes."""
-    with tempfile.TemporaryDirectory() as folder:
-        return write(Path(folder) / "people.orb").read_bytes()
 
 
 def _int64(*numbers: int) -> bytes:
