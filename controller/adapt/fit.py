@@ -27,14 +27,12 @@ class Material:
         logits: What the network answers as it was trained, (n, old classes).
         target: What it shall answer, (n, classes), each row summing to 1.
         weight: How much each window counts, (n,).
-        free: Which answers may change; what is said of the others stays as it is, (classes,).
     """
 
     embedding: Values
     logits: Values
     target: Values
     weight: NDArray[np.float64]
-    free: NDArray[np.bool_]
 
 
 def fit(material: Material, *, units: int = UNITS, steps: int = STEPS, seed: int = 0) -> Units:
@@ -70,7 +68,6 @@ def fit(material: Material, *, units: int = UNITS, steps: int = STEPS, seed: int
         logits[:, :old] += material.logits[batch]
         power = np.exp(logits - logits.max(axis=1, keepdims=True))
         off = (power / power.sum(axis=1, keepdims=True) - material.target[batch]) / BATCH
-        off[:, ~material.free] = 0.0
         back = (off @ says.T) * (hidden > 0.0)
         gradients = (x.T @ back, back.sum(axis=0), hidden.T @ off, off.sum(axis=0))
         rate = 0.5 * RATE * (1.0 + np.cos(np.pi * step / steps))

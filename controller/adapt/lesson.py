@@ -146,13 +146,6 @@ class _Lesson:
     seed: int
     least_kept: float = LEAST_KEPT
 
-    def _remembered(self, logits, label):
-        power = np.exp(logits - logits.max(axis=1, keepdims=True))
-        power /= power.sum(axis=1, keepdims=True)
-        more = np.zeros((len(power), len(self.labels)), np.float32)
-        more[:, :power.shape[1]] = power
-        return (SOFT*more + (1-SOFT)*_one_hot(label, len(self.labels))).astype(np.float32)
-
     def learn(
         self, model: bytes, base: tuple[int, int] | None, user: str
     ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
@@ -163,11 +156,12 @@ class _Lesson:
             raise AdaptError(f"the gesture network {error}") from None
         window = self.bundle.window
         rng = np.random.default_rng(self.seed)
-        old, label, touch = self.known.windows(window, REHEARSED, rng)
+        old, touch = self.known.windows(window, REHEARSED, rng)
         if not len(old):
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
         embedded = [taken.embed(old)]
-        target = [self._remembered(taken.logits(embedded[0]), label)]
+        # It shall go on answering what it answers: a label knows nothing of how sure one can be.
+        target = [_probabilities(taken.logits(embedded[0]), len(self.labels))]
         weight = [np.full(len(old), 1.0 / len(old))]
         own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
         spoken: list[tuple[NDArray[np.int64], NDArray[np.bool_]]] = []
@@ -185,13 +179,7 @@ class _Lesson:
                 spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
         material = fit.Material(
-            embedding,
-            taken.logits(embedding),
-            np.concatenate(target),
-            np.concatenate(weight),
-            np.ones(len(self.labels), dtype=np.bool_) if FREE else
-            np.isin(np.array(self.labels), [one.label for one in own])
-            | (np.arange(len(self.labels)) >= taken.classes),
+            embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
         )
         units = fit.fit(material, seed=self.seed)
         said = _logits(taken, material, units)
@@ -208,8 +196,6 @@ class _Lesson:
         return taken.widened(units), (taken.hidden, taken.classes), (kept, learned)
 
 
-SOFT=1.0
-FREE=True
 def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
     if rehearsal.PART not in parts:
         return rehearsal.of_golden(loaded)
@@ -299,11 +285,17 @@ def _logits(taken: Taken, material: fit.Material, units: network.Units) -> NDArr
 def _names(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return what the mean probability over each touch names, null aside; -1 is no touch."""
     inside = touch >= 0
-    power = np.exp(logits[inside] - logits[inside].max(axis=1, keepdims=True))
-    power /= power.sum(axis=1, keepdims=True)
     total = np.zeros((int(touch.max(initial=-1)) + 1, logits.shape[1] - 1))
-    np.add.at(total, touch[inside], power[:, 1:])
+    np.add.at(total, touch[inside], _probabilities(logits[inside], logits.shape[1])[:, 1:])
     return np.asarray(1 + total.argmax(axis=1))
+
+
+def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.float32]:
+    """Return the softmax of logits, (n, classes); classes that they do not know have 0."""
+    power = np.exp(logits - logits.max(axis=1, keepdims=True))
+    told = np.zeros((len(logits), classes), dtype=np.float32)
+    told[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
+    return told
 
 
 def _one_hot(kind: NDArray[np.integer], classes: int) -> NDArray[np.float32]:

@@ -60,7 +60,7 @@ class Rehearsal:
 
     def windows(
         self, window: int, copies: int, rng: np.random.Generator
-    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]:
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return all windows whose class is known, and more as they might have been.
 
         Args:
@@ -69,13 +69,12 @@ class Rehearsal:
             rng: Draws how they differ.
 
         Returns:
-            Windows (n, window, rows, columns), their classes (n,), and which touch each belongs
-            to, counted from 0, -1 none, (n,).
+            Windows (n, window, rows, columns), and which gesture each belongs to, counted from 0,
+            -1 none, (n,).
         """
         stretches = [*np.flatnonzero(self.first).tolist(), len(self.first)]
         images, label = from_bytes(self.images), self.label
         windows: list[NDArray[np.float32]] = []
-        classes: list[NDArray[np.int64]] = []
         touches: list[NDArray[np.int64]] = []
         count = 0
         for copy in range(copies):
@@ -89,10 +88,9 @@ class Rehearsal:
                 touched = kind > 0
                 begins = touched & (np.diff(kind, prepend=0) != 0)
                 windows.append(seen[last[:, None] + np.arange(1 - window, 1)])
-                classes.append(kind)
                 touches.append(np.where(touched, count + np.cumsum(begins) - 1, -1))
                 count += int(begins.sum())
-        return np.concatenate(windows), np.concatenate(classes), np.concatenate(touches)
+        return np.concatenate(windows), np.concatenate(touches)
 
     def pack(self) -> bytes:
         """Return the part."""
