@@ -299,7 +299,7 @@ def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.floa
 
 
 def _one_hot(kind: NDArray[np.integer], classes: int) -> NDArray[np.float32]:
-    return np.eye(classes, dtype=np.float32)[kind]
+    return np.asarray(np.eye(classes, dtype=np.float32)[kind])
 
 
 def _share(right: NDArray[np.bool_]) -> float:

@@ -136,9 +136,10 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
         fits = (
             a["images"].shape == (frames, *grid)
             and a["taught"].shape == (taught, *grid)
-            and (a["images"].dtype, a["taught"].dtype) == (np.uint8, np.uint8)
+            and all(a[name].dtype == np.uint8 for name in ("images", "taught"))
             and a["label"].shape == a["first"].shape == (frames,)
-            and (a["label"].dtype, a["first"].dtype) == (np.int8, np.bool_)
+            and a["label"].dtype == np.int8
+            and a["first"].dtype == np.bool_
             and bool(((a["label"] >= UNCLEAR) & (a["label"] < classes)).all())
             and int(a["taught_frames"].sum()) == taught
             and bool((a["taught_frames"] > 0).all())
@@ -191,7 +192,7 @@ def of_golden(bundle: Bundle) -> Rehearsal:
 def to_bytes(images: NDArray[np.floating]) -> Bytes:
     """Return z as bytes, as telemetry has it: steps of 0.005, from 0.36 to 1.635."""
     steps = np.rint((images.astype(np.float64) - 1.0) * STEPS_PER_Z) + UNTOUCHED
-    return np.clip(steps, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(steps, 0, 255), dtype=np.uint8)
 
 
 def from_bytes(images: Bytes) -> NDArray[np.float32]:

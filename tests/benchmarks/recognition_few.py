@@ -196,7 +196,7 @@ def _alarms(tallies: list[Tally]) -> Figure:
 
 def _of(outcomes: list[Outcome], label: str) -> float:
     mine = [one.after for one in outcomes if one.after.name.startswith(f"{label} ")]
-    return sum(t.named[-1, -1] for t in mine) / max(1, sum(t.named[-1].sum() for t in mine))
+    return float(sum(t.named[-1, -1] for t in mine) / max(1, sum(t.named[-1].sum() for t in mine)))
 
 
 def main() -> None:
