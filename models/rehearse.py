@@ -33,7 +33,7 @@ def choose(
     Args:
         bundle: Names the stages' settings and the classes.
         recordings: Labelled; each is asked for a few stretches.
-        frames: How many frames are kept, at most.
+        frames: How many frames are kept, about.
         seed: Of what is drawn.
 
     Raises:

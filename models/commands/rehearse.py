@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=options.whole(100, MOST),
         default=FRAMES,
         metavar="N",
-        help=f"frames to keep at most (default: {FRAMES}, some 120 kB)",
+        help=f"frames to keep, about (default: {FRAMES}, some 120 kB)",
     )
 
 

@@ -68,7 +68,7 @@ class Size:
     """
 
     users: int = 10
-    draws: int = 2
+    draws: int = 1
     minutes: float = 6.0
 
 
