@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
+from bench import FINGER, Bench
 
 from controller import bundle as bundles
 from controller.adapt import AdaptError, correction
-from controller.protocol import DECLINED, IN_USE, PROVING, Correct, Delivery
+from controller.protocol import DECLINED, IN_USE, PROVING, Contacts, Correct, Delivery, Telemetry
 from controller.shelf.clerk import Clerk
 from controller.shelf.intake import Intake
 from controller.shelf.shelf import Entry, Shelf, name_of
@@ -124,3 +125,36 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     keys.answer(Delivery(IN_USE, 0, "learned: that was pinch"), 31.0)
     assert keys.told(32.0) == "learned: that was pinch"
     assert keys.told(40.0) == ""
+
+
+def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
+    """It never waits: the clerk answers at once, and ends the loop when it has learned."""
+    given: list[tuple[str, int]] = []
+
+    class Patient(Clerk):
+        polled = 0
+
+        def __init__(self) -> None:
+            self.switched = False
+
+        def correct(self, message: Correct, images: list[np.ndarray]) -> Delivery:
+            given.append((message.label, len(images)))
+            return Delivery(PROVING, 0, "learning")
+
+        def poll(self) -> Delivery | None:
+            if not given:
+                return None
+            self.polled += 1
+            if self.polled < 20:
+                return None
+            self.switched = True
+            return Delivery(IN_USE, 0, "learned")
+
+    bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correct("pinch")))
+    bench.loop._clerk = Patient()
+    bench.run(20.0)
+    assert given == [("pinch", 40)]  # four seconds of images
+    said = bench.messages(Delivery)
+    assert said == [Delivery(PROVING, 0, "learning"), Delivery(IN_USE, 0, "learned")]
+    frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
+    assert frames == list(range(1, len(frames) + 1))  # none was missed meanwhile
