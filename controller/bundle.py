@@ -38,6 +38,7 @@ READABLE = (1, 2, 3, FORMAT)
 RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
+REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
 # Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
@@ -293,6 +294,8 @@ def _check_parts(given: set[str], known: Users) -> None:
     wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
     if known.names:
         wanted.add(users.NETWORK)
+    if REHEARSAL in given:
+        wanted.add(REHEARSAL)
     if odd := ", ".join(sorted(wanted ^ given)):
         raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.bluetooth.button import LongPress
 from controller.labelling import UNKNOWN
 from controller.pipeline import Pipeline, Step
-from controller.preprocess import Frame
+from controller.preprocess import Frame, Image
 from controller.protocol import (
     Command,
     Contacts,
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from controller.labelling.cues import Cue
     from controller.tape import Tape
     from controller.timekeeper import Timekeeper
+
+RECENT_S: Final = 4.0  # of images are kept: what a correction may be about
 
 _log = logging.getLogger("controller")
 
@@ -103,6 +106,8 @@ class Device:
         self._told: tuple[str, ...] = ()  # of the sensor's health
         self._who: Who | None = None  # whom the host knows of
         self._away_s: float | None = None  # since when the sensor gives no frames
+        # The latest images, for whoever says what they were.
+        self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * self.sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
@@ -164,6 +169,8 @@ class Device:
         if self.timekeeper is not None:
             self.timekeeper.mark()
         step = self.pipeline.step(frame, t_s, number)
+        if step.ready:
+            self.recent.append(step.image)
         if self.tape is not None:
             self._keep(self.tape, frame, step)
         self._send(step, rate_hz)
@@ -171,6 +178,11 @@ class Device:
             self.timekeeper.mark()
             self.timekeeper.finish(number)
         return step
+
+    def note(self, kind: str, text: str) -> None:
+        """Note in the recording what happens now, where there is one."""
+        if self.tape is not None:
+            self.tape.mark(self.now_s, kind, text)
 
     def untimed(self) -> None:
         """Stop asking where the time goes: it is granted, and nobody's own."""

@@ -15,6 +15,7 @@ from controller.device import Device, Outlet
 from controller.protocol import (
     Bye,
     Contacts,
+    Correct,
     Deliver,
     Grant,
     Granted,
@@ -136,6 +137,11 @@ class Loop:
                 self._link.send(self._clerk.take(message), self._now_ms())
         elif self.device is None:
             return
+        elif isinstance(message, Correct):
+            if self._clerk is not None:
+                self.device.note("correct", message.label or "take back")
+                images = list(self.device.recent)
+                self._link.send(self._clerk.correct(message, images), self._now_ms())
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped, and the next host's begins anew
                 self.device.lift(self._elapsed_s())

@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TextIO, runtime_checkable
 
+import numpy as np
+
 from controller import __version__, sensors
 from controller import bundle as bundles
 from controller import mapping as mappings
@@ -26,7 +28,7 @@ from controller.mapping import Mapping
 from controller.mistake import Mistake
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
-from controller.preprocess import Known
+from controller.preprocess import Image, Known
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
@@ -332,7 +334,11 @@ def clerk(parts: Parts) -> Clerk | None:
         )
     elif parts.options.bundle is not None:
         objection = "this orb was started with a --bundle of its own"
-    return Clerk(Intake(shelf.folder, objection), partial(_install, shelf))
+    return Clerk(
+        Intake(shelf.folder, objection),
+        partial(_install, shelf),
+        partial(_corrected, parts, shelf),
+    )
 
 
 def _install(shelf: Shelf, path: Path) -> str:
@@ -340,6 +346,21 @@ def _install(shelf: Shelf, path: Path) -> str:
     from controller.shelf.install import install
 
     return install(path, shelf, other_sensor=False, tell=_log.info)
+
+
+def _corrected(parts: Parts, shelf: Shelf, label: str, images: list[Image]) -> str:
+    """Learn what the latest touch was; return what is in use then, a sentence."""
+    from controller.adapt import correction  # a play without corrections needs none of it
+
+    if label and label not in parts.bundle.labels:
+        raise bundles.BundleError(f"there is no gesture {label!r}")
+    return correction.correct(
+        label,
+        np.array(images, dtype=np.float32),
+        parts.bundle.rate_hz,
+        shelf,
+        partial(_install, shelf),
+    )
 
 
 def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:

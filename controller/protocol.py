@@ -59,6 +59,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     36   Alive       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
     48   Deliver     H   digest octets32, size u32, name text64
     49   Piece       H   offset u32, data octets1000
+    50   Correct     H   label text40
     ==== =========== === ================================================================
 
     bool is u8, 0 or 1. size is u8 >= 1, span is u16 >= 1 (milliseconds). f32 is finite; share is an
@@ -124,6 +125,10 @@ Deliveries
     it has all and proves it; 2 when the bundle is in use, before it ends the session to begin anew
     with it; 3 when it does not take it, and why. What it has outlives the session, so a host that
     comes back says Deliver again and goes on. Only a link that proves who is there takes any.
+
+    Correct(label) says what the latest touch was ("null": no gesture; "": take the last correction
+    back). The device learns it beside its play, with the same answers: Delivery 1 while it learns,
+    then 2 or 3.
 
 Granted time
     A host that says ``granted`` in Join owns the clock of a virtual device: Grant(t) lets it step
@@ -199,6 +204,13 @@ class Piece:
 
     offset: int  # of the first
     data: bytes  # at most PIECE of them
+
+
+@record
+class Correct:
+    """Host to device: what the latest touch was, as its player says; learn it."""
+
+    label: str  # of Welcome.labels; "": take the last correction back
 
 
 @record
@@ -423,7 +435,7 @@ class Grant:
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
     | Truth | Granted | Health | Delivery | Pace | Who | Spot | Contacts | Perform | Grant | Join
-    | Alive | Deliver | Piece
+    | Alive | Deliver | Piece | Correct
 )  # fmt: skip
 
 
@@ -628,6 +640,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (36, Alive, (u32, u32, u32, u32, u32)),
         (48, Deliver, (wire.octets(32), u32, text)),
         (49, Piece, (u32, wire.octets(PIECE))),
+        (50, Correct, (name,)),
     )  # fmt: skip
     records = {number: wire.Record(message, kinds) for number, message, kinds in table}
     return {message: (number, records[number]) for number, message, _ in table}, records

@@ -20,6 +20,7 @@ from controller.protocol import (
     Command,
     Contact,
     Contacts,
+    Correct,
     Decoder,
     Deliver,
     Delivery,
@@ -99,6 +100,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Who: st.builds(Who, name, share),
     Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
     Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
+    Correct: st.builds(Correct, name),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -185,6 +187,7 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
     ),
     (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
+    (Correct("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
 ]
 
 

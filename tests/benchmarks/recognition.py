@@ -41,7 +41,7 @@ from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
 from models.users import study
 
-from . import recognition_users
+from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -68,11 +68,7 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "calibration_error": ("1", (0.01, 0.01)),
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
-}
-MISSING: Final = {  # name -> why; goals on both presets
-    "few_shot_1": "no teaching by few examples yet",
-    "few_shot_3": "no teaching by few examples yet",
-    "few_shot_5": "no teaching by few examples yet",
+    **recognition_few.ROWS,
 }
 
 
@@ -205,10 +201,8 @@ def main() -> None:
     begun, results = time.process_time(), []
     for preset in PRESETS if arguments.only != "peers" else ():
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
-        results += [
-            {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
-            for name, why in MISSING.items()
-        ]
+        few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
+        results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = study.QUICK if arguments.quick else study.Size()
         results += recognition_users.rows(
             preset, who, arguments.cache, _say, again=arguments.retrain
