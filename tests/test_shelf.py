@@ -23,7 +23,7 @@ def variant(folder: Path, number: int) -> Path:
     """A bundle that differs from the shipped one in its card."""
     parts = bundles.unpack(SHIPPED.read_bytes())
     path = folder / f"{number}.orb"
-    text = parts[bundles.MANIFEST] + f'\nvariant = "{number}"\n'.encode()
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", f'[card]\nvariant = "{number}"\n'.encode())
     bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
     return path
 
