@@ -1,7 +1,7 @@
 """One training of a sweep: read, hold out, train as `models train` does, and judge what was held.
 
-Three parts never share a session: what is learned from, what chooses the epoch, and what is
-judged. The first two are split as `models train` splits them.
+What is judged shares no session with the rest, and decides nothing. The rest is split as `models
+train` splits it: some of it chooses the epoch.
 """
 
 import json
