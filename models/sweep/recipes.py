@@ -6,7 +6,8 @@ from typing import Any
 
 from models.recipe import RECIPES, Recipe
 from models.sweep import kinds
-from models.sweep.plan import KINDS, NETWORKS, nearest
+from models.sweep.plan import nearest
+from models.sweep.settings import KINDS, NETWORKS
 
 
 def allow(recipe: str, key: str, value: Any) -> Any:

@@ -1,7 +1,7 @@
 """One training of a sweep: read, hold out, train as `models train` does, and judge what was held.
 
-Three parts never share a session: what is learned from, what chooses the epoch, and what is
-judged. The first two are split as `models train` splits them.
+What is judged shares no session with the rest, and decides nothing. The rest is split as `models
+train` splits it: some of it chooses the epoch.
 """
 
 import json
@@ -25,7 +25,7 @@ from models.recipe import DEFAULT, RECIPES, Recipe
 from models.simulate import generate
 from models.splitting import Split
 from models.sweep import people, recipes
-from models.sweep.plan import KINDS, data_set
+from models.sweep.settings import KINDS, data_set
 
 KEPT: Final = 2  # data sets that a process remembers; jobs of one set come after one another
 # A GPU adds up in another order, and so does each kind of it: results would hang on the place.
