@@ -46,7 +46,8 @@ from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.shelf import proof
-from tests.benchmarks import litert
+
+from . import litert
 
 Array = NDArray[np.float64]
 Rows = dict[str, Array | str]
