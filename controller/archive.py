@@ -16,7 +16,8 @@ from collections.abc import Mapping, Sequence
 _LOCAL = struct.Struct("<4s5H3L2H")
 _CENTRAL = struct.Struct("<4s6H3L5H2L")
 _END = struct.Struct("<4s4H2LH")
-_SIZE = 7  # field of the local header
+_SIZE, _LENGTH = 7, 9  # fields of the local header: of the part, of its name
+_MOST = 64  # parts
 _VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980 = 20, 0, 0, 0, 0x21
 _UNIX, _FILE = 3 << 8, (stat.S_IFREG | 0o644) << 16
 
@@ -40,25 +41,50 @@ def pack(parts: Mapping[str, bytes]) -> bytes:
     return bytes(body + directory + end)
 
 
+def names(data: bytes) -> tuple[str, ...]:
+    """Return the names of the parts, as the file says; whether it is whole `unpack` finds out.
+
+    Raises:
+        ArchiveError: It does not begin like anything that `pack` writes.
+    """
+    found: list[str] = []
+    offset = 0
+    while data[offset : offset + 4] == b"PK\3\4" and len(data) >= offset + _LOCAL.size:
+        header = _LOCAL.unpack_from(data, offset)
+        size, length = header[_SIZE], header[_LENGTH]
+        offset += _LOCAL.size
+        title = data[offset : offset + length]
+        if not title.isascii() or len(found) == _MOST:
+            break
+        found.append(title.decode())
+        offset += length + size
+    if not found:
+        raise _damaged()
+    return tuple(found)
+
+
 def unpack(data: bytes, names: Sequence[str]) -> dict[str, bytes]:
     """Return the parts of these names, in this order.
 
     Raises:
         ArchiveError: The file is not exactly what `pack` makes of such parts.
     """
-    damaged = ArchiveError("is damaged, or something else; copy it again from where it came")
     parts: dict[str, bytes] = {}
     offset = 0
     for name in names:
         start = offset + _LOCAL.size + len(name.encode())
         if len(data) < start:
-            raise damaged
+            raise _damaged()
         offset, size = start, _LOCAL.unpack_from(data, offset)[_SIZE]
         parts[name] = data[start : start + size]
         offset += size
     if pack(parts) != data:
-        raise damaged
+        raise _damaged()
     return parts
+
+
+def _damaged() -> ArchiveError:
+    return ArchiveError("is damaged, or something else; copy it again from where it came")
 
 
 def sums(parts: Mapping[str, bytes], but: str) -> bytes:

@@ -1,7 +1,9 @@
 """What is deployed: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-It is a zip in the one form that `controller/archive.py` knows, so a bit that changed anywhere is
-found. The hash proves integrity; authenticity comes from whoever copied the file.
+A bundle that knows people (`controller/users.py`) has the user network besides, and, for whoever
+wants one, a gesture network of their own. It is a zip in the one form that `controller/archive.py`
+knows, so a bit that changed anywhere is found. The hash proves integrity; authenticity comes from
+whoever copied the file.
 """
 
 import dataclasses
@@ -11,31 +13,37 @@ import os
 import re
 import stat
 import tomllib
+from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass
-from importlib.resources import files
+from dataclasses import field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from controller import archive, npz
+from controller import archive, users
+from controller import golden as goldens
 from controller.debounce import DebounceSettings
+from controller.golden import Golden, GoldenError
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
+from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
+from controller.record import record
 from controller.touch import Spread
+from controller.users import NOBODY, Users, UsersError
 
-FORMAT = 3  # of bundle.toml and of the list of parts
-READABLE = (1, 2, FORMAT)  # form 1 did not say how z is made: by the ratio
+FORMAT = 4  # of bundle.toml and of the list of parts
+# Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
+READABLE = (1, 2, 3, FORMAT)
+RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
+REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
-PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file
+PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
 # Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
-_OLD_CONTENT = ("gesture.onnx", "gesture.npz", "location.onnx", "location.npz", GOLDEN)
-_OLD_PARTS = (MANIFEST, *_OLD_CONTENT, SUMS)
+_DROPPED = ("gesture.npz", "location.npz")
+_OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
 
 _LABEL = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain fields
@@ -48,28 +56,11 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
 _Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
 
 
-class BundleError(ValueError):
+class BundleError(Mistake, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
-class Golden:
-    """What the networks answered when they were made; the device asks them again.
-
-    Attributes:
-        windows: Questions to the gesture network, (n, window, rows, columns), z.
-        probabilities: Its answers, (n, classes).
-        images: Questions to the location network, (m, rows, columns), z.
-        touches: Its answers, (m, 2), x and y in grid units.
-    """
-
-    windows: NDArray[np.float32]
-    probabilities: NDArray[np.float32]
-    images: NDArray[np.float32]
-    touches: NDArray[np.float32]
-
-
-@dataclass(frozen=True)
+@record
 class Bundle:
     """A bundle that was read and found whole.
 
@@ -82,13 +73,16 @@ class Bundle:
         window: Images in a window.
         preprocess: How windows are made.
         debounce: When a gesture counts.
-        spread: How far off the places are that it tells; None: nobody measured it.
         mapping: What each gesture asks for.
         card: Where it comes from: data, accuracy, date, as its maker wrote it.
         gesture_onnx: The network window -> probabilities.
         location_onnx: The network image -> touch; empty in a bundle that locates nothing.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
+        spread: How far off the places are that it tells; None: nobody measured it.
+        users: Whom it knows, and what for.
+        user_onnx: The network window -> who; empty in a bundle that cannot tell.
+        heads: Users' own networks window -> probabilities, by name.
     """
 
     labels: tuple[str, ...]
@@ -99,23 +93,34 @@ class Bundle:
     window: int
     preprocess: PreprocessSettings
     debounce: DebounceSettings
-    spread: Spread | None = dataclasses.field(default=None, kw_only=True)
     mapping: Mapping
     card: dict[str, Any]
     gesture_onnx: bytes
     location_onnx: bytes
     golden: Golden
     hash: str
+    spread: Spread | None = None
+    users: Users = NOBODY
+    user_onnx: bytes = b""
+    heads: AbstractMapping[str, bytes] = field(default_factory=dict)
 
     @property
     def locates(self) -> bool:
         """Whether it says where a touch is."""
         return bool(self.location_onnx)
 
+    @property
+    def tells(self) -> bool:
+        """Whether it says who touches."""
+        return bool(self.user_onnx)
+
 
 def default_path() -> Path:
     """Return where the bundle is that ships with the program."""
-    return Path(str(files("models") / "orbtouch.orb"))
+    models = find_spec("models")  # `importlib.resources` would import what unpacks zip files
+    assert models is not None
+    assert models.origin is not None
+    return Path(models.origin).with_name("orbtouch.orb")
 
 
 def read(path: Path) -> Bundle:
@@ -141,18 +146,21 @@ def parse(data: bytes) -> Bundle:
 
 
 def unpack(data: bytes) -> dict[str, bytes]:
-    """Return the parts of a bundle's file, by name, those of `PARTS` among them.
+    """Return the parts of a bundle's file, by name: `PARTS`, and users' networks.
 
     Raises:
         ArchiveError: They are not as they were packed.
     """
-    try:
-        parts = archive.unpack(data, PARTS)
-    except archive.ArchiveError:
-        parts = archive.unpack(data, _OLD_PARTS)
+    names = archive.names(data)
+    parts = archive.unpack(data, _OLD_PARTS if names == _OLD_PARTS else _in_order(names))
     if archive.sums(parts, SUMS) != parts[SUMS]:
         raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
-    return parts
+    return {name: data for name, data in parts.items() if name not in _DROPPED}
+
+
+def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
+    """Return the parts that `write` takes, of those that `unpack` gives."""
+    return {name: data for name, data in parts.items() if name not in (MANIFEST, SUMS)}
 
 
 def manifest(text: bytes) -> dict[str, Any]:
@@ -184,15 +192,17 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
     Args:
         path: Where to; `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
-        parts: The bytes of each name in `CONTENT`.
+        parts: The bytes of each name in `CONTENT`, and of users' networks by the names that
+            `controller/users.py` gives them, as far as the manifest says so.
 
     Raises:
         BundleError: The result would be refused by `read`.
         OSError: The file cannot be written.
     """
-    if set(parts) != set(CONTENT):
+    if not set(CONTENT) <= set(parts):
         raise BundleError(f"a bundle has the parts {', '.join(CONTENT)}, not {', '.join(parts)}")
-    whole = {MANIFEST: manifest, **{name: parts[name] for name in CONTENT}}
+    given = {MANIFEST: manifest, SUMS: b"", **parts}
+    whole = {name: given[name] for name in _in_order(given)}
     whole[SUMS] = archive.sums(whole, SUMS)
     data = archive.pack(whole)
     try:
@@ -241,7 +251,16 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
     located = bool(parts["location.onnx"])
-    if not located and not all(rules[-1:] == rules for rules in mapping.rules.values()):
+    try:
+        known = users.parse(table.get("users"), labels)
+        _check_parts(set(content(parts)), known)
+        golden = goldens.read(
+            parts[GOLDEN], (window, rows, columns), len(labels), located=located, users=known,
+            told=bool(parts.get(users.NETWORK)), most=MAX_BYTES,
+        )  # fmt: skip
+    except (UsersError, GoldenError) as error:
+        raise BundleError(str(error)) from None
+    if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
         raise BundleError("maps gestures by their place, but has no network that tells it")
     return Bundle(
         labels=labels,
@@ -257,9 +276,34 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         card=_table(table, "card"),
         gesture_onnx=parts["gesture.onnx"],
         location_onnx=parts["location.onnx"],
-        golden=_golden(parts[GOLDEN], window, rows, columns, len(labels), located),
+        golden=golden,
         hash=digest,
+        users=known,
+        user_onnx=parts.get(users.NETWORK, b""),
+        heads={name: parts[users.head_part(name)] for name in known.heads},
     )
+
+
+def _everywhere(mapping: Mapping) -> bool:
+    """Whether no rule asks where a touch is."""
+    return all(rules[-1:] == rules for rules in mapping.rules.values())
+
+
+def _check_parts(given: set[str], known: Users) -> None:
+    """Refuse parts that nobody would look at, and the lack of others."""
+    wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
+    if known.names:
+        wanted.add(users.NETWORK)
+    if REHEARSAL in given:
+        wanted.add(REHEARSAL)
+    if odd := ", ".join(sorted(wanted ^ given)):
+        raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
+
+
+def _in_order(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the parts of a file in the one order that they have there."""
+    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users.NETWORK, name))
+    return (MANIFEST, *CONTENT, *own, SUMS)
 
 
 def _labels(value: Any) -> tuple[str, ...]:
@@ -317,33 +361,3 @@ def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Setti
         return kind(**checked)
     except ValueError as error:
         raise BundleError(f"has under [{name}] {error}") from None
-
-
-def _golden(
-    data: bytes, window: int, rows: int, columns: int, classes: int, located: bool
-) -> Golden:
-    """Return the golden vectors, of the shapes that the manifest promises."""
-    try:
-        arrays = npz.unpack(data, MAX_BYTES)
-    except npz.NpzError as error:
-        raise BundleError(f"has golden vectors whose file {error}") from None
-    shapes = {
-        "windows": (window, rows, columns),
-        "probabilities": (classes,),
-        "images": (rows, columns),
-        "touches": (2,),
-    }
-    if set(arrays) != set(shapes):
-        raise BundleError(f"has golden vectors {', '.join(arrays)}, not {', '.join(shapes)}")
-    for name, shape in shapes.items():
-        array = arrays[name]
-        if array.dtype != np.float32 or array.shape[1:] != shape or not np.isfinite(array).all():
-            raise BundleError(
-                f"has golden {name} of {array.dtype} {array.shape}; "
-                f"expected are finite float32 (n, {', '.join(map(str, shape))})"
-            )
-    golden = Golden(**arrays)
-    asked = [(golden.windows, golden.probabilities, True), (golden.images, golden.touches, located)]
-    if any(len(q) != len(answers) or bool(len(q)) != wanted for q, answers, wanted in asked):
-        raise BundleError("has golden questions and answers that are not equally many")
-    return golden

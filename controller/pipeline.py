@@ -1,8 +1,7 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,9 @@ from controller.debounce import NULL, Debouncer
 from controller.health import Health
 from controller.mapping import Mapping
 from controller.preprocess import Frame, Image, Known, Prepared, Preprocessor, State, Window
+from controller.record import record
 from controller.touch import TouchImage
+from controller.witness import Witness
 
 Touch = tuple[float, float]  # (x, y), grid units
 
@@ -21,7 +22,7 @@ LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CommandRecord:
     """What the player asked for, and why we think so.
 
@@ -42,7 +43,7 @@ class CommandRecord:
     command: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """What one frame gave.
 
@@ -60,6 +61,8 @@ class Step:
         health: What is not as it should be with the sensor, worst first.
         sigma: Deviation of the touch from where it truly is, of each axis, grid units; None where
             there is no touch, or nobody measured it.
+        user: Who touched last, "" if that is not known.
+        confidence: How probable that is; 0 where the bundle cannot tell.
     """
 
     frame: int
@@ -74,6 +77,8 @@ class Step:
     command: CommandRecord | None
     health: tuple[str, ...] = ()
     sigma: float | None = None
+    user: str = ""
+    confidence: float = 0.0
 
 
 class Networks(Protocol):
@@ -86,6 +91,17 @@ class Networks(Protocol):
         """Return where an image is touched, (x, y) in grid units; None: cannot tell."""
 
 
+@runtime_checkable
+class Company(Protocol):
+    """Networks that know people; `controller.recognizer.Recognizer` is one."""
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return the probability of each label, by the user's own network where there is one."""
+
+    def people(self, window: Window) -> NDArray[np.float32] | None:
+        """Return how probably each of the people touches, (1 + users,); None: cannot tell."""
+
+
 class Pipeline:
     """The stages of one session, and what they remember of it."""
 
@@ -95,6 +111,7 @@ class Pipeline:
         recognizer: Networks,
         mapping: Mapping,
         known: Known | None = None,
+        player: str = "",
     ) -> None:
         """Join the stages.
 
@@ -103,6 +120,8 @@ class Pipeline:
             recognizer: Its networks.
             mapping: The bundle's, or an override of it.
             known: What a calibration of the sensor found.
+            player: Who touches, where somebody said so; "": nobody did. Whom the bundle does not
+                know counts as nobody.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
@@ -118,6 +137,14 @@ class Pipeline:
         self._ratio = settings.normalise == "ratio"
         before = None if known is None else known.rest
         self._health = Health(settings.rate_hz, ratio=self._ratio, before=before)
+        self._users, self._player = bundle.users, ""
+        self._company: Company | None = None
+        self._witness: Witness | None = None
+        if bundle.users.names and isinstance(recognizer, Company):
+            self._company = recognizer
+            self._player = player if player in bundle.users.names else ""
+            if bundle.tells and not self._player:
+                self._witness = Witness(bundle.users, settings.rate_hz)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
@@ -140,25 +167,38 @@ class Pipeline:
         self.mark()
         probabilities = self._certain.copy()
         if window is not None:
-            probabilities = self._recognizer.probabilities(window)
+            probabilities = self._ask(window)
         self.mark()
         before = self._debouncer.held
         gesture = self._debouncer.step(probabilities)
         released = bool(before) and not self._debouncer.held
         touch = self._place(prepared, null=bool(probabilities[NULL] > 0.5), released=released)
         command = None
-        if gesture is not None and (name := self.mapping.command(gesture, touch)) is not None:
+        table = self._users.mapping(self.user, self.mapping)
+        if gesture is not None and (name := table.command(gesture, touch)) is not None:
             probability = float(probabilities[self.labels.index(gesture)])
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
         sigma = None if touch is None or not self._spread else self._spread.sigma(self._touch.blur)
         held = self._debouncer.held
+        if self._witness is not None:
+            self._watch(self._witness, held, window, busy=bool(probabilities[NULL] < 0.5))
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
         health = self._health.step(prepared, self._preprocessor.resting)
         self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            health, sigma,
+            health, sigma, self.user, self.confidence,
         )  # fmt: skip
+
+    @property
+    def user(self) -> str:
+        """Who touched last, "" if that is not known."""
+        return self._player if self._witness is None else self._witness.name
+
+    @property
+    def confidence(self) -> float:
+        """How probable that is."""
+        return float(bool(self._player)) if self._witness is None else self._witness.confidence
 
     @property
     def rest(self) -> Frame | None:
@@ -172,6 +212,8 @@ class Pipeline:
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
         }
+        if self._witness is not None:
+            stages["users"] = self._witness.state()
         return {
             f"{s}.{name}": array for s, state in stages.items() for name, array in state.items()
         }
@@ -191,13 +233,28 @@ class Pipeline:
             raise ValueError("the state has a rest image that is not above zero")
         if not 0 <= state["debounce.held"][0] < len(self.labels):
             raise ValueError("the state holds a gesture that the bundle does not know")
-        stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}}
+        stages: dict[str, State] = {"preprocess": {}, "debounce": {}, "touch": {}, "users": {}}
         for key, array in state.items():
             stage, _, name = key.partition(".")
             stages[stage][name] = array
         self._preprocessor.restore(stages["preprocess"])
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
+        if self._witness is not None:
+            self._witness.restore(stages["users"])
+
+    def _ask(self, window: Window) -> NDArray[np.float32]:
+        """Return the probability of each label; whom we know is judged by their own network."""
+        if self._company is not None and self.user:
+            return self._company.probabilities(window, self.user)
+        return self._recognizer.probabilities(window)
+
+    def _watch(self, witness: Witness, held: str, window: Window | None, *, busy: bool) -> None:
+        """Ask who makes what is made now; it counts if it turns out to be a gesture that tells."""
+        people = None
+        if window is not None and (held or busy) and self._company is not None:
+            people = self._company.people(window)
+        witness.step(people, counts=held in self._users.gestures)
 
     def _place(self, prepared: Prepared, *, null: bool, released: bool) -> Touch | None:
         """Return where the present touch is; the network is asked only if there is one."""

@@ -1,4 +1,9 @@
-"""From window to probabilities and from image to touch: a bundle's networks, proved before use."""
+"""From window to probabilities, from image to touch, and from window to who touches.
+
+A bundle's networks, proved before use.
+"""
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +18,14 @@ TOLERANCE = 1e-5  # greatest difference from a golden answer: processors round d
 
 
 class Recognizer:
-    """The two networks of a bundle, proved with its golden vectors before they are used.
+    """The networks of a bundle, proved with its golden vectors before they are used.
 
     Attributes:
         engine: Name and version of what runs them, for recordings.
     """
 
     def __init__(self, bundle: Bundle, engine: str = "") -> None:
-        """Load both networks and ask them the golden questions.
+        """Load the networks and ask them the golden questions.
 
         Args:
             bundle: What was read.
@@ -42,10 +47,36 @@ class Recognizer:
         if bundle.locates:
             self._location = _network("location", bundle.location_onnx, asked[1:], 2, engine)
             _prove("location", self._location, golden.images, golden.touches)
+        self._people: Network | None = None
+        if bundle.tells:
+            outputs = 1 + len(bundle.users.names)
+            self._people = _network("user", bundle.user_onnx, asked, outputs, engine)
+            _prove("user", self._people, golden.windows, golden.people)
+        heads: dict[str, Network] = {}
+        for user, model in bundle.heads.items():
+            heads[user] = _network(f"gesture-{user}", model, asked, classes, engine)
+            _prove(f"gesture-{user}", heads[user], golden.windows, golden.heads[user])
+        self._heads: Mapping[str, Network] = heads
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
-        """Return the probability of each label, (classes,), for a window of z images."""
-        answer: NDArray[np.float32] = self._gesture(window[None])[0]
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return the probability of each label, (classes,), for a window of z images.
+
+        Args:
+            window: The latest images.
+            user: Whose own network to ask, where there is one.
+        """
+        network = self._heads.get(user, self._gesture)
+        answer: NDArray[np.float32] = network(window[None])[0]
+        return answer
+
+    def people(self, window: Window) -> NDArray[np.float32] | None:
+        """Return how probably each of the people touches, (1 + users,), anybody else first.
+
+        None where the bundle cannot tell.
+        """
+        if self._people is None:
+            return None
+        answer: NDArray[np.float32] = self._people(window[None])[0]
         return answer
 
     def touch(self, image: Image) -> tuple[float, float] | None:

@@ -11,7 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol import Command, Contact, Hop, Telemetry, Welcome, image_from_bytes
+from controller.protocol import Command, Contact, Hop, Telemetry, Welcome, Who, image_from_bytes
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
 LinkState = Literal["connecting", "live", "stale", "lost"]
@@ -50,6 +50,8 @@ class OrbView:
         hops: How long frames take: in the orb, from its schedule to here, to the screen.
         period_ms: From frame to frame in the orb; 0 while it has not said.
         health: What is wrong with the sensor, worst first; stands in the hint's place.
+        user: Who touches, as far as the device can tell; "" nobody that it knows.
+        sure: How probable that is; 0 where it knows nobody at all.
     """
 
     link: LinkState = "connecting"
@@ -66,6 +68,8 @@ class OrbView:
     hops: tuple[Hop, ...] = ()
     period_ms: float = 0.0
     health: tuple[str, ...] = ()
+    user: str = ""
+    sure: float = 0.0
     history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
@@ -90,6 +94,7 @@ class OrbView:
         self.probabilities = self._target.copy()
         self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
         self.health = ()
+        self.user, self.sure = "", 0.0
         self.trace.clear()
 
     def telemetry(self, message: Telemetry, now_s: float) -> None:
@@ -102,6 +107,10 @@ class OrbView:
             self._target = np.asarray(message.probabilities, np.float32)
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
+
+    def who(self, message: Who) -> None:
+        """Take whom the device believes to touch it."""
+        self.user, self.sure = message.user, message.confidence
 
     def command(self, message: Command, now_s: float) -> None:
         """Remember a command for the list."""

@@ -93,6 +93,11 @@ class Panel:
             kind = "virtual" if view.welcome.virtual else "real"
             tint = theme.ACCENT_COOL if view.welcome.virtual else theme.ACCENT
             self._pill(surface, kind, tint, (left + name.get_width() + self._unit.px(10), middle))
+        if view.sure and view.link == "live":
+            who = f"{view.user} {view.sure:.0%}" if view.user else "who is it?"
+            label = self._unit.text(who, 17, theme.ACCENT if view.user else theme.TEXT_DIM)
+            at = self.rect.right - self._unit.px(18), middle + self._unit.px(21)
+            surface.blit(label, label.get_rect(midright=at))
         state, colour = _LINK[view.link]
         right = self.rect.right - self._unit.px(18)
         label = self._unit.text(state, 20, colour)

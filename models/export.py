@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 
-from controller import bundle
+from controller import bundle, users
 from controller.bundle import Bundle
 from controller.debounce import DebounceSettings
 from controller.preprocess import PreprocessSettings
@@ -94,8 +94,17 @@ def no_location(rows: int, columns: int) -> Part:
     return Part(b"", images, np.empty((0, 2), dtype=np.float32))
 
 
-def write_bundle(path: Path, manifest: dict[str, Any], gesture: Part, location: Part) -> None:
+def write_bundle(
+    path: Path, manifest: dict[str, Any], gesture: Part, location: Part, people: Part | None = None
+) -> None:
     """Write a bundle, complete or not at all.
+
+    Args:
+        path: Where to.
+        manifest: What bundle.toml says; it has a table [users] where there are people.
+        gesture: CNN-3D.
+        location: CNN-2D.
+        people: The user network, asked what the gesture network was asked.
 
     Raises:
         BundleError: It would be refused when it is read.
@@ -106,15 +115,11 @@ def write_bundle(path: Path, manifest: dict[str, Any], gesture: Part, location: 
         "images": location.questions,
         "touches": location.answers,
     }
-    bundle.write(
-        path,
-        manifest=tomli_w.dumps(manifest).encode(),
-        parts={
-            "gesture.onnx": gesture.onnx,
-            "location.onnx": location.onnx,
-            "golden.npz": _npz(golden),
-        },
-    )
+    parts = {"gesture.onnx": gesture.onnx, "location.onnx": location.onnx}
+    if people is not None:
+        golden["people"], parts[users.NETWORK] = people.answers, people.onnx
+    parts[bundle.GOLDEN] = _npz(golden)
+    bundle.write(path, manifest=tomli_w.dumps(manifest).encode(), parts=parts)
 
 
 def manifest(

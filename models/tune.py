@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle
-from controller.bundle import CONTENT, MANIFEST, Bundle
+from controller.bundle import MANIFEST, Bundle
 from controller.debounce import DebounceSettings
 from controller.events import Answer, judge
 from controller.touch import Spread
@@ -198,8 +198,7 @@ def write(
     if far is not None:
         table["location"] = dataclasses.asdict(far)
     table["card"] = {**card, "tuned": said}
-    content = {name: parts[name] for name in CONTENT}
-    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=content)
+    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
     return bundle.read(path)
 
 

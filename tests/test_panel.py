@@ -16,6 +16,7 @@ from controller.protocol import (
     Contact,
     Telemetry,
     Welcome,
+    Who,
     quantise_image,
 )
 from host import cards, orb_view, sprites
@@ -128,6 +129,15 @@ def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
     assert view.heard()
     assert (view.link, view.reason) == ("live", "")
     assert not view.heard()
+
+
+def test_who_touches_is_shown_and_forgotten_with_the_session(surface: pygame.Surface) -> None:
+    view = live_view()
+    nobody = pygame.image.tobytes(drawn(view, surface), "RGB")
+    view.who(Who("ann", 0.97))
+    assert pygame.image.tobytes(drawn(view, surface), "RGB") != nobody
+    view.connected(WELCOME)
+    assert (view.user, view.sure) == ("", 0.0)
 
 
 def test_commands_are_remembered_up_to_the_length_of_the_list() -> None:

@@ -20,6 +20,7 @@ from controller.protocol import (
     Command,
     Contact,
     Contacts,
+    Correct,
     Decoder,
     Deliver,
     Delivery,
@@ -44,6 +45,7 @@ from controller.protocol import (
     Telemetry,
     Truth,
     Welcome,
+    Who,
     encode,
     image_from_bytes,
     is_ahead,
@@ -95,8 +97,10 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Alive: st.builds(Alive, u32, u32, u32, u32, u32),
     Delivery: st.builds(Delivery, u8, u32, reason),
     Pace: st.builds(Pace, f32, u32, st.lists(hop, max_size=16).map(tuple)),
+    Who: st.builds(Who, name, share),
     Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
     Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
+    Correct: st.builds(Correct, name),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -177,11 +181,13 @@ GOLDEN: list[tuple[Message, str]] = [
         Pace(100.0, 7, (Hop("scan", 1.0, 1.0, 2.0),)),
         "20 17 0100 0200 03000000  0000c842 07000000 01 04 7363616e 0000803f 0000803f 00000040",
     ),
+    (Who("ann", 1.0), "20 18 0100 0200 03000000  03 616e6e 0000803f"),
     (
         Deliver(b"\1\2", 258, "my.orb"),
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
     ),
     (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
+    (Correct("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
 ]
 
 

@@ -1,4 +1,4 @@
-"""A link that nobody answers: commands and cues as JSON lines on the standard output."""
+"""A link that nobody answers: commands, cues and who touches, as JSON lines."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from controller.links import Access, LinkError
-from controller.protocol import Command, Message, Spot, Welcome
+from controller.protocol import Command, Message, Spot, Welcome, Who
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 
@@ -49,11 +49,14 @@ class StdoutLink:
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Print a Command and how sure its place is; all else is not meant for readers."""
+        """Print a Command, how sure its place is, and who touches; nothing else is for readers."""
         if isinstance(message, Spot):
             self._spot = message
-        if isinstance(message, Command):
+        elif isinstance(message, Command):
             self._print(_line(message, self._spot, t_ms))
+        elif isinstance(message, Who):
+            said = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
+            self._print(json.dumps(said) + "\n")
 
     def say(self, plain: Mapping[str, object]) -> None:
         """Print plain data that is no message, such as a cue."""

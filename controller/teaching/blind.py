@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundle import Bundle, Golden
+from controller.bundle import Bundle
 from controller.debounce import NULL, DebounceSettings
+from controller.golden import Golden
 from controller.mapping import Mapping
 from controller.pipeline import Pipeline, Touch
 from controller.preprocess import Image, PreprocessSettings, Window

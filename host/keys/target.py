@@ -11,7 +11,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Health, Message, State, Telemetry
+from controller.protocol import Command, Health, Message, State, Telemetry, Who
 from host.keys.backends import BackendError
 from host.keys.injector import Injector, Printer, Sender
 from host.keys.mapping import Arm, KeyMap, KeyMapError, Kind
@@ -132,6 +132,8 @@ class KeysTarget:
                 self.pressed.state(held, now_s)
             case Health(found=found):
                 self.orb.health = found
+            case Who():
+                self.orb.who(message)
             case Telemetry():
                 self.orb.telemetry(message, now_s)
                 if message.gesture:

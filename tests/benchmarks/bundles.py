@@ -2,12 +2,13 @@
 
     python -m tests.benchmarks.bundles [--count N] [--seed N] [--json]
 
-Each mutation is made of the shipped bundle: cut short, bits flipped, pieces swapped or repeated,
-parts exchanged, numbers in the ONNX files made hostile, and then, for half of them, all sums made
-right again, as somebody would who means harm. Each is read, walked and proved as
-`controller install` does it; time and memory are bounded from outside, by a child that may use
-512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through; what
-is accepted after it was hashed anew must be a network within the limits: a wrong model at worst.
+Each mutation is made of the shipped bundle, or of one with people in it: cut short, bits flipped,
+pieces swapped or repeated, parts exchanged, numbers in the ONNX files made hostile, and then, for
+half of them, all sums made right again, as somebody would who means harm. Each is read, walked and
+proved as `controller install` does it; time and memory are bounded from outside, by a child that
+may use 512 MiB and is killed after 20 s. A mutation counts as accepted when the proof goes through;
+what is accepted after it was hashed anew must be a network within the limits: a wrong model at
+worst.
 """
 
 import argparse
@@ -16,13 +17,15 @@ import multiprocessing
 import random
 import resource
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Final
 
-from controller import archive, bundle, engines, shapes
+from controller import archive, bundle, engines, npz, shapes, users
 from controller import graph as graphs
 from controller.bundle import BundleError
 from controller.recognizer import Recognizer
@@ -33,6 +36,35 @@ BATCH: Final = 250  # mutations for one child
 SHIPPED: Final = bundle.default_path().read_bytes()
 
 Change = Callable[[random.Random, bytes], bytes]
+
+
+def with_people() -> bytes:
+    """Return the shipped bundle with as many people as make its gesture network a user network."""
+    parts = bundle.unpack(SHIPPED)
+    golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
+    golden["people"] = golden["head.ann"] = golden["probabilities"]
+    added = {users.NETWORK: parts["gesture.onnx"], users.head_part("ann"): parts["gesture.onnx"]}
+    table = b"""
+[users]
+names = ["ann", "bob", "cleo", "dan"]
+gestures = ["press", "pinch", "twist_cw", "twist_ccw"]
+temperature = 1.0
+accept = 0.9
+stay = 0.98
+forget_s = 30.0
+heads = ["ann"]
+
+[users.mapping.bob]
+pinch = "hold"
+"""
+    content = {**bundle.content(parts), **added, bundle.GOLDEN: npz.pack(golden)}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "people.orb"
+        bundle.write(path, manifest=parts[bundle.MANIFEST] + table, parts=content)
+        return path.read_bytes()
+
+
+WITH_PEOPLE: Final = with_people()
 
 
 def cut(draw: random.Random, data: bytes) -> bytes:
@@ -85,17 +117,19 @@ PART: Final[dict[str, Change]] = {**WHOLE, "huge number": huge}
 
 def mutation(draw: random.Random) -> tuple[str, bytes]:
     """Return a mutated bundle, and what was done to it."""
+    whole = draw.choice([SHIPPED, WITH_PEOPLE])
     if draw.random() < 0.5:
         name = draw.choice(list(WHOLE))
-        return name, WHOLE[name](draw, SHIPPED)
-    parts = bundle.unpack(SHIPPED)
+        return name, WHOLE[name](draw, whole)
+    parts = bundle.unpack(whole)
+    named = [name for name in parts if name != bundle.SUMS]
     if draw.random() < 0.1:
-        one, other = draw.sample(bundle.CONTENT, 2)
+        one, other = draw.sample(named[1:], 2)
         parts[one], parts[other] = parts[other], parts[one]
         name = "parts exchanged"
     else:
         name = draw.choice(list(PART))
-        part = draw.choice([bundle.MANIFEST, *bundle.CONTENT])
+        part = draw.choice(named)
         parts[part] = PART[name](draw, parts[part])
     parts[bundle.SUMS] = archive.sums(parts, bundle.SUMS)
     return f"{name}, hashed anew", archive.pack(parts)
@@ -110,7 +144,7 @@ def judge(data: bytes) -> str:
     except BundleError:
         return "manifest or golden vectors' form"
     try:
-        for model in (read.gesture_onnx, read.location_onnx):
+        for model in (read.gesture_onnx, read.location_onnx, read.user_onnx, *read.heads.values()):
             if model:
                 shapes.sizes(graphs.read(model))
     except graphs.GraphError:
@@ -130,7 +164,7 @@ def child(first: int, count: int, seed: int, out: Connection) -> None:
     for number in range(first, first + count):
         name, data = mutation(random.Random(seed * 1_000_003 + number))
         start = time.perf_counter()
-        verdict = "unchanged" if data == SHIPPED else judge(data)
+        verdict = "unchanged" if data in (SHIPPED, WITH_PEOPLE) else judge(data)
         out.send((name, verdict, time.perf_counter() - start))
     out.close()
 

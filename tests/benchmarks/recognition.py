@@ -39,7 +39,9 @@ from models.evaluate import evaluate, summarise, summarise_broken
 from models.intervals import Figure
 from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
+from models.users import study
 
+from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -66,12 +68,7 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "calibration_error": ("1", (0.01, 0.01)),
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
-}
-MISSING: Final = {  # name -> why; goals on both presets
-    "few_shot_1": "no teaching by few examples yet",
-    "few_shot_3": "no teaching by few examples yet",
-    "few_shot_5": "no teaching by few examples yet",
-    "user_accuracy": "no network that tells users apart yet",
+    **recognition_few.ROWS,
 }
 
 
@@ -204,10 +201,12 @@ def main() -> None:
     begun, results = time.process_time(), []
     for preset in PRESETS if arguments.only != "peers" else ():
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
-        results += [
-            {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
-            for name, why in MISSING.items()
-        ]
+        few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
+        results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
+        who = study.QUICK if arguments.quick else study.Size()
+        results += recognition_users.rows(
+            preset, who, arguments.cache, _say, again=arguments.retrain
+        )
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)

@@ -20,7 +20,8 @@ import numpy as np
 
 from controller import bundle as bundles
 from controller import engines, graph, shapes
-from controller.bundle import Bundle, Golden
+from controller.bundle import Bundle
+from controller.golden import Golden
 from controller.shelf import proof
 
 GRIDS: Final = (5, 10, 15, 20)
