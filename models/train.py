@@ -286,5 +286,6 @@ def _manifest(
     assert content["debounce"] == asdict(debounce)
     far = plan.location.spread if plan.location else lender and lender.spread
     if far is not None:
-        content["location"] = asdict(far)
+        card = content.pop("card")  # it stands last
+        content |= {"location": asdict(far), "card": card}
     return content

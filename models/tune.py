@@ -194,9 +194,10 @@ def write(
     parts = bundle.unpack(loaded.read_bytes())
     table = bundle.manifest(parts[MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
-    table["card"]["tuned"] = said
+    card = table.pop("card")  # it stands last
     if far is not None:
         table["location"] = dataclasses.asdict(far)
+    table["card"] = {**card, "tuned": said}
     bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
     return bundle.read(path)
 

@@ -1,17 +1,20 @@
-"""Which examples an epoch of CNN-3D draws."""
+"""Which examples an epoch of CNN-3D draws, and how precisely it computes with them."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the [train] extra")
+pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller import vocabulary  # noqa: E402
-from models.augment import Symmetry  # noqa: E402
-from models.dataset import Examples  # noqa: E402
-from models.lessons import Gestures, Parts  # noqa: E402
-from models.recipe import DEFAULT, PAPER, Course  # noqa: E402
+import torch
+
+from controller import vocabulary
+from models.augment import Symmetry
+from models.dataset import Examples
+from models.fit import fit
+from models.lessons import Gestures, Index, Parts
+from models.recipe import DEFAULT, PAPER, Course, Recipe
 
 pytestmark = pytest.mark.train
 
@@ -39,7 +42,7 @@ def lesson(course: Course) -> Gestures:
     return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"))
 
 
-def drawn(course: Course) -> "tuple[int, int, int]":
+def drawn(course: Course) -> tuple[int, int, int]:
     """How many windows of an epoch are pressed, border on what is pressed, and are quiet."""
     ends = np.concatenate(list(lesson(course).batches(np.random.default_rng(2))))
     assert len(np.unique(ends)) == len(ends)
@@ -57,3 +60,24 @@ def test_all_that_is_pressed_is_drawn_and_little_of_what_is_quiet() -> None:
 def test_the_paper_s_recipe_draws_everything() -> None:
     course = replace(PAPER.gesture, strides=True)
     assert sum(drawn(course)) == COUNT - (WINDOW - 1)
+
+
+@pytest.mark.parametrize(("course", "expected"), [(DEFAULT, "medium"), (PAPER, "highest")])
+def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
+    course: Recipe, expected: str
+) -> None:
+    taught = lesson(replace(course.gesture, epochs=1, strides=True))
+    said = []
+    loss, check = taught.loss, taught.check
+
+    def learning(batch: Index, generator: torch.Generator) -> tuple[torch.Tensor, float]:
+        said.append(("learns", torch.get_float32_matmul_precision()))
+        return loss(batch, generator)
+
+    def judging() -> tuple[float, float]:
+        said.append(("is judged", torch.get_float32_matmul_precision()))
+        return check()
+
+    taught.loss, taught.check = learning, judging  # type: ignore[method-assign]
+    fit(taught, taught.course, 0, None, lambda epochs, share: None)
+    assert set(said) == {("learns", expected), ("is judged", "highest")}

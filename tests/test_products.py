@@ -2,12 +2,13 @@
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the [train] extra")
+pytest.importorskip("torch", reason="needs the [train] extra")
 
-from torch import nn  # noqa: E402
+import torch
+from torch import nn
 
-from models import products  # noqa: E402
-from models.networks import GestureNet  # noqa: E402
+from models import products
+from models.networks import GestureNet
 
 pytestmark = pytest.mark.train
 
