@@ -55,6 +55,7 @@ class Entry:
         located: Whether its place is learned.
         command: What it asks for, as in a mapping; None: nothing.
         file: How the virtual orb's hand does it; None: as the gesture that ships.
+        shifts: Whether it is the same gesture anywhere on the sensor.
     """
 
     label: str
@@ -64,6 +65,7 @@ class Entry:
     located: bool = False
     command: str | tuple[dict[str, Any], ...] | None = None
     file: Path | None = None
+    shifts: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +216,7 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
         raise VocabularyError(f"{source}: {error} (docs/mapping.md)") from None
 
 
-_KEYS: Final = ("label", "say", "rotations", "mirror", "located", "command", "file")
+_KEYS: Final = ("label", "say", "rotations", "mirror", "shifts", "located", "command", "file")
 
 
 def _entry(where: str, table: Any, folder: Path) -> Entry:
@@ -239,8 +241,9 @@ def _entry(where: str, table: Any, folder: Path) -> Entry:
     if rotations not in ROTATIONS:
         raise VocabularyError(f"{where}: rotations is {rotations!r}; it is {', '.join(ROTATIONS)}")
     mirror, located = table.get("mirror", NO_MIRROR), table.get("located", False)
-    if not isinstance(mirror, str) or not isinstance(located, bool):
-        raise VocabularyError(f"{where}: mirror is a label, located true or false")
+    shifts = table.get("shifts", False)
+    if not (isinstance(mirror, str) and isinstance(located, bool) and isinstance(shifts, bool)):
+        raise VocabularyError(f"{where}: mirror is a label, located and shifts true or false")
     command, file = table.get("command"), table.get("file")
     if file is not None and (not isinstance(file, str) or not file):
         raise VocabularyError(f"{where}: file is {file!r}, not the name of a gesture's file")
@@ -252,6 +255,7 @@ def _entry(where: str, table: Any, folder: Path) -> Entry:
         located=located,
         command=tuple(command) if isinstance(command, list) else command,
         file=None if file is None else folder / file,
+        shifts=shifts,
     )
 
 

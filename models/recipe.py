@@ -8,7 +8,14 @@ from models.augment import Augmentation
 
 VARIED: Final = Augmentation()
 UNTOUCHED: Final = Augmentation(
-    turned=0.0, mirrored=0.0, gain=0.0, offset=0.0, noise=0.0, dropout=0.0, electrode=0.0
+    turned=0.0,
+    mirrored=0.0,
+    shifted=0,
+    gain=0.0,
+    offset=0.0,
+    noise=0.0,
+    dropout=0.0,
+    electrode=0.0,
 )
 NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
