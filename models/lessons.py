@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import torch
@@ -16,8 +15,7 @@ from models.recipe import Course
 from models.results import Epoch
 from models.touches import Touches
 
-AT_ONCE: Final = 2000  # windows judged together
-STIRS: Final = 3.0  # times the deviation that is usual while nothing touches
+AT_ONCE = 2000  # windows judged together
 Index = NDArray[np.int64]
 
 
@@ -65,24 +63,19 @@ class Gestures:
             "random": examples.ends[parts.random],
         }
         label = examples.label[self.ends["train"]]
-        null = self.ends["train"][label == 0]
-        stirs = _stirs(examples)[null]
+        self._null = self.ends["train"][label == 0]
         self._touched = self.ends["train"][label != 0]
-        self._null = (  # each with how many are drawn of it
-            (null[stirs], round(course.null_share * int(stirs.sum()))),
-            (null[~stirs], round(course.quiet_share * int((~stirs).sum()))),
-        )
+        self._drawn = round(course.null_share * len(self._null))
         self._weights = _weights(label, classes, course).to(device)
 
     def steps(self) -> int:
         """Return how many batches an epoch has."""
-        drawn = sum(count for _, count in self._null)
-        return -(-(len(self._touched) + drawn) // self.course.batch)
+        return -(-(len(self._touched) + self._drawn) // self.course.batch)
 
     def batches(self, rng: np.random.Generator) -> Iterator[Index]:
         """Return one epoch's windows in batches, by their last frames."""
-        some = [rng.choice(null, count, replace=False) for null, count in self._null]
-        order = rng.permutation(np.concatenate([self._touched, *some]))
+        some = rng.choice(self._null, self._drawn, replace=False)
+        order = rng.permutation(np.concatenate([self._touched, some]))
         # Of about one size: no layer can be normalised over a single example.
         yield from np.array_split(order, self.steps())
 
@@ -222,22 +215,6 @@ def location_net(shape: tuple[int, int], course: Course) -> LocationNet:
         strides=course.strides,
         normalised=course.normalised,
     )
-
-
-def _stirs(examples: Examples) -> NDArray[np.bool_]:
-    """Return for each frame whether something stirs in the windows that end and begin there.
-
-    What comes next belongs to it, for where a gesture begins there is most to learn.
-    """
-    stirs = np.concatenate(
-        [
-            np.abs(examples.images[at : at + AT_ONCE] - 1.0).mean(axis=(1, 2))
-            > STIRS * examples.idle[at : at + AT_ONCE]
-            for at in range(0, len(examples.images), AT_ONCE)
-        ]
-    )
-    around = np.ones(2 * examples.window - 1, dtype=np.int64)
-    return np.asarray(np.convolve(stirs, around)[examples.window - 1 :][: len(stirs)] > 0)
 
 
 def _weights(label: Index, classes: int, course: Course) -> Tensor:

@@ -36,8 +36,7 @@ class Course:
         clip: Greatest norm of a gradient; 0: any.
         patience: Epochs without a better one, as a share of all, before training stops; 0: never.
         keep_best: The best epoch on held-out sessions is kept, else the last.
-        null_share: Share that each epoch draws of the null windows in which something stirs.
-        quiet_share: Share of those in which nothing does; idling teaches little.
+        null_share: Share of the null windows that each epoch draws; idling teaches little.
         balance: Weight of a class in the loss: its share of the examples to this negative power.
         label_noise: Deviation of what is added to each true place, grid units.
         robust: Errors beyond this count by their size, not by its square, grid units; 0: none do.
@@ -62,7 +61,6 @@ class Course:
     patience: float = 0.5
     keep_best: bool = True
     null_share: float = 0.5
-    quiet_share: float = 0.1
     balance: float = 0.5
     label_noise: float = 0.0
     robust: float = 0.0
@@ -185,7 +183,6 @@ PAPER: Final = Recipe(
         patience=0.0,
         keep_best=False,
         null_share=1.0,
-        quiet_share=1.0,
         balance=0.0,
         channels=(16, 32),
         hidden=(128, 64),
