@@ -118,10 +118,10 @@ def _people(
 
 
 def _place(key: str) -> tuple[int, ...]:
-    """Return where a part stands in the tables: by preset, network and recipe."""
+    """Return where a part stands in the tables: by preset and network, the paper's recipe first."""
     preset, name, network = key.split()
     networks = ("CNN-3D", ten.NETWORK, "CNN-2D")
-    return list(PRESETS).index(preset), networks.index(network), list(RECIPES).index(name)
+    return list(PRESETS).index(preset), networks.index(network), -list(RECIPES).index(name)
 
 
 def _digest(recipe: Recipe, *more: object) -> str:
