@@ -46,10 +46,13 @@ def nothing(users: Users) -> Belief:
     return np.full(count, 1.0 / count)
 
 
-def named(belief: Belief, users: Users) -> int:
-    """Return the output of who is named; `ANYBODY` if nobody is probable enough."""
+def named(belief: Belief, users: Users, before: int = ANYBODY) -> int:
+    """Return the output of who is named; `ANYBODY` if nobody is probable enough.
+
+    Who was named before stays so while nobody else is more probable.
+    """
     best = int(np.argmax(belief))
-    return best if best != ANYBODY and belief[best] >= users.accept else ANYBODY
+    return best if best in (ANYBODY, before) or belief[best] >= users.accept else ANYBODY
 
 
 class Witness:
@@ -69,6 +72,7 @@ class Witness:
         self._windows = 0
         self._counts = False
         self._idle = 0
+        self._number = ANYBODY
         self._tell()
 
     def step(self, people: NDArray[np.floating] | None, *, counts: bool = True) -> None:
@@ -97,7 +101,9 @@ class Witness:
         return {
             "belief": self._belief.copy(),
             "sum": self._sum.copy(),
-            "counts": np.array([self._windows, self._counts, self._idle], dtype=np.float64),
+            "counts": np.array(
+                [self._windows, self._counts, self._idle, self._number], dtype=np.float64
+            ),
         }
 
     def restore(self, state: State) -> None:
@@ -108,15 +114,17 @@ class Witness:
         """
         belief, said = state["belief"], state["sum"]
         sound = np.isfinite(belief).all() and (belief >= 0.0).all() and belief.sum() > 0.0
-        if not sound or not np.isfinite(said).all() or (state["counts"] < 0.0).any():
+        counts = state["counts"]
+        sound &= bool((counts >= 0.0).all() and counts[3] < len(belief))
+        if not sound or not all(np.isfinite(array).all() for array in (said, counts)):
             raise ValueError("the state holds a belief that is none")
         self._belief, self._sum = belief.copy(), said.copy()
-        self._windows, counts, self._idle = (int(count) for count in state["counts"])
-        self._counts = bool(counts)
+        self._windows, self._idle, self._number = (int(counts[i]) for i in (0, 2, 3))
+        self._counts = bool(counts[1])
         self._tell()
 
     def _tell(self) -> None:
-        number = named(self._belief, self._users)
+        self._number = number = named(self._belief, self._users, self._number)
         self.name = self._users.names[number - 1] if number != ANYBODY else ""
         self.confidence = float(self._belief[1:].max())
 

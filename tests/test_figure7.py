@@ -71,22 +71,24 @@ def test_what_was_measured_is_kept_and_drawn_again(
     pytest.importorskip("torch", reason="needs the [train] extra")
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from controller.simulator.presets import PRESETS
-    from models.figure7 import curves, drawing, study
+    from models.figure7 import curves, drawing, people, study
     from models.recipe import RECIPES
 
     monkeypatch.setattr(study, "JUDGED_MIN", 1.0)
     monkeypatch.setattr(study, "RECIPES", {"paper": RECIPES["paper"]})
     monkeypatch.setattr(study, "PRESETS", {"nominal": PRESETS["nominal"]})
     monkeypatch.setattr(curves, "SHARES", (0.5,))
+    monkeypatch.setattr(people, "USERS", 2)
+    monkeypatch.setattr(people, "MINUTES", 1.0)
     settings, path = study.Settings(2.0, 1, 2), tmp_path / drawing.MEASURED
     said: list[str] = []
     first = study.measure(settings, path, said.append)
-    assert len(said) == 4  # two networks, on half of the lesson and on all of it
+    assert len(said) == 6  # three networks, on half of the lesson and on all of it
     again = study.measure(settings, path, said.append)
-    assert (len(said), again) == (4, first)
+    assert (len(said), again) == (6, first)
     sizes = first["parts"]["nominal paper CNN-3D"]["sizes"]
     assert sizes["examples"][0] == pytest.approx(sizes["examples"][1] / 2, rel=0.1)
-    for network in ("CNN-3D", "CNN-2D"):
+    for network in ("CNN-3D", "users", "CNN-2D"):
         first["parts"][f"nominal default {network}"] = first["parts"][f"nominal paper {network}"]
     (picture,) = drawing.draw(first, tmp_path)
     assert picture.stat().st_size > 20_000

@@ -57,6 +57,13 @@ def test_successive_gestures_name_somebody() -> None:
     assert confidences == sorted(confidences)
 
 
+def test_who_was_named_stays_named_while_nobody_else_is_more_probable() -> None:
+    unsure = np.array([0.3, 0.5, 0.2])
+    assert named(unsure, TWO) == 0
+    assert named(unsure, TWO, before=1) == 1
+    assert named(unsure, TWO, before=2) == 0
+
+
 def test_somebody_else_is_believed_after_some_gestures() -> None:
     witness = Witness(TWO, 10.0)
     for _ in range(50):
@@ -117,7 +124,13 @@ def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
 
 def test_a_damaged_state_is_refused() -> None:
     witness = Witness(TWO, 10.0)
-    for key, value in (("belief", np.nan), ("belief", -1.0), ("sum", np.inf), ("counts", -1.0)):
+    for key, value in (
+        ("belief", np.nan),
+        ("belief", -1.0),
+        ("sum", np.inf),
+        ("counts", -1.0),
+        ("counts", np.inf),
+    ):
         state = witness.state()
         state[key] = np.full_like(state[key], value)
         with pytest.raises(ValueError, match="a belief that is none"):

@@ -10,9 +10,9 @@ from models import options
 SUMMARY: Final = "draw figure 7 of the paper, measured anew"
 DESCRIPTION: Final = (
     "Let a simulated user teach as in section 4.2 of the paper, train both networks by both "
-    "recipes on both presets, judge them by the paper's protocol and on unseen days and people, "
-    "and draw figure 7 a, b, e, f (docs/paper.md). What was measured is kept beside the picture "
-    "and not measured again; half an hour on one core."
+    "recipes on both presets, and ten users be told apart, judge them by the paper's protocol and "
+    "on unseen days and people, and draw figure 7 (docs/paper.md). What was measured is kept "
+    "beside the picture and not measured again; half an hour on one core."
 )
 EXAMPLE: Final = (
     "The paper's own amounts (some hours): models figures --out big --minutes 29 --epochs 500 "

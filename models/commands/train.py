@@ -28,9 +28,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
     add(
         "--task",
-        choices=("gesture", "location", "both"),
+        choices=("gesture", "location", "both", "user"),
         default="",
-        help="what to train (default: gestures, and places where the recordings know them)",
+        help="what to train (default: gestures, and places where the recordings know them); user: "
+        "who touches, from recordings of several people on several days (docs/users.md)",
     )
     add(
         "--recipe",
@@ -58,6 +59,20 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="BUNDLE",
         help="takes the network that is not trained from here (default: the one that ships)",
+    )
+    add(
+        "--others",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="with --task user: recordings of people who shall be taken for nobody",
+    )
+    add(
+        "--gestures",
+        default="",
+        metavar="LABELS",
+        help="with --task user: which gestures tell, such as twist_cw,twist_ccw (default: all)",
     )
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
     add(
@@ -97,6 +112,10 @@ def run(arguments: argparse.Namespace) -> int:
     # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    if arguments.task == "user":
+        return _people(arguments)
+    if arguments.others or arguments.gestures:
+        raise ValueError("--others and --gestures are for people; add --task user")
     from models import training_card
     from models.train import Request, train
 
@@ -128,6 +147,39 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _people(arguments: argparse.Namespace) -> int:
+    """Train a network that tells people apart, and print what it is worth."""
+    from models.users import result
+    from models.users.train import Request, train
+
+    for name in ("bare", "window"):
+        if getattr(arguments, name):
+            raise ValueError(f"--{name} is not for people; leave it out")
+    if arguments.recipe != "default":
+        raise ValueError("there is one recipe for people; leave --recipe out")
+    request = Request(
+        paths=tuple(arguments.data),
+        out=arguments.out,
+        others=tuple(arguments.others),
+        base=arguments.base,
+        gestures=tuple(word for word in arguments.gestures.split(",") if word),
+        labels=arguments.labels,
+        split=arguments.split,
+        seed=arguments.seed,
+        epochs=arguments.epochs,
+        command=_command(arguments),
+    )
+    try:
+        found = train(request, options.say)
+    except KeyboardInterrupt:
+        print("\nmodels: interrupted; nothing was written", file=sys.stderr)
+        return 1
+    print(result.card(found))
+    options.say(f"wrote {request.out}, and its card and figures beside it")
+    options.say(f"next: controller install {request.out}, or controller --bundle {request.out}")
+    return 0
+
+
 def _command(arguments: argparse.Namespace) -> str:
     """Return what was typed, with what matters and no more: the same for the same bundle."""
     words = ["models", "train", *(str(path) for path in arguments.data)]
@@ -136,4 +188,6 @@ def _command(arguments: argparse.Namespace) -> str:
         if value not in ("", 0, None, "default", "auto"):
             words += [f"--{'with' if name == 'base' else name}", str(value)]
     words += ["--bare"] if arguments.bare else []
+    words += ["--gestures", arguments.gestures] if arguments.gestures else []
+    words += ["--others", *map(str, arguments.others)] if arguments.others else []
     return shlex.join([*words, "--out", arguments.out.name])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.simulator.session import LABELS
 from models import scores
 from models.dataset import Examples
-from models.fit import fit
+from models.fit import Lesson, fit
 from models.lessons import Gestures, Places
 from models.recipe import Course
 from models.results import Epoch
@@ -43,7 +43,7 @@ def _columns(rows: list[Row]) -> dict[str, list[float]]:
 
 
 def curve(
-    lesson: Gestures | Places,
+    lesson: Lesson,
     course: Course,
     judge: Callable[[bool], Row],
     examples: int,

@@ -1,5 +1,7 @@
 """What figure 7 shows, measured: one user teaches, and both recipes are judged twice.
 
+Parts c and d, ten users, are in models/figure7/people.py.
+
 As in section 4.2, one user makes each gesture by itself and presses the label button, and presses
 the places of the taxels. The networks are judged on windows drawn at random from the same session,
 which is the most that the paper can have done, and on other days and other people.
@@ -12,6 +14,7 @@ import hashlib
 import json
 import math
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,6 +29,7 @@ from models import labels as people
 from models import learn, splits, touches
 from models.augment import Symmetry
 from models.dataset import Source, prepare
+from models.figure7 import people as ten
 from models.figure7.curves import Row, Say, curve, error, events, first, share, study
 from models.figure7.pressing import RATE_HZ, pressing
 from models.lessons import Gestures, Parts, Places
@@ -74,7 +78,8 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
 
     Returns:
         "settings"; "labels": what `labels` returns for each preset; and "parts": for each preset,
-        recipe and network what `gestures` or `locations` returns, under "PRESET RECIPE NETWORK".
+        recipe and network what `gestures`, `people` or `locations` returns, under "PRESET RECIPE
+        NETWORK".
     """
     fresh: dict[str, Any] = {"settings": asdict(settings), "parts": {}}
     found = json.loads(path.read_text(encoding="utf-8")) if path.exists() else fresh
@@ -83,15 +88,22 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
     found["labels"] = {preset: labels(preset, settings) for preset in PRESETS}
     _keep(path, found)
     for name in RECIPES:
-        own = _digest(settings.recipe(name))
+        recipe = settings.recipe(name)
+        people = partial(_people, recipe=recipe)
         for preset in PRESETS:
-            for network, trained in (("CNN-3D", gestures), ("CNN-2D", locations)):
+            for network, trained, own in (
+                ("CNN-3D", gestures, _digest(recipe)),
+                (ten.NETWORK, people, _digest(recipe, ten.course(name, recipe))),
+                ("CNN-2D", locations, _digest(recipe)),
+            ):
                 key = f"{preset} {name} {network}"
                 if found["parts"].get(key, {}).get("recipe") == own:
                     continue
                 part = trained(preset, name, settings, say)
                 found["parts"][key] = {"recipe": own, **part}
                 _keep(path, found)
+    found["parts"] = dict(sorted(found["parts"].items(), key=lambda part: _place(part[0])))
+    _keep(path, found)
     return found
 
 
@@ -99,9 +111,22 @@ def _keep(path: Path, found: dict[str, Any]) -> None:
     path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
-def _digest(recipe: Recipe) -> str:
+def _people(
+    preset: str, name: str, settings: Settings, say: Say, *, recipe: Recipe
+) -> dict[str, Any]:
+    return ten.people(preset, name, recipe, settings.seed, say)
+
+
+def _place(key: str) -> tuple[int, ...]:
+    """Return where a part stands in the tables: by preset, network and recipe."""
+    preset, name, network = key.split()
+    networks = ("CNN-3D", ten.NETWORK, "CNN-2D")
+    return list(PRESETS).index(preset), networks.index(network), list(RECIPES).index(name)
+
+
+def _digest(recipe: Recipe, *more: object) -> str:
     """Return what a result hangs on beside the settings, as far as it is told by numbers."""
-    told = repr((recipe, recipe.settings(RATE_HZ, WINDOW)))
+    told = repr((recipe, recipe.settings(RATE_HZ, WINDOW), *more))
     return hashlib.sha256(told.encode()).hexdigest()[:16]
 
 

@@ -34,20 +34,25 @@ def ends(found: Mapping[str, Any]) -> str:
     ]
     for key, part in found["parts"].items():
         preset, recipe, network = key.split()
-        gesture = network == "CNN-3D"
-        words = _percent if gesture else _error
-        whole = "events" if gesture else "presses"
+        share = network != "CNN-2D"
+        words = _percent if share else _error
+        whole = "events" if share else "presses"
         end = {name: values[-1] for name, values in part["sizes"].items()}
-        gap = end["random"] - end["day"] if gesture else end["day"] - end["random"]
+        gap = end["random"] - end["day"] if share else end["day"] - end["random"]
         ours = "the paper’s" if recipe == "paper" else "ours"
-        cells = [words(end[name]) for name in ("random", "day", "people")]
-        after = [words(end[f"{name} {whole}"]) for name in ("day", "people")]
-        spread = f"{100 * gap:.1f} points" if gesture else f"{gap:.3f}".replace("-", "−")
+        cells = [words(end[name]) if name in end else "–" for name in ("random", "day", "people")]
+        names = (f"{name} {whole}" for name in ("day", "people"))
+        after = [words(end[name]) if name in end else "–" for name in names]
+        spread = f"{100 * gap:.1f} points" if share else f"{gap:.3f}".replace("-", "−")
+        called = _NAMES.get(network, network)
         lines.append(
-            f"| {preset} | {network} | {ours} | {' | '.join(cells)} | {spread} | "
+            f"| {preset} | {called} | {ours} | {' | '.join(cells)} | {spread} | "
             f"{' | '.join(after)} |"
         )
     return "\n".join(lines)
+
+
+_NAMES: Final = {"users": "ten users"}
 
 
 def lateness(found: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ from models.intervals import Figure
 from models.users.touched import Index
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
+GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
 
 Said = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
 
@@ -107,9 +108,7 @@ def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
     return float((below + 0.5 * level).mean() / len(low))
 
 
-def acceptance(
-    strange: Belief, false_accepts: float, grid: Sequence[float] = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99)
-) -> float:
+def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GRID) -> float:
     """Return the least probability at which no more strangers than that are taken for somebody."""
     if not len(strange):
         return 0.9

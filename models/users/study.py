@@ -37,7 +37,8 @@ RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper 
 BLOCKS: Final = 6  # of a session, of which the last one is left out
 STAY: Final = 0.98  # the next gesture is made by who made the last one: turns are long
 FORGET_S: Final = 30.0  # pauses of the same player are shorter
-FALSE_ACCEPTS: Final = 0.05  # of strangers, after one gesture, that acceptance is chosen for
+FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
+JUDGED: Final = 3  # after so many gestures
 
 Say = Callable[[str], None]
 Part = Callable[[str, int, "Size", tuple[str, ...]], dict[str, Any]]
@@ -155,12 +156,9 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     users = tuned(said, last.who, away.touched.session, size.users)
     found |= {"temperature": users.temperature, "accept": users.accept}
     by_sessions: dict[str, Any] = {}
-    net = None
     for count in (1, 2, size.enrolled):
-        if count < size.enrolled or net is None:
-            net = learn(join(own.some(own.day < count), backs), outputs, seed)[0]
+        net = learn(join(own.some(own.day < count), backs), outputs, seed)[0]
         by_sessions[str(count)] = figure(judged(net, new, users))
-    assert net is not None
     heard = lesson.said(net, new.touched)
     stranger = lesson.said(net, strange.touched), strange.touched.session
     found["enrolled"] = by_sessions
@@ -189,7 +187,7 @@ def tuned(
     both = np.concatenate(said)
     label = np.concatenate([who, np.zeros(len(said[1]), dtype=np.int64)])
     users = users_of(count, float(np.clip(scores.temperature(both, label), 0.05, 20.0)))
-    strange, _ = judge.beliefs(said[1], session, users, 1)
+    strange, _ = judge.beliefs(said[1], session, users, JUDGED)
     return replace(users, accept=judge.acceptance(strange, FALSE_ACCEPTS))
 
 
@@ -322,6 +320,6 @@ def _code() -> str:
     """Return what a result hangs on in this folder."""
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):
-        if file.stem in ("judge", "lesson", "people", "touched", "recipe"):
+        if file.stem in ("judge", "lesson", "people", "study", "touched", "recipe"):
             digest.update(file.read_bytes())
     return digest.hexdigest()

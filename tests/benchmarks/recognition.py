@@ -39,8 +39,9 @@ from models.evaluate import evaluate, summarise, summarise_broken
 from models.intervals import Figure
 from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
+from models.users import study
 
-from . import recognition_few
+from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -66,9 +67,6 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
     **recognition_few.ROWS,
-}
-MISSING: Final = {  # name -> why; goals on both presets
-    "user_accuracy": "no network that tells users apart yet",
 }
 
 
@@ -201,10 +199,10 @@ def main() -> None:
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
         results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
-        results += [
-            {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
-            for name, why in MISSING.items()
-        ]
+        who = study.QUICK if arguments.quick else study.Size()
+        results += recognition_users.rows(
+            preset, who, arguments.cache, _say, again=arguments.retrain
+        )
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
