@@ -47,7 +47,7 @@ def fit(material: Material, seed: int = 0) -> Units:
     return Units(
         np.concatenate([team.weights for team in teams]),
         np.concatenate([team.bias for team in teams]),
-        np.asarray(np.concatenate([team.says for team in teams], axis=1) / np.float32(TEAMS)),
+        np.asarray(np.concatenate([team.says for team in teams], axis=1) / TEAMS, np.float32),
     )
 
 
