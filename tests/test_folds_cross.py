@@ -19,7 +19,7 @@ from models.cross import Request
 
 pytestmark = pytest.mark.train
 
-BESIDE = Path("docs/people")
+BESIDE = Path(__file__).parents[1] / "docs" / "people"
 
 
 @pytest.fixture(scope="module")
