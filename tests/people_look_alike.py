@@ -46,7 +46,8 @@ def arrays(people: int = 4, repeats: int = 3, seed: int = 0) -> dict[str, NDArra
 
 def write(path: Path, **asked: Any) -> None:
     """Write them into a file."""
-    np.savez_compressed(path, **arrays(**asked))
+    made: dict[str, Any] = arrays(**asked)
+    np.savez_compressed(path, **made)
 
 
 def _stretch(task: int, strength: float, rng: np.random.Generator) -> NDArray[np.float64]:

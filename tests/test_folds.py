@@ -16,7 +16,7 @@ from models.dataset import Examples
 from models.folds import Rowed
 
 WINDOW = 3
-DESCRIPTION = Path("docs/people/capfingerid.toml")
+DESCRIPTION = Path(__file__).parents[1] / "docs" / "people" / "capfingerid.toml"
 
 
 @settings(deadline=None, max_examples=40)

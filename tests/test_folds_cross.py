@@ -11,6 +11,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 pytest.importorskip("sklearn", reason="needs the [train] extra")
 
 import people_look_alike as look_alike
+from benchmarks.people import main as benchmark
 
 from controller.__main__ import main as controller
 from models import cross
@@ -19,7 +20,7 @@ from models.cross import Request
 
 pytestmark = pytest.mark.train
 
-BESIDE = Path("docs/people")
+BESIDE = Path(__file__).parents[1] / "docs" / "people"
 
 
 @pytest.fixture(scope="module")
@@ -97,3 +98,18 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
 def test_there_are_no_more_folds_than_people(recordings: Path, tmp_path: Path, folds: int) -> None:
     with pytest.raises(ValueError, match="at most one for each"):
         cross.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
+
+
+def test_the_benchmark_takes_a_path_and_keeps_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "frames.npz"
+    look_alike.write(path, people=5, repeats=1)
+    assert benchmark([str(path), "--steps", "8", "--why", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["benchmark"] == "people"
+    value = {one["name"]: one["value"] for one in found["results"]}
+    gain = value["people_window_accuracy"] - value["people_window_accuracy@trajectory_trees"]
+    assert value["people_window_gain"] == pytest.approx(100.0 * gain)
+    assert {"people_seen_whole", "people_seen_place", "people_seen_look"} <= set(value)
+    assert [file.name for file in tmp_path.iterdir()] == ["frames.npz"]
