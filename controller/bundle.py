@@ -15,8 +15,8 @@ import stat
 import tomllib
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass, field
-from importlib.resources import files
+from dataclasses import field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,14 +26,19 @@ from controller.debounce import DebounceSettings
 from controller.golden import Golden, GoldenError
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
+from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
+from controller.record import record
+from controller.touch import Spread
 from controller.users import NOBODY, Users, UsersError
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 # Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
 READABLE = (1, 2, 3, FORMAT)
+RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
+REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
 # Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
@@ -48,14 +53,14 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
     "pitch_mm": (float, 0.1, 1000.0),
     "rate_hz": (float, 0.1, 1000.0),
 }
-_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings)
+_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
 
 
-class BundleError(ValueError):
+class BundleError(Mistake, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
+@record
 class Bundle:
     """A bundle that was read and found whole.
 
@@ -74,6 +79,7 @@ class Bundle:
         location_onnx: The network image -> touch; empty in a bundle that locates nothing.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
+        spread: How far off the places are that it tells; None: nobody measured it.
         users: Whom it knows, and what for.
         user_onnx: The network window -> who; empty in a bundle that cannot tell.
         heads: Users' own networks window -> probabilities, by name.
@@ -93,6 +99,7 @@ class Bundle:
     location_onnx: bytes
     golden: Golden
     hash: str
+    spread: Spread | None = None
     users: Users = NOBODY
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
@@ -110,7 +117,10 @@ class Bundle:
 
 def default_path() -> Path:
     """Return where the bundle is that ships with the program."""
-    return Path(str(files("models") / "orbtouch.orb"))
+    models = find_spec("models")  # `importlib.resources` would import what unpacks zip files
+    assert models is not None
+    assert models.origin is not None
+    return Path(models.origin).with_name("orbtouch.orb")
 
 
 def read(path: Path) -> Bundle:
@@ -261,6 +271,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         window=window,
         preprocess=preprocess,
         debounce=_settings(DebounceSettings, table, "debounce"),
+        spread=_settings(Spread, table, "location") if "location" in table else None,
         mapping=mapping,
         card=_table(table, "card"),
         gesture_onnx=parts["gesture.onnx"],
@@ -283,6 +294,8 @@ def _check_parts(given: set[str], known: Users) -> None:
     wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
     if known.names:
         wanted.add(users.NETWORK)
+    if REHEARSAL in given:
+        wanted.add(REHEARSAL)
     if odd := ", ".join(sorted(wanted ^ given)):
         raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
 

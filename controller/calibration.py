@@ -7,7 +7,6 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any, Final
 from urllib.parse import quote
 
@@ -67,6 +66,8 @@ def save(calibration: Calibration, where: Path | None = None) -> Path:
     Raises:
         OSError: It cannot be written.
     """
+    from tempfile import NamedTemporaryFile
+
     file = path(calibration.device_id, where)
     file.parent.mkdir(parents=True, exist_ok=True)
     plain = {

@@ -1,30 +1,38 @@
 """The device: one session of sensing, frame by frame, whoever owns the clock."""
 
+from __future__ import annotations
+
 import logging
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.bluetooth.button import LongPress
-from controller.labelling.cues import Cue
+from controller.labelling import UNKNOWN
 from controller.pipeline import Pipeline, Step
-from controller.preprocess import Frame
+from controller.preprocess import Frame, Image
 from controller.protocol import (
     Command,
     Contacts,
     Health,
     Message,
     Perform,
+    Spot,
     State,
     Telemetry,
     Who,
     quantise_image,
 )
-from controller.recordings.recording import UNKNOWN
 from controller.sensors import Sensor, SensorAwayError, SensorError, VirtualSensor
-from controller.tape import Tape
-from controller.timekeeper import Timekeeper
+
+if TYPE_CHECKING:
+    from controller.labelling.cues import Cue
+    from controller.tape import Tape
+    from controller.timekeeper import Timekeeper
+
+RECENT_S: Final = 4.0  # of images are kept: what a correction may be about
 
 _log = logging.getLogger("controller")
 
@@ -55,7 +63,7 @@ def steady(rate_hz: float) -> Iterator[tuple[int, float]]:
         yield number, number / rate_hz
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Device:
     """One session of sensing: a sensor and a pipeline from their first frame on.
 
@@ -87,6 +95,8 @@ class Device:
         """Begin before the first frame."""
         if self.timekeeper is not None:
             self.pipeline.mark = self.timekeeper.mark
+        # Asked once: to compare an object with a protocol takes longer than a network's answer.
+        self._virtual = self.sensor if isinstance(self.sensor, VirtualSensor) else None
         self.due = next(self.schedule, None)
         self.now_s = 0.0  # the latest time that the sensor has seen
         self._next = next(self.script, None)
@@ -96,6 +106,8 @@ class Device:
         self._told: tuple[str, ...] = ()  # of the sensor's health
         self._who: Who | None = None  # whom the host knows of
         self._away_s: float | None = None  # since when the sensor gives no frames
+        # The latest images, for whoever says what they were.
+        self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * self.sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""
@@ -110,14 +122,14 @@ class Device:
     def request(self, message: Contacts | Perform, t_s: float) -> None:
         """Hand a wish of the host to the virtual sensor, effective at `t_s` (never in the past)."""
         self.now_s = max(self.now_s, t_s)
-        if not isinstance(self.sensor, VirtualSensor):
+        if self._virtual is None:
             return
         if isinstance(message, Contacts):
-            self.sensor.touch(message.contacts, self.now_s)
+            self._virtual.touch(message.contacts, self.now_s)
             return
         try:
             at = (message.x, message.y)
-            self.sensor.perform(message.number, message.label, *at, self.now_s)
+            self._virtual.perform(message.number, message.label, *at, self.now_s)
         except SensorError as error:
             _log.warning("performance %d ignored: %s", message.number, error)
 
@@ -157,6 +169,8 @@ class Device:
         if self.timekeeper is not None:
             self.timekeeper.mark()
         step = self.pipeline.step(frame, t_s, number)
+        if step.ready:
+            self.recent.append(step.image)
         if self.tape is not None:
             self._keep(self.tape, frame, step)
         self._send(step, rate_hz)
@@ -164,6 +178,11 @@ class Device:
             self.timekeeper.mark()
             self.timekeeper.finish(number)
         return step
+
+    def note(self, kind: str, text: str) -> None:
+        """Note in the recording what happens now, where there is one."""
+        if self.tape is not None:
+            self.tape.mark(self.now_s, kind, text)
 
     def untimed(self) -> None:
         """Stop asking where the time goes: it is granted, and nobody's own."""
@@ -217,14 +236,19 @@ class Device:
 
     def _label(self, t_s: float, labels: tuple[str, ...]) -> int:
         """Return the index of what truly happens, as far as the sensor knows."""
-        if not isinstance(self.sensor, VirtualSensor):
+        if self._virtual is None:
             return UNKNOWN
-        label = self.sensor.label(t_s)
+        label = self._virtual.label(t_s)
         return labels.index(label) if label in labels else UNKNOWN
 
     def _send(self, step: Step, rate_hz: float) -> None:
-        """Send what a frame gave: the command first, since somebody waits for it."""
+        """Send what a frame gave: the command first, since somebody waits for it.
+
+        How sure its place is comes before, for whoever wants to know when the command comes.
+        """
         t_ms = round(step.t_s * 1000)
+        if step.sigma is not None:
+            self.link.send(Spot(step.frame, step.sigma), t_ms)
         if step.command is not None:
             c = step.command
             command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)
@@ -235,8 +259,8 @@ class Device:
         self.link.send(telemetry(step, rate_hz), t_ms)
         self._tell(step.health, t_ms)
         self._name(step, t_ms)
-        if isinstance(self.sensor, VirtualSensor):
-            for truth in self.sensor.truths():
+        if self._virtual is not None:
+            for truth in self._virtual.truths():
                 self.link.send(truth, t_ms)
 
     def _tell(self, found: tuple[str, ...], t_ms: int) -> None:

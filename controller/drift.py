@@ -5,11 +5,13 @@ and a finger that was taken into rest and has left. A finger squeezes the skin u
 capacitance from few taxels and much; nothing that drifts does that.
 """
 
-from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from controller.median import median
+from controller.record import record
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
@@ -41,7 +43,7 @@ def tone(change: NDArray[np.floating]) -> float:
 def unevenness(change: Change) -> float:
     """Return which share of a change is not common to all taxels, 0 ... 1 and beyond."""
     size = float(np.abs(change).sum())
-    return float(np.abs(change - np.median(change)).sum()) / size if size > 0.0 else 0.0
+    return float(np.abs(change - median(change)).sum()) / size if size > 0.0 else 0.0
 
 
 def smoothness(change: Change) -> float:
@@ -61,7 +63,7 @@ def shape(change: Change) -> Shape:
         change: z - 1, (rows, columns), averaged over so many frames that noise does not matter.
     """
     size = np.abs(change).sum()
-    off = np.abs(change - np.median(change))
+    off = np.abs(change - median(change))
     left = off.sum()
     if left < _COMMON * size:
         return "common"
@@ -75,7 +77,7 @@ def shape(change: Change) -> Shape:
     return "touch" if lopsided < 0.0 else "lifted"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class Causes:
     """A drift of rest taken apart: ln C' / C = common + row + column + film, taxel by taxel.
 
@@ -101,14 +103,14 @@ def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> Causes:
     """
     film = np.log(now.astype(np.float64)) - np.log(before.astype(np.float64))
     rows, columns = np.zeros(film.shape[0]), np.zeros(film.shape[1])
-    common = float(np.median(film))
+    common = float(median(film))
     film = film - common
     for _ in range(_ROUNDS):
         for part, axis in ((rows, 1), (columns, 0)):
-            middles = np.median(film, axis=axis)
+            middles = median(film, axis=axis)
             part += middles
             film = film - np.expand_dims(middles, axis)
-            middle = float(np.median(part))
+            middle = float(median(part))
             part -= middle
             common += middle
     return Causes(common, rows, columns, film)

@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from controller.record import record
+
 TAIL_S: Final = 0.5  # a command may come this long after the last finger has left
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Event:
     """What truly happened.
 
@@ -27,7 +29,7 @@ class Event:
     kind: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Answer:
     """What was recognised: the time of the newest frame used, and the class."""
 

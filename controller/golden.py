@@ -1,12 +1,13 @@
 """What a bundle's networks answered when they were made: `golden.npz`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.record import record
 from controller.users import Users
 
 _HEAD = "head."  # before a user's name: the answers of that user's own gesture network
@@ -24,7 +25,7 @@ def _none() -> Answers:
     return np.zeros((0, 0), dtype=np.float32)
 
 
-@dataclass(frozen=True)
+@record
 class Golden:
     """What the networks answered when they were made; the device asks them again.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import drift
+from controller.median import median
 from controller.preprocess import Prepared
 from controller.whereabouts import names
 
@@ -154,7 +155,7 @@ class Health:
         far = np.abs(flat) > limits
         told.film = frozenset(np.flatnonzero(far).tolist())
         if far.any():
-            percent = 100 * np.expm1(np.median(flat[far]))
+            percent = 100 * np.expm1(median(flat[far]))
             where = names(far.reshape(why.film.shape))
             lines.append(f"{where}: drifted by {percent:+.0f} %; the film may be cracking")
         return lines

@@ -4,15 +4,18 @@ A `Device` says what happens at one frame. `Loop` says when: on an absolute sche
 or, for a virtual orb whose host asked for it, exactly as far as time is granted.
 """
 
+from __future__ import annotations
+
 import logging
 from collections import deque
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from controller.device import Device, Outlet
 from controller.protocol import (
     Bye,
     Contacts,
+    Correct,
     Deliver,
     Grant,
     Granted,
@@ -21,7 +24,9 @@ from controller.protocol import (
     Perform,
     Piece,
 )  # fmt: skip
-from controller.shelf.clerk import Clerk
+
+if TYPE_CHECKING:
+    from controller.shelf.clerk import Clerk
 
 ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
 GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms
@@ -132,6 +137,11 @@ class Loop:
                 self._link.send(self._clerk.take(message), self._now_ms())
         elif self.device is None:
             return
+        elif isinstance(message, Correct):
+            if self._clerk is not None:
+                self.device.note("correct", message.label or "take back")
+                images = list(self.device.recent)
+                self._link.send(self._clerk.correct(message, images), self._now_ms())
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped, and the next host's begins anew
                 self.device.lift(self._elapsed_s())

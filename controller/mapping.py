@@ -18,11 +18,13 @@ import math
 import re
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
+from controller.mistake import Mistake
 from controller.protocol import COMMANDS
+from controller.record import record
 
 NONE = "none"  # the command that does nothing
 ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
@@ -31,11 +33,11 @@ _MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")
 
 
-class MappingError(ValueError):
+class MappingError(Mistake, ValueError):
     """The table cannot be used; the message says where, and what belongs there."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rule:
     """A command, and the region of the touch in which it is meant; grid units.
 
@@ -66,7 +68,7 @@ class Rule:
         return self.right_of <= x < self.left_of and self.above <= y < self.below
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mapping:
     """What each gesture asks for. Labels without rules ask for nothing."""
 

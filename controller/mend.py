@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.drift import TOUCHED, tone
+from controller.median import median
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
@@ -117,7 +118,7 @@ class Answers:
         felt += around * around
         self.counts[0] += 1.0
         if self.counts[0] >= MEMORY:
-            told = felt > _FELT * float(np.median(felt))  # far from every touch nobody can tell
+            told = felt > _FELT * float(median(felt))  # far from every touch nobody can tell
             share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=told)
             dead[share < DEAD] = 1.0
             dead[share > ALIVE] = 0.0

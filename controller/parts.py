@@ -1,70 +1,52 @@
-"""The parts of a run, as the command line asks for them: each checked before anything runs."""
+"""The parts of a run, as the command line asks for them: each checked before anything runs.
 
-import argparse
+At the top is imported what every run needs; what only some need, where they ask for it. A device
+starts in half the time that way (docs/running.md).
+"""
+
+from __future__ import annotations
+
 import logging
 import os
 import platform
-import secrets
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol, TextIO, runtime_checkable
+from typing import TYPE_CHECKING, Final, Protocol, TextIO, runtime_checkable
 
+import numpy as np
+
+from controller import __version__, sensors
 from controller import bundle as bundles
-from controller import calibration, sensors, vocabulary
-from controller import key as keys
 from controller import mapping as mappings
 from controller.bluetooth.button import WINDOW_S
-from controller.bundle import Bundle
+from controller.bundle import RATE_TOLERANCE, Bundle
 from controller.device import Device, Wish, steady
-from controller.labelling import plan as plans
-from controller.labelling.cues import Cues
-from controller.labelling.labeller import Labeller
-from controller.labelling.plan import Plan
-from controller.labelling.status import Status, StatusLine
-from controller.labelling.terminal import Keyboard
 from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
+from controller.mistake import Mistake
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
-from controller.preprocess import Known
+from controller.preprocess import Image, Known
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
-from controller.recordings.recorder import Recorder
-from controller.recordings.recording import (
-    RATE_TOLERANCE,
-    Origin,
-    RecordingError,
-    refuse_misfit,
-    software,
-)
-from controller.runs import Runs
-from controller.sensors import Sensor, SensorError, SensorOptions
-from controller.sensors.replay import Replay
-from controller.sensors.virtual import Obedient, show
-from controller.shelf.clerk import Clerk
-from controller.shelf.install import install
-from controller.shelf.intake import Intake
+from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
 from controller.shelf.shelf import Shelf
-from controller.tape import Plain, Tape
-from controller.timekeeper import Timekeeper, status_file
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from controller.labelling.plan import Plan
+    from controller.labelling.terminal import Keyboard
+    from controller.runs import Runs
+    from controller.shelf.clerk import Clerk
+    from controller.timekeeper import Timekeeper
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
-FREE: Final = "free"  # the protocol of a recording without cues
 
 _log = logging.getLogger("controller")
-
-
-@runtime_checkable
-class Teller(Protocol):
-    """A link whose reader takes more than commands."""
-
-    def say(self, plain: Plain) -> None:
-        """Take plain data, without waiting."""
 
 
 @runtime_checkable
@@ -83,7 +65,7 @@ class Renewable(Protocol):
         """Say Bye to the host, and Welcome when it comes back."""
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Parts:
     """Everything that a run needs, checked.
 
@@ -101,7 +83,7 @@ class Parts:
         sweeper: Collects garbage between frames; None: Python does, whenever it likes.
     """
 
-    options: argparse.Namespace
+    options: Namespace
     bundle: Bundle
     recognizer: Recognizer
     mapping: Mapping
@@ -117,39 +99,50 @@ class Parts:
 # --- before the first frame -----------------------------------------------------------------------
 
 
-def prepare(options: argparse.Namespace) -> Parts:
+def prepare(options: Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
     bundle, engine, mapping = _deployed(options)
     _check_user(options, bundle)
-    plan = None if options.cues is None else plans.read(options.cues, bundle.labels)
-    if options.label and options.label not in bundle.labels[1:]:
-        raise RecordingError(
-            f"there is no label {options.label!r}; there are {', '.join(bundle.labels[1:])}"
-        )
+    plan = runs = None
+    if options.record is not None:
+        from controller import taping
+
+        plan = taping.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
     recognizer = Recognizer(bundle, options.engine or engine)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
-    runs = None
     if options.record is not None:
-        runs = Runs(options.record, options.user, options.session)
+        runs = taping.runs(options)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,
         _welcome(bundle, mapping, sensor),
         token=token,
-        key=b"" if options.key is None else keys.read(options.key),
+        key=b"" if options.key is None else _key(options.key),
         exposed=options.unprotected,
     )
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
-        software(), platform.python_version(), recognizer.engine, platform.platform(), bundle.hash,
+        __version__, platform.python_version(), recognizer.engine, _system(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
     parts = Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
     if options.ledger is not None:
         parts.ledger = _ledger(options.ledger)
     return parts
+
+
+def _key(path: Path) -> bytes:
+    """Return the key in a file."""
+    from controller import key
+
+    return key.read(path)
+
+
+def _system() -> str:
+    """Return what we run on, for the log; `platform.platform` looks for its C library as well."""
+    return f"{platform.system()} {platform.release()} {platform.machine()}"
 
 
 def _ledger(path: Path) -> TextIO:
@@ -182,7 +175,7 @@ def renew(parts: Parts) -> Parts:
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
 
-def _deployed(options: argparse.Namespace) -> tuple[Bundle, str, Mapping]:
+def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping]:
     """Return the bundle in use, the engine that runs it fastest here, and what gestures mean."""
     path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
     bundle = bundles.read(path)
@@ -194,35 +187,35 @@ def _deployed(options: argparse.Namespace) -> tuple[Bundle, str, Mapping]:
     return bundle, engine, mapping
 
 
-def _exclude(options: argparse.Namespace) -> None:
+def _exclude(options: Namespace) -> None:
     """Refuse options that have no meaning together."""
     if options.replay is not None:
         if options.record is not None:
-            raise RecordingError("a replay is a recording already; leave out --record")
+            raise Mistake("a replay is a recording already; leave out --record")
         if options.rate is not None:
-            raise RecordingError("a recording has its own rate; leave out --rate")
+            raise Mistake("a recording has its own rate; leave out --rate")
     if options.link == PRINT and (options.key is not None or options.unprotected):
-        raise LinkError("--key and --unprotected are for hosts; say with --link where they come")
+        raise Mistake("--key and --unprotected are for hosts; say with --link where they come")
     if options.key is not None and options.unprotected:
-        raise LinkError("an orb with a key is protected; leave out --key or --unprotected")
+        raise Mistake("an orb with a key is protected; leave out --key or --unprotected")
     if options.record is None:
         for name in ("label", "cues"):
             if getattr(options, name):
-                raise RecordingError(f"--{name} is for recordings; add --record")
+                raise Mistake(f"--{name} is for recordings; add --record")
 
 
-def _check_user(options: argparse.Namespace, bundle: Bundle) -> None:
+def _check_user(options: Namespace, bundle: Bundle) -> None:
     """Refuse to play as somebody who is not enrolled; a recording may be of anybody."""
     if options.user and options.record is None and options.user not in bundle.users.names:
         known = ", ".join(bundle.users.names)
         whom = f"the bundle knows {known}" if known else "the bundle knows nobody (docs/users.md)"
-        raise RecordingError(
+        raise Mistake(
             f"--user {options.user} is for recordings, and for people whom the bundle knows; "
             f"{whom}; add --record"
         )
 
 
-def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
+def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
     """Return the sensor that was asked for; the bundle must have been trained for its like."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
     if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
@@ -244,8 +237,8 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
             wiring=options.wiring,
         ),
     )
-    if isinstance(sensor, Replay):
-        refuse_misfit(sensor.source, bundle)
+    if isinstance(sensor, RecordedSensor):
+        sensor.refuse_misfit(bundle)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -255,20 +248,24 @@ def _sensor(options: argparse.Namespace, bundle: Bundle) -> Sensor:
     return sensor
 
 
-def _gestures(options: argparse.Namespace) -> tuple[Path, ...]:
+def _gestures(options: Namespace) -> tuple[Path, ...]:
     """Return files of gestures that the virtual orb's own hand can do beside those that ship.
 
     Raises:
         VocabularyError: The file that names them is no vocabulary.
     """
-    return () if options.labels is None else vocabulary.read(options.labels).files
+    if options.labels is None:
+        return ()
+    from controller import vocabulary
+
+    return vocabulary.read(options.labels).files
 
 
 def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
     """Return what the device says of itself."""
     return Welcome(
         version=VERSION,
-        boot_nonce=secrets.randbits(32),
+        boot_nonce=int.from_bytes(os.urandom(4), "little"),
         device_id=sensor.device_id,
         name="OrbTouch",
         virtual=sensor.virtual,
@@ -291,15 +288,19 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
-    if isinstance(sensor, Replay):
+    if isinstance(sensor, RecordedSensor):
         return Device(sensor, pipeline, link, sensor.schedule(), live=False)
     tape = None
     if parts.runs is not None:
-        tape = _tape(parts, parts.runs, sensor, pipeline, keyboard)
+        from controller import taping
+
+        tape = taping.tape(parts, parts.runs, sensor, pipeline, keyboard)
     script: Iterator[Wish] = iter(())
     obey = None
     touched = options.link != PRINT and getattr(link, "touched", True)
     if sensor.virtual and not touched:  # nobody else touches it
+        from controller.sensors.virtual import Obedient, show
+
         if parts.plan is None:
             told = "shows every gesture; Ctrl-C ends it"
             script = show(bundle.labels, sensor.geometry, options.seed, _gestures(options))
@@ -322,6 +323,9 @@ def clerk(parts: Parts) -> Clerk | None:
     link, shelf = parts.link, Shelf()
     if parts.options.link == PRINT or parts.options.replay is not None:
         return None
+    from controller.shelf.clerk import Clerk
+    from controller.shelf.intake import Intake
+
     objection = ""
     if not getattr(link, "proves", False):
         objection = (
@@ -332,12 +336,37 @@ def clerk(parts: Parts) -> Clerk | None:
         objection = "this orb was started with a --bundle of its own"
     return Clerk(
         Intake(shelf.folder, objection),
-        lambda path: install(path, shelf, other_sensor=False, tell=_log.info),
+        partial(_install, shelf),
+        partial(_corrected, parts, shelf),
+    )
+
+
+def _install(shelf: Shelf, path: Path) -> str:
+    """Take a bundle that has come into use."""
+    from controller.shelf.install import install
+
+    return install(path, shelf, other_sensor=False, tell=_log.info)
+
+
+def _corrected(parts: Parts, shelf: Shelf, label: str, images: list[Image]) -> str:
+    """Learn what the latest touch was; return what is in use then, a sentence."""
+    from controller.adapt import correction  # a play without corrections needs none of it
+
+    if label and label not in parts.bundle.labels:
+        raise bundles.BundleError(f"there is no gesture {label!r}")
+    return correction.correct(
+        label,
+        np.array(images, dtype=np.float32),
+        parts.bundle.rate_hz,
+        shelf,
+        partial(_install, shelf),
     )
 
 
 def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
     """Return who keeps the ledger of a session."""
+    from controller.timekeeper import Timekeeper, status_file
+
     about: dict[str, object] = {
         "device": sensor.device_id,
         "bundle": parts.bundle.hash,
@@ -355,57 +384,15 @@ def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
     )
 
 
-def _tape(
-    parts: Parts, runs: Runs, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
-) -> Tape:
-    """Return what records a session from its first frame on."""
-    plan, link, origin = parts.plan, parts.link, _origin(parts, sensor)
-    cues = None if plan is None else Cues.of(plan)
-    return Tape(
-        lambda state: Recorder(runs.next(), origin, state),
-        pipeline,
-        Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
-        keyboard=keyboard,
-        tell=link.say if isinstance(link, Teller) else _nobody,
-        screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
-    )
-
-
-def _nobody(plain: Plain) -> None:
-    """Take what nobody reads."""
-
-
-def _origin(parts: Parts, sensor: Sensor) -> Origin:
-    """Return what a recording that begins now will say of where it comes from."""
-    grid, options = sensor.geometry, parts.options
-    return Origin(
-        device_id=sensor.device_id,
-        rows=grid.rows,
-        columns=grid.columns,
-        pitch_mm=grid.pitch_mm,
-        rate_hz=sensor.rate_hz,
-        labels=parts.bundle.labels,
-        bundle=parts.bundle.hash,
-        engine=parts.recognizer.engine,
-        software=software(),
-        user=options.user,
-        session=options.session,
-        protocol=FREE if parts.plan is None else parts.plan.name,
-        preset=options.preset if sensor.virtual else "",
-        seed=options.seed if sensor.virtual else None,
-        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
-    )
-
-
 def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+    same = isinstance(sensor, RecordedSensor) and sensor.source.origin.bundle == bundle.hash
+    if isinstance(sensor, RecordedSensor) and same:
         user = sensor.source.origin.user  # as it was said then
     pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
-    if isinstance(sensor, Replay) and sensor.source.origin.bundle == bundle.hash:
+    if isinstance(sensor, RecordedSensor) and same:
         state = sensor.source.state
         if set(state) | set(LATER) != set(pipeline.state()):
             _log.warning("another version of this program recorded this: it is replayed from rest")
@@ -413,14 +400,16 @@ def _pipeline(
         try:
             pipeline.restore(state)
         except ValueError as error:
-            raise RecordingError(f"the recording cannot be replayed: {error}") from None
+            raise Mistake(f"the recording cannot be replayed: {error}") from None
     return pipeline
 
 
 def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
     """Return what a calibration of this sensor found; a recording begins as it began."""
-    if isinstance(sensor, Replay):
+    if isinstance(sensor, RecordedSensor):
         return None
+    from controller import calibration
+
     kept = calibration.load(sensor.device_id)
     if kept is None or kept.rest.shape != (bundle.rows, bundle.columns):
         return None

@@ -1,7 +1,6 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -12,17 +11,18 @@ from controller.debounce import NULL, Debouncer
 from controller.health import Health
 from controller.mapping import Mapping
 from controller.preprocess import Frame, Image, Known, Prepared, Preprocessor, State, Window
+from controller.record import record
 from controller.touch import TouchImage
 from controller.witness import Witness
 
 Touch = tuple[float, float]  # (x, y), grid units
 
 # What older recordings do not have in their state; they go on as if it were new.
-LATER: Final = ("preprocess.answers", "preprocess.answered")
+LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CommandRecord:
     """What the player asked for, and why we think so.
 
@@ -43,7 +43,7 @@ class CommandRecord:
     command: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Step:
     """What one frame gave.
 
@@ -59,6 +59,8 @@ class Step:
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
         health: What is not as it should be with the sensor, worst first.
+        sigma: Deviation of the touch from where it truly is, of each axis, grid units; None where
+            there is no touch, or nobody measured it.
         user: Who touched last, "" if that is not known.
         confidence: How probable that is; 0 where the bundle cannot tell.
     """
@@ -74,6 +76,7 @@ class Step:
     held: str
     command: CommandRecord | None
     health: tuple[str, ...] = ()
+    sigma: float | None = None
     user: str = ""
     confidence: float = 0.0
 
@@ -126,6 +129,7 @@ class Pipeline:
         self.labels = bundle.labels
         self.mapping = mapping
         self._recognizer = recognizer
+        self._spread = bundle.spread
         settings = bundle.preprocess
         self._preprocessor = Preprocessor(settings, bundle.rows, bundle.columns, known)
         self._debouncer = Debouncer(bundle.labels, bundle.debounce)
@@ -174,6 +178,7 @@ class Pipeline:
         if gesture is not None and (name := table.command(gesture, touch)) is not None:
             probability = float(probabilities[self.labels.index(gesture)])
             command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
+        sigma = None if touch is None or not self._spread else self._spread.sigma(self._touch.blur)
         held = self._debouncer.held
         if self._witness is not None:
             self._watch(self._witness, held, window, busy=bool(probabilities[NULL] < 0.5))
@@ -182,7 +187,7 @@ class Pipeline:
         self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            health, self.user, self.confidence,
+            health, sigma, self.user, self.confidence,
         )  # fmt: skip
 
     @property

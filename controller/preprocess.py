@@ -7,14 +7,15 @@ there from the start is noticed when it leaves. Taxels that feel nothing are fil
 """
 
 from collections import deque
-from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import drift
+from controller.median import median
 from controller.mend import Answers, Filler
+from controller.record import record
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
@@ -40,7 +41,7 @@ _PEAK: Final = 2.0  # times the deviation there: what a touch between two return
 _LOCAL: Final = 0.45
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PreprocessSettings:
     """How images and windows are made; travels inside the bundle.
 
@@ -79,7 +80,7 @@ class PreprocessSettings:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Prepared:
     """What one frame became.
 
@@ -102,7 +103,7 @@ class Prepared:
     dead: NDArray[np.bool_] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class Known:
     """What an earlier calibration found.
 
@@ -360,7 +361,7 @@ class Preprocessor:
             return Prepared(image, False, deviation, False)
         # What all taxels have in common is air or warmth: that may well have changed since.
         z = z_image(mean, self._rest, self.settings)
-        common = float(np.median(z)) if self._soft else 1.0
+        common = float(median(z)) if self._soft else 1.0
         rest = self._rest * common
         change = z_image(mean, rest, self.settings) - 1.0
         still = float(np.abs(change).mean()) < self._gate()

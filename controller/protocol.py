@@ -49,6 +49,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     23   Pace        D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
                          p50_ms f32, p95_ms f32, p99_ms f32
     24   Who         D   user text40, confidence share
+    25   Spot        D   frame u32, sigma f32 >= 0
     32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
                          radius_mm f32
     33   Perform     H   number u32, label text40, x f32, y f32
@@ -58,6 +59,7 @@ Messages (fields in wire order; H: the host sends it, D: the device)
     36   Alive       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
     48   Deliver     H   digest octets32, size u32, name text64
     49   Piece       H   offset u32, data octets1000
+    50   Correct     H   label text40
     ==== =========== === ================================================================
 
     bool is u8, 0 or 1. size is u8 >= 1, span is u16 >= 1 (milliseconds). f32 is finite; share is an
@@ -124,6 +126,10 @@ Deliveries
     with it; 3 when it does not take it, and why. What it has outlives the session, so a host that
     comes back says Deliver again and goes on. Only a link that proves who is there takes any.
 
+    Correct(label) says what the latest touch was ("null": no gesture; "": take the last correction
+    back). The device learns it beside its play, with the same answers: Delivery 1 while it learns,
+    then 2 or 3.
+
 Granted time
     A host that says ``granted`` in Join owns the clock of a virtual device: Grant(t) lets it step
     exactly to t (milliseconds since the session's Welcome), and Granted(t) follows every packet up
@@ -138,10 +144,10 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from controller import wire
+from controller.record import record
 from controller.seal import SIZE as TAG
 from controller.seal import Seal
 from controller.wire import ProtocolError as ProtocolError
@@ -159,7 +165,7 @@ WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 RESEND_MS = 50  # until a command that is not acknowledged is sent again, at least
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Hello:
     """Host to device, first: who connects. Sent again at any time, it starts a new session.
 
@@ -174,7 +180,7 @@ class Hello:
     granted: bool  # "I shall grant time": virtual devices only
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Offer:
     """Device to host: the answer to Hello; the session in its header is the number from here on."""
 
@@ -183,7 +189,7 @@ class Offer:
     keyed: bool  # every frame from here on is to be sealed
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Deliver:
     """Host to device: there is a bundle for you."""
 
@@ -192,7 +198,7 @@ class Deliver:
     name: str  # of the file, for the log
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Piece:
     """Host to device: some bytes of the bundle."""
 
@@ -200,7 +206,14 @@ class Piece:
     data: bytes  # at most PIECE of them
 
 
-@dataclass(frozen=True, slots=True)
+@record
+class Correct:
+    """Host to device: what the latest touch was, as its player says; learn it."""
+
+    label: str  # of Welcome.labels; "": take the last correction back
+
+
+@record
 class Join:
     """Host to device: who it is, and how far it is with the device's commands."""
 
@@ -212,7 +225,7 @@ class Join:
     done: int  # number of the last command that it knows of that one
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Welcome:
     """Device to host: the answer to Join, and what the device is and can do."""
 
@@ -233,21 +246,21 @@ class Welcome:
     done: int = 0  # number of the newest command that will not be sent (again)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Refuse:
     """Device to host, in place of Offer or Welcome: why not, in one sentence."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Bye:
     """Either side, before it closes: why."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Heartbeat:
     """Device to host, ten times a second: alive; clocks as in `controller.echo`; what is held."""
 
@@ -258,7 +271,7 @@ class Heartbeat:
     pressed: tuple[str, ...]  # as in State
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Alive:
     """Host to device, ten times a second and after commands: alive, and what has been taken."""
 
@@ -269,7 +282,7 @@ class Alive:
     missed: int  # how many were missed, since this host first met this device
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Command:
     """The player asked for something. Delivered once, or reported as missed."""
 
@@ -280,7 +293,7 @@ class Command:
     frame: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Numbered(Command):
     """Device to host: a command as it travels."""
 
@@ -289,14 +302,14 @@ class Numbered(Command):
     sent_ms: int  # the device's link clock when it was sent first
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class State:
     """Device to host: everything that is held now; () right after Welcome."""
 
     pressed: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Telemetry:
     """Device to host, one per frame: what the device feels and believes."""
 
@@ -309,7 +322,7 @@ class Telemetry:
     rate_hz: float  # measured
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Truth:
     """Virtual device to host, when a performance has ended: what its hand really did, and when."""
 
@@ -319,14 +332,14 @@ class Truth:
     release_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Granted:
     """Virtual device to host: every packet up to here has been sent before this one."""
 
     until_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Health:
     """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
 
@@ -336,7 +349,7 @@ class Health:
     found: tuple[str, ...]  # sentences, worst first
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Delivery:
     """Device to host: how it stands with the bundle that the host sends."""
 
@@ -345,7 +358,7 @@ class Delivery:
     told: str  # a sentence, or ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Hop:
     """One part of a frame's way through the device, and how long it took, milliseconds."""
 
@@ -355,7 +368,7 @@ class Hop:
     p99_ms: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pace:
     """Device to host, every second: where the time of the latest frames went, milliseconds."""
 
@@ -364,7 +377,7 @@ class Pace:
     hops: tuple[Hop, ...]  # in their order, the last one all of them together
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Who:
     """Device to host: who touches, as far as their touch tells; a convenience, never a proof.
 
@@ -376,7 +389,15 @@ class Who:
     confidence: float  # how probable that is; without a user, of the most probable one
 
 
-@dataclass(frozen=True, slots=True)
+@record
+class Spot:
+    """Device to host, before what else it says of a frame: how sure the place of its touch is."""
+
+    frame: int
+    sigma: float  # deviation from where it truly is, of each axis, grid units
+
+
+@record
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -387,14 +408,14 @@ class Contact:
     radius_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contacts:
     """Host to virtual device: all fingers that touch now; () lifts them all."""
 
     contacts: tuple[Contact, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Perform:
     """Host to virtual device: let your own hand do this gesture, or "brush" or "rest", now."""
 
@@ -404,7 +425,7 @@ class Perform:
     y: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Grant:
     """Host to virtual device: step exactly to here."""
 
@@ -413,8 +434,8 @@ class Grant:
 
 Message = (
     Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Health | Delivery | Pace | Who | Contacts | Perform | Grant | Join | Alive
-    | Deliver | Piece
+    | Truth | Granted | Health | Delivery | Pace | Who | Spot | Contacts | Perform | Grant | Join
+    | Alive | Deliver | Piece | Correct
 )  # fmt: skip
 
 
@@ -611,6 +632,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (22, Delivery, (u8, u32, sentence)),
         (23, Pace, (f32, u32, wire.many(hop, 16))),
         (24, Who, (name, share)),
+        (25, Spot, (u32, wire.Number("f", 0, wire.F32.high))),
         (32, Contacts, (wire.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),
@@ -618,6 +640,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
         (36, Alive, (u32, u32, u32, u32, u32)),
         (48, Deliver, (wire.octets(32), u32, text)),
         (49, Piece, (u32, wire.octets(PIECE))),
+        (50, Correct, (name,)),
     )  # fmt: skip
     records = {number: wire.Record(message, kinds) for number, message, kinds in table}
     return {message: (number, records[number]) for number, message, _ in table}, records

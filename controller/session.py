@@ -25,6 +25,7 @@ from controller.protocol import (
     Bye,
     Command,
     Contacts,
+    Correct,
     Decoder,
     Deliver,
     Grant,
@@ -49,7 +50,7 @@ BACKLOG = 16 * 1024  # bytes that wait for a slow host, about 8 s; what comes on
 GRANTED_BACKLOG = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
 WRONG_KEY: Final = "the host has another key than the orb, or none; give both the same --key FILE"
 _NEXT: Final = next_states(DEVICE)
-_FROM_HOST: Final = (Alive, Contacts, Perform, Grant, Deliver, Piece, Bye)
+_FROM_HOST: Final = (Alive, Contacts, Perform, Grant, Deliver, Piece, Correct, Bye)
 
 
 class DeviceSession:
@@ -306,7 +307,7 @@ class DeviceSession:
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
-        if isinstance(message, Deliver | Piece):
+        if isinstance(message, Deliver | Piece | Correct):
             return [message]
         if self._welcome.virtual and (
             isinstance(message, Contacts | Perform) or (isinstance(message, Grant) and self.granted)

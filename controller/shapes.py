@@ -7,10 +7,10 @@ own rules, and added up against limits that a network for a skin stays far below
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 from controller.graph import MAX_RANK, Array, Graph, GraphError, Node
+from controller.record import record
 
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
 MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second on a small board
@@ -18,7 +18,7 @@ MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second
 Shape = tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sizes:
     """The cost of one answer.
 
@@ -71,7 +71,7 @@ _Weights = dict[str, Array]
 _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sliding:
     """How a kernel slides: sizes along each axis after batch and channel."""
 

@@ -20,11 +20,12 @@ import math
 import re
 from collections.abc import Mapping as AbstractMapping
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Final
 
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
+from controller.record import record
 
 NETWORK: Final = "user.onnx"  # a part of the bundle
 MOST: Final = 32  # people in a bundle
@@ -44,7 +45,7 @@ class UsersError(ValueError):
     """The table cannot be used; the message says why, without a subject."""
 
 
-@dataclass(frozen=True)
+@record
 class Users:
     """The people of a bundle; without names it knows nobody.
 

@@ -27,6 +27,7 @@ from typing import Any, Final
 
 from controller import mapping as mappings
 from controller.mapping import Mapping, MappingError
+from controller.mistake import Mistake
 
 FILE: Final = "gestures.toml"  # its name beside recordings
 ROTATIONS: Final = ("none", "half", "all")  # fewest first
@@ -38,7 +39,7 @@ _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a pa
 _MAX_SAY: Final = 80  # one line of a terminal
 
 
-class VocabularyError(ValueError):
+class VocabularyError(Mistake, ValueError):
     """The file is no vocabulary; the message says where, and what belongs there."""
 
 
@@ -54,6 +55,7 @@ class Entry:
         located: Whether its place is learned.
         command: What it asks for, as in a mapping; None: nothing.
         file: How the virtual orb's hand does it; None: as the gesture that ships.
+        shifts: Whether it is the same gesture anywhere on the sensor.
     """
 
     label: str
@@ -63,6 +65,7 @@ class Entry:
     located: bool = False
     command: str | tuple[dict[str, Any], ...] | None = None
     file: Path | None = None
+    shifts: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +216,7 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
         raise VocabularyError(f"{source}: {error} (docs/mapping.md)") from None
 
 
-_KEYS: Final = ("label", "say", "rotations", "mirror", "located", "command", "file")
+_KEYS: Final = ("label", "say", "rotations", "mirror", "shifts", "located", "command", "file")
 
 
 def _entry(where: str, table: Any, folder: Path) -> Entry:
@@ -238,8 +241,9 @@ def _entry(where: str, table: Any, folder: Path) -> Entry:
     if rotations not in ROTATIONS:
         raise VocabularyError(f"{where}: rotations is {rotations!r}; it is {', '.join(ROTATIONS)}")
     mirror, located = table.get("mirror", NO_MIRROR), table.get("located", False)
-    if not isinstance(mirror, str) or not isinstance(located, bool):
-        raise VocabularyError(f"{where}: mirror is a label, located true or false")
+    shifts = table.get("shifts", False)
+    if not (isinstance(mirror, str) and isinstance(located, bool) and isinstance(shifts, bool)):
+        raise VocabularyError(f"{where}: mirror is a label, located and shifts true or false")
     command, file = table.get("command"), table.get("file")
     if file is not None and (not isinstance(file, str) or not file):
         raise VocabularyError(f"{where}: file is {file!r}, not the name of a gesture's file")
@@ -251,6 +255,7 @@ def _entry(where: str, table: Any, folder: Path) -> Entry:
         located=located,
         command=tuple(command) if isinstance(command, list) else command,
         file=None if file is None else folder / file,
+        shifts=shifts,
     )
 
 

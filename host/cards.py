@@ -26,6 +26,7 @@ _KEYS: Final = (
     ("P", "pause"),
     ("R", "new game"),
     ("F11", "full screen"),
+    ("ctrl 1–9", "that was ..."),
 )
 
 

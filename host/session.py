@@ -37,6 +37,7 @@ from controller.protocol import (
     Pace,
     Packet,
     Refuse,
+    Spot,
     State,
     Telemetry,
     Truth,
@@ -59,7 +60,7 @@ JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knoc
 _NEXT: Final = next_states(HOST)
 
 
-_NEWS = (State, Telemetry, Truth, Granted, Health, Delivery, Pace, Who)
+_NEWS = (State, Telemetry, Truth, Granted, Health, Delivery, Pace, Who, Spot)
 _FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
 
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Final
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from controller.vocabulary import NO_MIRROR, SELF, Vocabulary
 
@@ -29,10 +29,12 @@ class Symmetry:
     Attributes:
         turns: Quarter turns counterclockwise that leave it the same gesture, for each class.
         mirror: Number of the class that its mirror image is, for each; -1 where that is none.
+        shifts: Whether it is the same gesture elsewhere on the sensor, for each; (): none is.
     """
 
     turns: tuple[tuple[int, ...], ...]
     mirror: tuple[int, ...]
+    shifts: tuple[bool, ...] = ()
 
     @classmethod
     def of(cls, vocabulary: Vocabulary, rows: int, columns: int) -> "Symmetry":
@@ -45,7 +47,12 @@ class Symmetry:
             for e in vocabulary.entries
         ]
         every = tuple(k for k in grid if all(k in own for own in turns))
-        return cls((every, *turns), (0 if min(mirror) >= 0 else -1, *mirror))
+        shifts = [entry.shifts for entry in vocabulary.entries]
+        return cls(
+            (every, *turns),
+            (0 if min(mirror) >= 0 else -1, *mirror),
+            (all(shifts), *shifts) if any(shifts) else (),
+        )
 
     def of_class(self, number: int) -> "Symmetry":
         """Return what may be done to one class, as if it were the only one."""
@@ -68,6 +75,8 @@ class Symmetry:
         for words, names in (("mirrored", same + other), ("never mirrored", never)):
             if names:
                 lines.append(f"{words}: {', '.join(names)}")
+        if moved := [label for label, may in zip(labels, self.shifts, strict=False) if may]:
+            lines.append(f"shifted: {', '.join(moved)}")
         return lines
 
 
@@ -81,6 +90,7 @@ class Augmentation:
     Attributes:
         turned: Share of examples that are turned by quarters, as far as their gestures declare.
         mirrored: Share of examples that are mirrored, likewise.
+        shifted: Greatest distance that windows are shifted in each direction, taxels, likewise.
         gain: Deviation of the signal's strength, relative.
         offset: Deviation of a constant error of each taxel (rest that is not quite true).
         noise: Deviation of white noise of each reading.
@@ -90,6 +100,7 @@ class Augmentation:
 
     turned: float = 0.2
     mirrored: float = 0.5
+    shifted: int = 1
     gain: float = 0.15
     offset: float = 0.004
     noise: float = 0.003
@@ -110,6 +121,8 @@ class Augmentation:
             image = torch.tensor(symmetry.mirror, device=labels.device)[labels]
             labels = torch.where(mirrored, image, labels)
             windows = _moved(windows, mirrored, turns)
+        if self.shifted and symmetry.shifts:
+            windows = _shifted(windows, self._ways_off(labels, symmetry, generator), self.shifted)
         return self._disturb(windows, generator), labels
 
     def images(
@@ -150,6 +163,15 @@ class Augmentation:
         may = (chance[1] < self.turned) & allowed.to(device)[labels, turns]
         return mirrored, torch.where(may, turns, 0)
 
+    def _ways_off(self, labels: Tensor, symmetry: Symmetry, generator: torch.Generator) -> Tensor:
+        """Draw how far each example is shifted: a number of `_places`, (batch,)."""
+        side = 2 * self.shifted + 1
+        ways = torch.randint(
+            0, side * side, (len(labels),), generator=generator, device=labels.device
+        )
+        may = torch.tensor(symmetry.shifts, device=labels.device)[labels]
+        return torch.where(may, ways, side * side // 2)  # the middle one stays where it is
+
     def _disturb(self, windows: Tensor, generator: torch.Generator) -> Tensor:
         """Vary strength, rest and noise, and kill taxels, each example on its own."""
         batch, _, rows, columns = windows.shape
@@ -186,6 +208,30 @@ def _moved(windows: Tensor, mirrored: Tensor, turns: Tensor) -> Tensor:
     taken = source[4 * mirrored.long() + turns]
     flat = windows.flatten(2)
     return flat.gather(2, taken[:, None, :].expand_as(flat)).view_as(windows)
+
+
+def _shifted(windows: Tensor, ways: Tensor, far: int) -> Tensor:
+    """Shift each window (batch, window, rows, columns) its own way; what comes in is untouched."""
+    source = _places(windows.shape[-2], windows.shape[-1], far).to(windows.device)
+    flat = nn.functional.pad(windows.flatten(2), (0, 1), value=1.0)
+    taken = source[ways][:, None, :].expand(-1, windows.shape[1], -1)
+    return flat.gather(2, taken).view_as(windows)
+
+
+@lru_cache(maxsize=8)
+def _places(rows: int, columns: int, far: int) -> Tensor:
+    """Return which taxel each taxel shows, (ways, taxels); one past the last: none.
+
+    Ways go from `far` rows and columns up and to the left to as many down and to the right.
+    """
+    row, column = torch.arange(rows)[:, None], torch.arange(columns)[None, :]
+    ways = []
+    for down in range(-far, far + 1):
+        for right in range(-far, far + 1):
+            y, x = row - down, column - right
+            inside = (y >= 0) & (y < rows) & (x >= 0) & (x < columns)
+            ways.append(torch.where(inside, y * columns + x, rows * columns).flatten())
+    return torch.stack(ways)
 
 
 @lru_cache(maxsize=8)

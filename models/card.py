@@ -74,6 +74,12 @@ def _column(r: Result) -> dict[str, str]:
         "half, and 95 % of presses within": (
             f"{where.half_within:.3f}, {where.most_within:.3f}" if where else "–"
         ),
+        "deviation given, median": _plain(where.sigma if where else math.nan, 3),
+        "errors within one, and two deviations (68, 95 %)": (
+            f"{where.within_one:.1%}, {where.within_two:.1%}"
+            if where and math.isfinite(where.sigma)
+            else "–"
+        ),
     }
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from controller.bundle import Bundle
 from controller.debounce import NULL
 from controller.recordings.recording import Recording
-from models import faulty, intervals, scores
+from models import faulty, intervals, scores, surely
 from models.known import Choice, know
 from models.metrics import Broken, Calibration, ClassFigures, LocationFigures, Result, Row
 from models.streams import Batched, answered, feel, refuse, run
@@ -162,6 +162,8 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     off = [np.abs(t.places[:, :2] - np.rint(t.places[:, :2])) for t in tallies]
     away = [one.max(axis=1) > ON_SITE for one in off]
     half, most = np.quantile(all_, (0.5, 0.95)).tolist()
+    sigmas = np.concatenate([t.sigmas for t in tallies])
+    one, two = surely.within(sigmas, np.concatenate([t.places[:, 2:] for t in tallies]))
     return LocationFigures(
         intervals.mean(each),
         intervals.mean([e[~a] for e, a in zip(each, away, strict=True)]),
@@ -169,6 +171,9 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
         half,
         most,
         tuple((float(a), float(b), float(c), float(d)) for t in tallies for a, b, c, d in t.places),
+        float(np.nanmedian(sigmas)) if np.isfinite(sigmas).any() else np.nan,
+        one,
+        two,
     )
 
 

@@ -10,15 +10,18 @@ PACKAGES: Final = {
     "tomli_w": "tomli-w",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
+    "joblib": "joblib",
+    "distributed": "dask[distributed]",
 }
 
 
-def require(what: str, *modules: str) -> None:
+def require(what: str, *modules: str, extra: str = "train") -> None:
     """Refuse to begin what cannot be finished on this machine.
 
     Args:
         what: What is going to be done: "training".
         modules: What it needs, of `PACKAGES`.
+        extra: Which of pyproject.toml's extras holds them.
 
     Raises:
         ValueError: One is not installed; the message says how to get it.
@@ -27,5 +30,5 @@ def require(what: str, *modules: str) -> None:
     if missing:
         raise ValueError(
             f"{what} needs {' and '.join(missing)}; install the extra with: "
-            "pip install -e '.[train]'"
+            f"pip install -e '.[{extra}]'"
         )

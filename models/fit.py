@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -112,9 +113,10 @@ class _Run:
             rate = _rate(self.course, begun + step, self.passes * self.each)
             for group in self.optimizer.param_groups:
                 group["lr"] = rate
-            loss, score = self.lesson.loss(batch, self.generator)
-            self.optimizer.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
+            with _products("medium" if self.course.coarse else "highest"):
+                loss, score = self.lesson.loss(batch, self.generator)
+                self.optimizer.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
             if self.course.clip:
                 nn.utils.clip_grad_norm_(self.net.parameters(), self.course.clip)
             self.optimizer.step()
@@ -183,6 +185,17 @@ def prepare_torch(seed: int) -> torch.device:
     torch.use_deterministic_algorithms(True, warn_only=True)
     torch.backends.cudnn.benchmark = False
     return torch.device("cuda")
+
+
+@contextmanager
+def _products(precision: str) -> Iterator[None]:
+    """Multiply matrices as precisely as this, and as before afterwards."""
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision(precision)
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision(before)
 
 
 def _optimizer(net: nn.Module, course: Course) -> torch.optim.Optimizer:

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from models import curves, scores, splitting
+from models import curves, scores, splitting, surely
 from models.augment import Symmetry
 from models.fit import Fitted, fit
 from models.lessons import Gestures, Places
@@ -125,6 +125,7 @@ def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
         _mean(each[away]),
         _weights(net),
         parts.words,
+        surely.measure(found.blur[check], off.astype(np.float64)),
     )
     return result, net.eval()
 

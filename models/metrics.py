@@ -42,6 +42,9 @@ class LocationFigures:
         half_within: Half of the presses are closer than this.
         most_within: 95 % are.
         touches: x, y, error in x, error in y of each press.
+        sigma: Median deviation that the bundle gives its places; NaN: it gives none.
+        within_one: Share of errors, over both axes, below the deviation given: 68 % is right.
+        within_two: Below twice that: 95 %.
     """
 
     error: Figure
@@ -50,6 +53,9 @@ class LocationFigures:
     half_within: float
     most_within: float
     touches: tuple[tuple[float, float, float, float], ...]
+    sigma: float = math.nan
+    within_one: float = math.nan
+    within_two: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ from typing import Final, Self
 import torch
 from torch import Tensor, nn
 
+from models import products
+
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 CONVOLUTIONS: Final = 2  # layers before the dense ones
 
@@ -69,11 +71,18 @@ class GestureNet(nn.Module):
         if normalised:
             self.norms.extend(nn.BatchNorm3d(maps) for maps in channels)
             self.norms.extend(nn.BatchNorm1d(width) for width in hidden)
+        # On a small grid it learns by products, which answer the same.
+        self._small = strides and rows * columns <= products.MOST
+        if self._small:
+            self.reach1 = nn.Buffer(products.reach(rows, columns, 2), persistent=False)
+            self.reach2 = nn.Buffer(products.reach(*taxels, 1), persistent=False)
         self._made_of = (window, rows, columns, classes, channels, hidden)
         self._strides = strides
 
     def forward(self, windows: Tensor) -> Tensor:
         """Return logits; the softmax belongs to the exported network."""
+        if self.training and self._small:
+            return torch.as_tensor(self.out(_hidden(self, self._products(windows))))
         return torch.as_tensor(self.out(_trunk(self, windows)))
 
     def folded(self) -> Self:
@@ -83,6 +92,19 @@ class GestureNet(nn.Module):
         plain.load_state_dict(own)
         _fold(self.norms, (plain.conv1, plain.conv2, plain.dense1, plain.dense2))
         return plain
+
+    def _products(self, windows: Tensor) -> Tensor:
+        """Return what the convolutions make of windows, the sooner for small ones."""
+        x = ((windows - 1.0) * GAIN).flatten(2)
+        for number, (layer, reached) in enumerate(
+            ((self.conv1, self.reach1), (self.conv2, self.reach2))
+        ):
+            x = products.convolve(x, layer, reached)
+            apart = x.view(-1, layer.out_channels, 1, 1, reached.shape[2])
+            x = torch.relu(self.norms[number](apart) if self.norms else apart).view(x.shape)
+        # Maps first, as the convolutions have it: (batch, maps, images, taxels).
+        apart = x.view(len(x), -1, self.conv2.out_channels, self.reach2.shape[2])
+        return apart.transpose(1, 2).flatten(1)
 
 
 class LocationNet(nn.Module):
@@ -144,8 +166,16 @@ class LocationNet(nn.Module):
 def _trunk(net: GestureNet | LocationNet, z: Tensor) -> Tensor:
     """Return what both networks have in common: all up to the last dense layer."""
     x = (z.unsqueeze(1) - 1.0) * GAIN
-    for number, layer in enumerate((net.conv1, net.conv2, net.dense1, net.dense2)):
-        x = layer(x.flatten(1) if number == CONVOLUTIONS else x)
+    for number, layer in enumerate((net.conv1, net.conv2)):
+        x = layer(x)
+        x = torch.relu(net.norms[number](x) if net.norms else x)
+    return _hidden(net, x.flatten(1))
+
+
+def _hidden(net: GestureNet | LocationNet, x: Tensor) -> Tensor:
+    """Return what the dense layers but the last make of the convolutions' answers."""
+    for number, layer in enumerate((net.dense1, net.dense2), CONVOLUTIONS):
+        x = layer(x)
         x = torch.relu(net.norms[number](x) if net.norms else x)
     return x
 

@@ -8,7 +8,14 @@ from models.augment import Augmentation
 
 VARIED: Final = Augmentation()
 UNTOUCHED: Final = Augmentation(
-    turned=0.0, mirrored=0.0, gain=0.0, offset=0.0, noise=0.0, dropout=0.0, electrode=0.0
+    turned=0.0,
+    mirrored=0.0,
+    shifted=0,
+    gain=0.0,
+    offset=0.0,
+    noise=0.0,
+    dropout=0.0,
+    electrode=0.0,
 )
 NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
@@ -37,6 +44,8 @@ class Course:
         hidden: Widths of the dense layers.
         strides: Convolutions take longer steps in space and time than the paper's.
         normalised: Layers are normalised over each batch while they learn.
+        coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
+            are faster then (bfloat16); sums are not.
         augmentation: How examples are varied.
     """
 
@@ -59,6 +68,7 @@ class Course:
     hidden: tuple[int, int] = (64, 32)
     strides: bool = True
     normalised: bool = False
+    coarse: bool = False
     augmentation: Augmentation = VARIED
 
     def passes(self, examples: int) -> int:
@@ -134,7 +144,15 @@ class Recipe:
 DEFAULT: Final = Recipe(
     "default",
     # Normalised layers are as good after 12 epochs as others after 30.
-    gesture=Course(epochs=0, steps=30_000, limits=(8, 60), batch=128, rate=8e-3, normalised=True),
+    gesture=Course(
+        epochs=0,
+        steps=15_000,
+        limits=(8, 100),
+        batch=256,
+        rate=1.1e-2,
+        normalised=True,
+        coarse=True,
+    ),
     # Images of touches are few and small, so they may come by often; noise would hide the place.
     location=Course(
         epochs=0,

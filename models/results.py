@@ -9,6 +9,8 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from controller.touch import Spread
+
 
 @dataclass(frozen=True, slots=True)
 class Lateness:
@@ -210,6 +212,7 @@ class LocationResult:
         off_site: Of all others.
         weights: How many it has.
         unseen: What was held out, where that is not what the whole split says.
+        spread: How far off its places are; None: too few are held out to tell.
     """
 
     epochs: tuple[Epoch, ...]
@@ -221,6 +224,7 @@ class LocationResult:
     off_site: float
     weights: int
     unseen: str = ""
+    spread: Spread | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,7 @@ from controller.simulator.style import person
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
-_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+THREADS: Final = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS")
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
@@ -209,7 +209,7 @@ def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Processes of one thread each; what is under way is finished, whatever happens."""
-    for variable in _THREADS:
+    for variable in THREADS:
         os.environ.setdefault(variable, "1")
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)

@@ -48,6 +48,7 @@ class Stream:
         ready: A whole window was there, (n,).
         probabilities: One per class, (n, classes); certainly null where no window was there.
         touches: Where the present touch is, grid units, NaN at rest, (n, 2).
+        sigmas: Deviation that the bundle gives it, grid units, NaN where it gives none, (n,).
         answers: Gestures that fired, in order.
     """
 
@@ -55,6 +56,7 @@ class Stream:
     ready: NDArray[np.bool_]
     probabilities: NDArray[np.float32]
     touches: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
     answers: tuple[Answer, ...]
 
 
@@ -122,8 +124,10 @@ def replay(
     spoken = _Spoken(answers, len(known.t))
     pipeline = Pipeline(bundle, spoken, bundle.mapping)
     fired = []
+    sigmas = np.full(len(known.t), np.nan)
     for frame, t_s in zip(recording.frames, known.t.tolist(), strict=True):
         step = pipeline.step(frame, t_s)
+        sigmas[spoken.frame] = np.nan if step.sigma is None else step.sigma
         spoken.frame += 1
         if step.gesture is not None:
             fired.append(Answer(t_s, step.gesture))
@@ -131,7 +135,7 @@ def replay(
     touches = np.full((len(known.t), 2), np.nan)
     if spoken.images and (places := networks.touches(np.stack(spoken.images))) is not None:
         touches[spoken.asked] = places
-    return Stream(known, ready, probabilities, touches, tuple(fired))
+    return Stream(known, ready, probabilities, touches, sigmas, tuple(fired))
 
 
 def answered(
@@ -151,11 +155,12 @@ def answered(
         settings: When a gesture counts.
     """
     ready, probabilities = spread(answers, felt, len(known.t), len(labels))
-    nowhere = np.full((len(known.t), 2), np.nan)
+    nowhere = np.full((len(known.t), 3), np.nan)
     fired = fire(
         smoothed(probabilities, settings.smoothing), known.t, labels, settings.on, settings.off
     )
-    return Stream(known, ready, probabilities, nowhere, tuple(fired))
+    where, sigmas = nowhere[:, :2], nowhere[:, 2]
+    return Stream(known, ready, probabilities, where, sigmas, tuple(fired))
 
 
 def spread(

@@ -1,6 +1,6 @@
 """Count what was answered in one session: which events, how late, how surely, and where."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -39,6 +39,7 @@ class Tally:
         turns: The same inside twists.
         sure: Probabilities of the frames whose class is known, and that class.
         places: x, y, error in x, error in y of each press.
+        sigmas: Deviation that was told with each of them, grid units, NaN where none was.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Tally:
     turns: tuple[int, int]
     sure: tuple[NDArray[np.float32], Counts]
     places: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
 
     @property
     def events(self) -> int:
@@ -140,7 +142,7 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         (int(right[use].sum()), int(use.sum())),
         (int(right[inside].sum()), int(inside.sum())),
         (stream.probabilities[sure], known.label[sure]),
-        _places(stream),
+        *_places(stream),
     )
 
 
@@ -179,14 +181,35 @@ def _inside_turns(known: Known) -> NDArray[np.bool_]:
     return within
 
 
-def _places(stream: Stream) -> NDArray[np.float64]:
-    """Return x, y, error in x and in y of each press: its last estimate, of all its frames."""
-    rows = []
+def told(stream: Stream) -> NDArray[np.float64]:
+    """Return what was told of places in every frame of every press, (frames, 3).
+
+    The deviation that was told, and the errors in x and in y, grid units.
+    """
+    rows = [
+        np.column_stack([stream.sigmas[frames], stream.touches[frames] - place])
+        for place, frames in _presses(stream)
+    ]
+    return np.concatenate(rows) if rows else np.empty((0, 3))
+
+
+def _places(stream: Stream) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x, y, error in x and in y of each press, and the deviation that was told.
+
+    It is the press's last estimate, of all its frames.
+    """
+    rows, sigmas = [], []
+    for place, frames in _presses(stream):
+        rows.append([*place, *(stream.touches[frames[-1]] - place)])
+        sigmas.append(stream.sigmas[frames[-1]])
+    return np.array(rows).reshape(-1, 4), np.array(sigmas, dtype=np.float64)
+
+
+def _presses(stream: Stream) -> Iterator[tuple[NDArray[np.float64], Counts]]:
+    """Yield where each press truly was, and the frames in which its place was told."""
     for event in stream.known.events:
         frames = _between(stream.known, event)
-        truth, told = stream.known.place[frames], stream.touches[frames]
-        felt = np.flatnonzero(np.isfinite(told[:, 0]))
+        truth = stream.known.place[frames]
+        felt = frames.start + np.flatnonzero(np.isfinite(stream.touches[frames, 0]))
         if np.isfinite(truth[:, 0]).any() and len(felt):
-            place = np.nanmedian(truth, axis=0).astype(np.float64)
-            rows.append([*place, *(told[felt[-1]] - place)])
-    return np.array(rows).reshape(-1, 4)
+            yield np.nanmedian(truth, axis=0).astype(np.float64), felt

@@ -24,6 +24,7 @@ class Touches:
         frame: Frame of the examples that each ends at, (images,).
         touch: Number of its touch, (images,).
         last: It is the last of its touch, (images,).
+        blur: How noisy each image is against its strength; NaN: nobody knows, (images,).
     """
 
     images: NDArray[np.float32]
@@ -31,6 +32,7 @@ class Touches:
     frame: NDArray[np.int64]
     touch: NDArray[np.int64]
     last: NDArray[np.bool_]
+    blur: NDArray[np.float64]
 
 
 def find(examples: Examples, averaged: bool, seed: int) -> Touches:
@@ -43,9 +45,10 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
     """
     frames = np.flatnonzero(np.isfinite(examples.touch[:, 0]))
     images = examples.images[frames]
+    blur = np.full(len(frames), np.nan)
     if averaged and len(frames):
-        shown, laid = _laid(examples, frames, seed)
-        frames, images = frames[shown], laid
+        shown, images, blur = _laid(examples, frames, seed)
+        frames = frames[shown]
     begins = np.ones(len(frames), dtype=np.bool_)
     begins[1:] = (np.diff(frames) != 1) | (np.diff(examples.session[frames]) != 0)
     last = np.ones(len(frames), dtype=np.bool_)
@@ -55,18 +58,18 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
     if averaged:  # one place for each touch
         for one in np.split(np.arange(len(frames)), np.flatnonzero(begins)[1:]):
             place[one] = np.median(place[one], axis=0) if len(one) else place[one]
-    return Touches(images, place, frames.astype(np.int64), number, last)
+    return Touches(images, place, frames.astype(np.int64), number, last, blur)
 
 
 def _laid(
     examples: Examples, wanted: NDArray[np.int64], seed: int
-) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Return which of the wanted frames show a touch, and the images of the touch at those."""
+) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.float64]]:
+    """Return which of the wanted frames show a touch, and its images at those with their blur."""
     null = _unnoticed(examples.label, np.random.default_rng((seed, 3)))
     want = np.zeros(len(null), dtype=np.bool_)
     want[wanted] = True
     shape = examples.images.shape[1:]
-    images, shown = [], []
+    images, shown, blur = [], [], []
     stage, session = TouchImage(WINDOWS * examples.window, *shape), -1
     for frame in range(len(null)):
         if examples.session[frame] != session:
@@ -78,8 +81,9 @@ def _laid(
             shown.append(image is not None)
             if image is not None:
                 images.append(image)
+                blur.append(stage.blur)
     made = np.stack(images) if images else np.empty((0, *shape), dtype=np.float32)
-    return np.array(shown, dtype=np.bool_), made
+    return np.array(shown, dtype=np.bool_), made, np.array(blur, dtype=np.float64)
 
 
 def _unnoticed(label: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:

@@ -284,4 +284,8 @@ def _manifest(
         labels, (plan.rows, plan.columns), plan.pitch_mm, settings, debounce, table, made
     )
     assert content["debounce"] == asdict(debounce)
+    far = plan.location.spread if plan.location else lender and lender.spread
+    if far is not None:
+        card = content.pop("card")  # it stands last
+        content |= {"location": asdict(far), "card": card}
     return content

@@ -1,5 +1,7 @@
 """Choose the debouncer's thresholds on labelled streams: what is lost, what is false, how late.
 
+How far off places are is measured on the way.
+
 Every point of a grid is replayed. A point is on the front if no other is at least as good in
 recall, in false alarms and in latency, and better in one. Among these the cheapest is chosen, by
 what a lost gesture, a false alarm and a second cost. F1, not recall, is what is paid for: a wrong
@@ -20,10 +22,11 @@ from controller import bundle
 from controller.bundle import MANIFEST, Bundle
 from controller.debounce import DebounceSettings
 from controller.events import Answer, judge
-from models import intervals
+from controller.touch import Spread
+from models import intervals, surely
 from models.metrics import Point, Tuning
 from models.streams import Stream, debounced, fire, smoothed
-from models.tally import tally
+from models.tally import tally, told
 
 SMOOTHING: Final = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
 ON: Final = (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95)
@@ -159,14 +162,27 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
     return min((point for point in allowed if goal.cost(point) <= least + 1e-9), key=around)
 
 
-def write(path: Path, loaded: Path, settings: DebounceSettings, said: str) -> Bundle:
-    """Write a bundle that differs from another in its thresholds only, and return it.
+def spread(streams: Sequence[Stream]) -> Spread | None:
+    """Return how far off places are in every frame of a press; None: there are too few to tell.
+
+    Args:
+        streams: Of a bundle whose `spread` is `surely.BARE`.
+    """
+    found = np.concatenate([told(stream) for stream in streams])
+    return surely.measure(found[:, 0], found[:, 1:])
+
+
+def write(
+    path: Path, loaded: Path, settings: DebounceSettings, said: str, far: Spread | None = None
+) -> Bundle:
+    """Write a bundle that differs from another in what was measured here only, and return it.
 
     Args:
         path: Where to.
         loaded: The other bundle's file.
         settings: The thresholds.
         said: What its card says of them.
+        far: How far off places are; None: as the other says.
 
     Raises:
         BundleError: The other bundle cannot be used.
@@ -178,7 +194,10 @@ def write(path: Path, loaded: Path, settings: DebounceSettings, said: str) -> Bu
     parts = bundle.unpack(loaded.read_bytes())
     table = bundle.manifest(parts[MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
-    table["card"]["tuned"] = said
+    card = table.pop("card")  # it stands last
+    if far is not None:
+        table["location"] = dataclasses.asdict(far)
+    table["card"] = {**card, "tuned": said}
     bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
     return bundle.read(path)
 

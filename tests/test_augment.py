@@ -66,6 +66,44 @@ def test_an_example_is_turned_only_as_its_own_gesture_declares() -> None:
     ]
 
 
+def test_an_example_is_shifted_only_if_its_gesture_is_the_same_anywhere() -> None:
+    mine = vocabulary.parse(
+        '[[gesture]]\nlabel = "tap"\nshifts = true\n[[gesture]]\nlabel = "corner"\n',
+        "mine",
+        Path(),
+    )
+    symmetry = Symmetry.of(mine, 4, 6)
+    assert symmetry.shifts == (False, True, False)
+    assert symmetry.sentences(mine.labels)[-1] == "shifted: tap"
+    shifting = replace(UNTOUCHED, shifted=2)
+    windows = torch.ones(3, 10, 4, 6)
+    windows[:, :, 1, 1] = 0.5
+    seen: list[set[tuple[int, int]]] = [set(), set(), set()]
+    lost = 0
+    for seed in range(200):
+        varied, names = shifting.windows(windows, torch.arange(3), symmetry, seeded(seed))
+        assert names.tolist() == [0, 1, 2]
+        for i in range(3):
+            dent = {(row, column) for _, row, column in (varied[i] == 0.5).nonzero().tolist()}
+            assert len(dent) <= 1  # for as long as the window lasts
+            assert int((varied[i] != 1.0).sum()) == 10 * len(dent)
+            lost += not len(dent)
+            seen[i] |= dent
+    assert seen[0] == seen[2] == {(1, 1)}
+    # Two up or two to the left, and it is off the sensor.
+    assert seen[1] == {(row, column) for row in range(4) for column in range(4)}
+    assert 40 < lost < 110
+
+
+def test_nothing_is_drawn_for_shifts_where_none_are_declared() -> None:
+    windows = torch.rand(6, 10, 5, 5)
+    one, other = seeded(3), seeded(3)
+    varied, _ = replace(CALM, shifted=0).windows(windows, torch.arange(6) % 5, PAPER, one)
+    same, _ = replace(CALM, shifted=2).windows(windows, torch.arange(6) % 5, PAPER, other)
+    torch.testing.assert_close(varied, same)
+    assert torch.equal(one.get_state(), other.get_state())
+
+
 def test_quarter_turns_need_a_square_grid() -> None:
     assert Symmetry.of(SHIPPED, 4, 5).turns == ((0, 2),) * 5
 

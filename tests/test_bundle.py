@@ -13,6 +13,7 @@ import pytest
 from controller import bundle, npz
 from controller.bundle import BundleError
 from controller.recognizer import Recognizer
+from controller.touch import Spread
 
 SHIPPED = bundle.default_path()
 
@@ -20,7 +21,7 @@ SHIPPED = bundle.default_path()
 def parts_of(path: Path = SHIPPED) -> tuple[bytes, dict[str, bytes]]:
     """The manifest and the other parts, ready to be written again."""
     parts = bundle.unpack(path.read_bytes())
-    return parts[bundle.MANIFEST], {name: parts[name] for name in bundle.CONTENT}
+    return parts[bundle.MANIFEST], bundle.content(parts)
 
 
 def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> None:
@@ -43,7 +44,7 @@ def test_what_ships_takes_less_than_five_megabytes_the_paper_s_network_with_it()
 
 def test_any_zip_tool_opens_a_bundle_and_its_sums_are_right() -> None:
     with zipfile.ZipFile(SHIPPED) as file:
-        assert file.namelist() == list(bundle.PARTS)
+        assert file.namelist() == [*bundle.PARTS[:-1], bundle.REHEARSAL, bundle.SUMS]
         assert file.testzip() is None
 
 
@@ -111,6 +112,23 @@ def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
     blind = bundle.read(tmp_path / "new.orb")
     assert not blind.locates
     assert Recognizer(blind).touch(golden["images"][0]) is None
+
+
+def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    plain = re.sub(r"\[location\]\n(\w.*\n)*", "", manifest.decode())
+    for table, spread in (
+        ("", None),
+        ("\n[location]\nfloor = 0.07\nnoise = 3\n", Spread(0.07, 3.0)),
+    ):
+        bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
+        assert bundle.read(tmp_path / "new.orb").spread == spread
+    for table, complaint in (
+        ("\n[location]\nfloor = -1.0\nnoise = 3.0\n", "floor = -1.0 under .location."),
+        ("\n[location]\nfloor = 1.0\n", "another version of this program"),
+    ):
+        with pytest.raises(BundleError, match=complaint):
+            bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
 
 
 @pytest.mark.parametrize(

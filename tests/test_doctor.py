@@ -118,6 +118,15 @@ def test_what_the_pressure_says_of_pump_and_hose() -> None:
 # --- presses --------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("scatter", "seconds"), [(0.01, 0.6), (0.06, 0.9), (0.08, 1.6), (0.2, 3.0)]
+)
+def test_the_noisier_the_orb_the_longer_a_press_is_held(scatter: float, seconds: float) -> None:
+    noise = np.random.default_rng(3).standard_normal((600, 5, 5))
+    idle = (40.0 * (1.0 + scatter * noise)).astype(np.float32)
+    assert skin.hold_s(idle, 10.0) == pytest.approx(seconds, rel=0.1)
+
+
 def felt(noise: float = 0.01) -> np.ndarray:
     """What is felt of every press that the doctor asks for, by somebody who misses a little."""
     rng = np.random.default_rng(3)
@@ -209,7 +218,7 @@ def test_a_sound_virtual_orb_is_healthy(capsys: pytest.CaptureFixture[str], pres
     [
         ("open_row:1", {"row 1": "open"}),
         ("short_column:3", {"columns 3 and 4": "short"}),
-        ("dead:2,3", {"taxel row 2, column 3": "stiff"}),
+        ("dead:2,3", {"taxel (2,3)": "stiff"}),
         ("air_leak=0.8", {"air": "air_leak"}),
     ],
 )

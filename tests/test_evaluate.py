@@ -48,7 +48,8 @@ def drawn(
     nobody = np.zeros(len(t), dtype=np.bool_)
     contact = tuple(event.onset_s - 0.1 for event in events)
     known = Known(name, "somebody", t, label, tuple(events), contact, place, nobody)
-    return Stream(known, ~nobody, probabilities, place.astype(np.float64), tuple(answers))
+    far = np.full(len(t), np.nan)
+    return Stream(known, ~nobody, probabilities, place.astype(np.float64), far, tuple(answers))
 
 
 @settings(deadline=None)

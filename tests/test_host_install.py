@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ende
 def variant(path: Path) -> str:
     """Write a bundle that differs from the shipped one in its card; return its name."""
     parts = bundles.unpack(bundles.default_path().read_bytes())
-    text = parts[bundles.MANIFEST] + b'\nvariant = "new"\n'
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", b'[card]\nvariant = "new"\n')
     bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
     return bundles.read(path).hash[:16]
 

@@ -35,6 +35,7 @@ from controller.protocol import (
     Message,
     Perform,
     Refuse,
+    Spot,
     State,
     Telemetry,
     Welcome,
@@ -103,6 +104,18 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
         '{"t": 1.4, "gesture": "pinch", "probability": 1.0, "touch": null, "command": "drop"}\n'
     )
     assert link.dropped == 0
+
+
+def test_a_command_says_how_sure_its_place_is_if_that_is_known_of_its_frame() -> None:
+    out = io.StringIO()
+    link = StdoutLink(out)
+    link.send(Spot(PRESS.frame - 1, 0.3), 1_100)
+    link.send(PRESS, 1_200)
+    link.send(Spot(PRESS.frame, 0.12345), 1_200)
+    link.send(PRESS, 1_200)
+    link.close()
+    lines = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [line.get("sigma") for line in lines] == [None, 0.123]
 
 
 def test_cues_are_printed_among_the_commands() -> None:

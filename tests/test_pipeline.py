@@ -1,5 +1,7 @@
 """The stages joined: frames in, one command per touch out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 from controller import bundle
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, Image, State, Window
+from controller.touch import Spread
 
 SHIPPED = bundle.read(bundle.default_path())
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
@@ -69,6 +72,21 @@ def test_the_same_touch_means_something_else_elsewhere() -> None:
         frames += [pressed(x, y)] * 8 + [REST] * 12
     commands = [step.command.command for step in played(pipeline(), frames) if step.command]
     assert commands == ["left", "right", "down"]
+
+
+def test_a_place_is_told_with_how_far_off_it_may_be_if_somebody_measured_it() -> None:
+    rng = np.random.default_rng(2)
+    frames = [
+        (frame * (1.0 + 0.01 * rng.standard_normal((5, 5)))).astype(np.float32)
+        for frame in [REST] * 20 + [pressed(0, 3)] * 10 + [REST] * 20
+    ]
+    measured = replace(SHIPPED, spread=Spread(0.1, 3.0))
+    steps = played(Pipeline(measured, Certain(), SHIPPED.mapping), frames)
+    sigmas = [step.sigma for step in steps if step.sigma is not None]
+    assert [step.sigma is None for step in steps] == [step.touch is None for step in steps]
+    assert 0.1 < min(sigmas) < 0.2
+    unmeasured = Pipeline(replace(SHIPPED, spread=None), Certain(), SHIPPED.mapping)
+    assert all(step.sigma is None for step in played(unmeasured, frames))
 
 
 def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:

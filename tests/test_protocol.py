@@ -20,6 +20,7 @@ from controller.protocol import (
     Command,
     Contact,
     Contacts,
+    Correct,
     Decoder,
     Deliver,
     Delivery,
@@ -39,6 +40,7 @@ from controller.protocol import (
     Piece,
     ProtocolError,
     Refuse,
+    Spot,
     State,
     Telemetry,
     Truth,
@@ -85,6 +87,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Truth: st.builds(Truth, u32, name, u32, u32),
     Granted: st.builds(Granted, u32),
     Health: st.builds(Health, st.lists(text(120), max_size=8).map(tuple)),
+    Spot: st.builds(Spot, u32, st.floats(0.0, 100.0, width=32)),
     Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
     Perform: st.builds(Perform, u32, name, f32, f32),
     Grant: st.builds(Grant, u32),
@@ -97,6 +100,7 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Who: st.builds(Who, name, share),
     Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
     Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
+    Correct: st.builds(Correct, name),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -154,6 +158,7 @@ GOLDEN: list[tuple[Message, str]] = [
         Health(("pump", "row 1")),
         "20 15 0100 0200 03000000  02 04 70756d70 05 726f772031",
     ),
+    (Spot(9, 0.5), "20 19 0100 0200 03000000  09000000 0000003f"),
     (
         Contacts((Contact(1, 2.0, 3.0, 4.0, 5.0),)),
         "20 20 0100 0200 03000000  01 0100 00000040 00004040 00008040 0000a040",
@@ -182,6 +187,7 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
     ),
     (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
+    (Correct("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
 ]
 
 

@@ -6,7 +6,7 @@ import os
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -137,7 +137,7 @@ def test_a_shape_larger_than_the_data_asks_for_no_memory(tmp_path: Path) -> None
 
 
 def meta(**fields: Any) -> Any:
-    origin = {**vars(ORIGIN), **fields}
+    origin = {**asdict(ORIGIN), **fields}
     return np.array(json.dumps(origin))
 
 
@@ -233,7 +233,7 @@ def test_a_truth_that_cannot_be_is_refused(
 
 def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
     new = (*NEW_IN_FORM_2, *NEW_IN_FORM_3)
-    old = {k: v for k, v in vars(ORIGIN).items() if k not in new}
+    old = {k: v for k, v in asdict(ORIGIN).items() if k not in new}
     without = dict.fromkeys(("key", "cue", "excluded", "mark_t", "mark_kind", "mark_text"))
     path = record(tmp_path / "one.npz")
     changed(path, meta=np.array(json.dumps({**old, "schema": 1})), **without)

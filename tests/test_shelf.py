@@ -23,7 +23,7 @@ def variant(folder: Path, number: int) -> Path:
     """A bundle that differs from the shipped one in its card."""
     parts = bundles.unpack(SHIPPED.read_bytes())
     path = folder / f"{number}.orb"
-    text = parts[bundles.MANIFEST] + f'\nvariant = "{number}"\n'.encode()
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", f'[card]\nvariant = "{number}"\n'.encode())
     bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
     return path
 
@@ -143,8 +143,8 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
 
 def test_the_median_step_is_what_the_clock_says() -> None:
     ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
-    shown = proof.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks))
-    assert shown == proof.Proof("numpy", 7.0, 7.0)
+    shown = proof.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks), lambda: 0.2)
+    assert shown == proof.Proof("numpy", 7.0, 7.0, start_ms=200.0)
 
 
 def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
@@ -163,6 +163,32 @@ def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
     best, other = proof.prove(SHIPPED)
     assert best.engine == "numpy"
     assert other.problem == "onnxruntime ended with status -4 on this device"
+
+
+@pytest.mark.parametrize(
+    ("onnxruntime", "numpy", "taken"),
+    [
+        ((70.0, 200.0), (75.0, 150.0), "numpy"),  # as fast, and sooner there
+        ((70.0, 200.0), (80.0, 150.0), "onnxruntime"),
+        ((70.0, 100.0), (75.0, 150.0), "onnxruntime"),
+        ((75.0, 200.0), (70.0, 250.0), "onnxruntime"),
+    ],
+)
+def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+    onnxruntime: tuple[float, float],
+    numpy: tuple[float, float],
+    taken: str,
+) -> None:
+    shown = {"onnxruntime": onnxruntime, "numpy": numpy}
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        step_us, start_ms = shown[words[-1]]
+        told = proof.Proof(words[-1], step_us, 2 * step_us, start_ms=start_ms)
+        return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(told)))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    assert proof.prove(SHIPPED)[0].engine == taken
 
 
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:

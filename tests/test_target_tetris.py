@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
@@ -172,8 +173,7 @@ def test_fingers_are_lifted_for_good_when_the_link_goes() -> None:
 
 def test_real_orb_takes_no_contacts_from_the_mouse() -> None:
     target = TetrisTarget(seed=1)
-    fields = {name: getattr(WELCOME, name) for name in WELCOME.__slots__}
-    target.tick(0.0, [Connected(Welcome(**{**fields, "virtual": False}))])
+    target.tick(0.0, [Connected(replace(WELCOME, virtual=False))])
     target.touch.press(2.0, 2.0, 0.0)
     assert target.outgoing(0.0) == []
 

@@ -139,6 +139,7 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
     assert planned.commands == (
         ["train", "data", "--out", "data.orb"],
         ["tune", "data.orb", "data", "--out", "data.orb", "--html", "data.html"],
+        ["rehearse", "data.orb", "data", "--out", "data.orb"],
         ["evaluate", "data.orb", "data", "--html", "data.html"],
     )
     assert "it flatters" in planned.note
@@ -147,7 +148,7 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
 def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> None:
     places = taken("3", protocol="locations")
     planned = after.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
-    train, tune, evaluate = planned.commands
+    train, tune, _, evaluate = planned.commands
     learned = ["data/gestures-1.npz", "data/gestures-2.npz", "data/locations-3.npz"]
     assert train[1:4] == tune[2:5] == learned
     assert evaluate[2:4] == ["data/gestures-3.npz"] * 2
@@ -181,7 +182,7 @@ class Shell:
 def test_who_agrees_gets_a_bundle(answer: str | None, yes: bool) -> None:
     shell = Shell()
     assert shell.offer(answer, yes=yes) == 0
-    assert [command[1] for command in shell.ran] == ["train", "tune", "evaluate"]
+    assert [command[1] for command in shell.ran] == ["train", "tune", "rehearse", "evaluate"]
     assert "Play with it: host -- --bundle data.orb" in shell.said[-1]
 
 

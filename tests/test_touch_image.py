@@ -96,6 +96,22 @@ def test_a_noisy_sensor_is_not_believed_what_it_remembers() -> None:
     assert touch.state()["left"].max() < 0.002
 
 
+def test_an_image_says_how_much_of_it_is_noise() -> None:
+    rng = np.random.default_rng(6)
+    rest = [QUIET.copy() for _ in range(5)]
+
+    def blur(frames: int, depth: float, idle: float) -> float:
+        noisy = [finger(1, depth) + idle * rng.standard_normal((5, 5)) for _ in range(frames)]
+        touch = shown(*rest, *[one.astype(np.float32) for one in noisy], idle=idle)
+        seen(touch)
+        return touch.blur
+
+    assert blur(1, 0.2, 0.002) == pytest.approx(0.002 / 0.2, rel=0.5)
+    assert blur(8, 0.2, 0.02) < 0.6 * blur(1, 0.2, 0.02)  # frames are laid over each other
+    assert blur(4, 0.1, 0.02) > 1.5 * blur(4, 0.2, 0.02)  # a faint touch
+    assert blur(1, 0.0, 0.02) <= 1.0  # nothing but noise
+
+
 def test_it_goes_on_exactly_where_its_state_was_taken() -> None:
     rng = np.random.default_rng(4)
     images = [(QUIET + 0.1 * rng.standard_normal((5, 5))).astype(np.float32) for _ in range(60)]
@@ -109,5 +125,6 @@ def test_it_goes_on_exactly_where_its_state_was_taken() -> None:
             for touch in (whole, copy):
                 touch.step(image, 0.01, null=null)
             one, other = whole.image(), copy.image()
+            assert one is None or whole.blur == copy.blur
             assert (one is None) == (other is None)
             assert one is None or other is None or one.tobytes() == other.tobytes()

@@ -33,6 +33,13 @@ def test_the_whole_is_as_symmetric_as_its_least_symmetric_gesture() -> None:
     assert swipe.mirrors is None
 
 
+def test_a_gesture_is_the_same_anywhere_only_if_it_says_so() -> None:
+    text = '[[gesture]]\nlabel = "tap"\nshifts = true\n[[gesture]]\nlabel = "swipe"\n'
+    mine = vocabulary.parse(text, "mine", Path())
+    assert [entry.shifts for entry in mine.entries] == [True, False]
+    assert not any(entry.shifts for entry in vocabulary.shipped().entries)
+
+
 def test_a_gesture_whose_mirror_image_is_not_taught_declares_nothing() -> None:
     alone = vocabulary.of(("null", "twist_cw"))
     assert alone.mirrors is None
@@ -78,6 +85,7 @@ def test_a_vocabulary_is_read_with_its_commands_and_files(tmp_path: Path) -> Non
         ('[[gesture]]\nlabel = "a"\nrotations = "some"', "it is none, half, all"),
         ('[[gesture]]\nlabel = "a"\nmirror = "b"', "does not name it in turn"),
         ('[[gesture]]\nlabel = "a"\nlocated = 1', "true or false"),
+        ('[[gesture]]\nlabel = "a"\nshifts = "all"', "true or false"),
         ('[[gesture]]\nlabel = "a"\ncommand = "Jump!"', "is no command"),
         ('[[gesture]]\nlabel = "a"\ncommand = []', "no rules"),
         ('[[gesture]]\nlabel = "a"\nfile = 3', "not the name"),

@@ -16,7 +16,7 @@ from controller import bundle as bundles
 from controller import sensors
 from controller.doctor import guided, leads, loopback, machine, probe, skin
 from controller.doctor.verdict import Row, Verdict, faulty, table
-from controller.doctor.watch import HOLD_S, Hand, OwnHand, Person, Watch
+from controller.doctor.watch import Hand, OwnHand, Person, Watch
 from controller.ends import complain
 from controller.options import PRINT
 from controller.preprocess import LEAST_REST
@@ -175,7 +175,7 @@ def _skin(
     if any(row.code == "touched" for row in rest):
         return
     hand = None if find is None else find(watch)
-    pressed = [] if hand is None else _pressed(watch, hand, idle.mean(axis=0), bad)
+    pressed = [] if hand is None else _pressed(watch, hand, skin.hold_s(idle, sensor.rate_hz))
     grid = sensor.geometry
     touched = np.concatenate(pressed) if pressed else np.empty((0, grid.rows, grid.columns))
     yield from skin.examine(idle, touched.astype(np.float32), bad)
@@ -197,15 +197,13 @@ def _skin(
         yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
 
 
-def _pressed(
-    watch: Watch, hand: Hand, level: "np.typing.NDArray[np.floating]", bad: "guided.Mask"
-) -> list["skin.Frames"]:
-    """Return the frames of each press; [] where nobody presses to the end."""
+def _pressed(watch: Watch, hand: Hand, seconds: float) -> list["skin.Frames"]:
+    """Return so many seconds of each press; [] where nobody presses to the end."""
     grid = watch.sensor.geometry
     taken = []
     for place in guided.places(grid.rows, grid.columns):
         if not hand.press(place):
             return []
-        taken.append(watch.frames(HOLD_S))
+        taken.append(watch.frames(seconds))
         hand.lift()
     return taken

@@ -19,6 +19,8 @@ Frames = NDArray[np.float32]  # (n, rows, columns), pF
 Mask = NDArray[np.bool_]
 
 IDLE_S: Final = 6.0  # so long nothing should touch
+HOLD_S: Final = (0.6, 3.0)  # of a press, the least and the most
+_FINE: Final = 0.02  # scatter of z that is left in the mean of a press
 _RESTLESS: Final = 0.15  # mean |z - 1| of a skin that is not at rest
 _FALL: Final = 0.012  # of all taxels in four seconds: four times what sound orbs drift by
 _MEDIAN: Final = 1.25  # how much more a median scatters than a mean
@@ -34,10 +36,9 @@ _ADVICE: Final = {
     "saturated": "The converter is at its end: check reference and supply.",
     "loose": "Fasten the lead at the membrane.",
     "short": "Look for a solder bridge, or for film that touches.",
-    "dead": "Play goes on with a guess in its place; the film is cracked here.",
     "noisy": "Dry the membrane; if it stays, a contact or the dielectric leaks here.",
 }
-_CODE: Final = {"loose": "open", "dead": "stiff", "noisy": "noisy"}
+_CODE: Final = {"loose": "open"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +128,13 @@ def rest(frames: Frames, rate_hz: float) -> list[Row]:
     return rows
 
 
+def hold_s(idle: Frames, rate_hz: float) -> float:
+    """Return how long a press is held, so that noise is averaged out of it, seconds."""
+    level = idle.mean(axis=0)
+    scatter = float(np.median(idle.std(axis=0) / np.where(level > 0.0, level, np.inf)))
+    return float(np.clip((scatter / _FINE) ** 2 / rate_hz, *HOLD_S))
+
+
 def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
     """Return what frames say of single taxels.
 
@@ -147,8 +155,8 @@ def examine(idle: Frames, touched: Frames, bad: Mask) -> list[Row]:
     )
     rows = []
     for one in taxels.examine(frames, PICOFARAD, response):
-        if not (one.mask & ~bad).any():
-            continue
+        if one.kind == "dead" or not (one.mask & ~bad).any():
+            continue  # the presses that the doctor asks for tell better what feels nothing
         name, _, found = one.text.partition(": ")
         verdict = Verdict.DOUBTFUL if one.kind == "noisy" else Verdict.FAULT
         code = _CODE.get(one.kind, one.kind)

@@ -17,7 +17,6 @@ Frames = NDArray[np.float32]
 
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin
-HOLD_S: Final = 0.6
 
 
 class Watch:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
+from controller.mistake import Mistake
 from controller.protocol import Message, ProtocolError, Welcome
+from controller.record import record
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
 
-class LinkError(OSError):
+class LinkError(Mistake, OSError):
     """A link cannot be opened; the message says why and what to do, in one sentence."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Access:
     """Who is let in; a link passes it on to its sessions.
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from controller.links import Access, LinkError
-from controller.protocol import Command, Message, Welcome, Who
+from controller.protocol import Command, Message, Spot, Welcome, Who
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 
@@ -41,6 +41,7 @@ class StdoutLink:
         self.dropped = 0
         self.connected = True
         self.problem = ""
+        self._spot: Spot | None = None  # the newest
         self._stream = stream
         self._lines: queue.Queue[str | None] = queue.Queue()
         self._closed = threading.Event()
@@ -48,9 +49,11 @@ class StdoutLink:
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Print a Command, and who touches; everything else is not meant for readers."""
-        if isinstance(message, Command):
-            self._print(_line(message, t_ms))
+        """Print a Command, how sure its place is, and who touches; nothing else is for readers."""
+        if isinstance(message, Spot):
+            self._spot = message
+        elif isinstance(message, Command):
+            self._print(_line(message, self._spot, t_ms))
         elif isinstance(message, Who):
             said = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
             self._print(json.dumps(said) + "\n")
@@ -103,14 +106,16 @@ def let_go(stream: TextIO) -> None:
     os.close(nowhere)
 
 
-def _line(command: Command, t_ms: int) -> str:
+def _line(command: Command, spot: Spot | None, t_ms: int) -> str:
     """Return a command as one JSON object, with numbers that are equal on every machine."""
     touch = command.touch and [round(value, 3) for value in command.touch]
-    fields = {
+    fields: dict[str, object] = {
         "t": t_ms / 1000,
         "gesture": command.label,
         "probability": round(command.probability, 4),
         "touch": touch,
-        "command": command.name,
     }
+    if spot is not None and spot.frame == command.frame:
+        fields["sigma"] = round(spot.sigma, 3)
+    fields["command"] = command.name
     return json.dumps(fields) + "\n"

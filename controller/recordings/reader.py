@@ -4,7 +4,6 @@
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from controller import npz
 from controller.events import Event
 from controller.pipeline import CommandRecord, Touch
+from controller.record import record
 from controller.recordings import meta
 from controller.recordings.recording import (
     LABELLERS,
@@ -45,7 +45,7 @@ TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' co
 _T = TypeVar("_T")
 
 
-@dataclass(frozen=True)
+@record
 class Survey:
     """What a recording says of itself.
 

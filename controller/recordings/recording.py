@@ -6,29 +6,32 @@ said of the frames is kept apart by who said it: `label` is what is held for tru
 and `cue` are what the label button, the keyboard and the cues said at the time.
 """
 
-from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import field
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import __version__
+from controller.bundle import RATE_TOLERANCE as RATE_TOLERANCE
 from controller.bundle import Bundle
 from controller.events import Event
+from controller.labelling import UNKNOWN as UNKNOWN
+from controller.median import median
+from controller.mistake import Mistake
 from controller.pipeline import CommandRecord
 from controller.preprocess import State
+from controller.record import record
 
 SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
-RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
-UNKNOWN: Final = -1  # label, button, key or cue
 PICOFARAD: Final = "pF"
 
 
-class RecordingError(ValueError):
+class RecordingError(Mistake, ValueError):
     """The recording cannot be read, used or written; the message says why, in one sentence."""
 
 
-@dataclass(frozen=True)
+@record
 class Origin:
     """Where a recording comes from.
 
@@ -75,7 +78,7 @@ class Origin:
     schema: int = SCHEMA
 
 
-@dataclass(frozen=True)
+@record
 class Mark:
     """Something that happened at a time: a cue, a key, a pause, a lost sensor.
 
@@ -90,7 +93,7 @@ class Mark:
     text: str
 
 
-@dataclass(frozen=True)
+@record
 class Truth:
     """What a simulation knows beside every frame.
 
@@ -105,7 +108,7 @@ class Truth:
     events: tuple[Event, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Recording:
     """A whole recording of n frames.
 
@@ -148,7 +151,7 @@ class Recording:
         """Frames per second as measured: the median, which missed frames do not move."""
         if len(self.t) < 2:
             return self.origin.rate_hz
-        return 1.0 / float(np.median(np.diff(self.t)))
+        return 1.0 / float(median(np.diff(self.t)))
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
@@ -185,7 +188,4 @@ def refuse_misfit(recording: Recording, bundle: Bundle) -> None:
 
 def software() -> str:
     """Return the version of this program."""
-    try:
-        return version("orbtouch")
-    except PackageNotFoundError:  # run from a source tree that is not installed
-        return "unknown"
+    return __version__

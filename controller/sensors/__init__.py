@@ -1,17 +1,23 @@
 """Sensors, one file each, found by name: `controller.sensors.NAME` with `create(options)`."""
 
-import pkgutil
-from collections.abc import Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from controller.mistake import Mistake
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
+from controller.record import record
+
+if TYPE_CHECKING:
+    from controller.bundle import Bundle
+    from controller.recordings.recording import Recording
 
 
-class SensorError(ValueError):
+class SensorError(Mistake, ValueError):
     """The sensor cannot be used; the message says why, in one sentence."""
 
 
@@ -19,7 +25,7 @@ class SensorAwayError(SensorError):
     """The sensor gives no frame now, and may again: it is worth asking for the next one."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Geometry:
     """The grid of taxels; the pitch is the distance of two."""
 
@@ -28,7 +34,7 @@ class Geometry:
     pitch_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SensorOptions:
     """What the command line says about the sensor; each takes what concerns it.
 
@@ -114,9 +120,24 @@ class VirtualSensor(Sensor, Protocol):
         """Return what its own hand truly does at `t_s`: a gesture, else "null"."""
 
 
+@runtime_checkable
+class RecordedSensor(Sensor, Protocol):
+    """A recording, read again."""
+
+    @property
+    def source(self) -> Recording:
+        """What was recorded."""
+
+    def schedule(self) -> Iterator[tuple[int, float]]:
+        """Yield (number, seconds) of every frame."""
+
+    def refuse_misfit(self, bundle: Bundle) -> None:
+        """Raise RecordingError if the bundle is for another sensor."""
+
+
 def names() -> list[str]:
     """Return the names of all sensors that there are."""
-    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+    return sorted(file.stem for file in Path(__file__).parent.glob("[!_]*.py"))
 
 
 def load(name: str, options: SensorOptions) -> Sensor:

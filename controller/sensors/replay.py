@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from controller.bundle import Bundle
 from controller.preprocess import Frame
-from controller.recordings import reader
+from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
 from controller.sensors import Geometry, SensorError, SensorOptions
 
@@ -37,6 +38,14 @@ class Replay:
     def schedule(self) -> Iterator[tuple[int, float]]:
         """Yield (number, seconds) of every frame."""
         yield from zip(self.source.sequence.tolist(), self.source.t.tolist(), strict=True)
+
+    def refuse_misfit(self, bundle: Bundle) -> None:
+        """Refuse a bundle for another sensor.
+
+        Raises:
+            RecordingError: Its grid, rate or unit is another than the recording's.
+        """
+        recording.refuse_misfit(self.source, bundle)
 
     def read(self, t_s: float) -> Frame:
         """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.

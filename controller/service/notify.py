@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import time
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -59,6 +58,8 @@ class Heart:
     def _send(self, text: str) -> None:
         if not self._address:
             return
+        import socket
+
         address = self._address
         if address.startswith("@"):  # the kernel's abstract names begin with a zero byte
             address = "\0" + address[1:]

@@ -5,10 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from controller.bundle import BundleError
-from controller.protocol import DECLINED, IN_USE, Deliver, Delivery, Piece
+from controller.preprocess import Image
+from controller.protocol import DECLINED, IN_USE, PROVING, Correct, Deliver, Delivery, Piece
 from controller.shelf.intake import Intake
 
 Install = Callable[[Path], str]  # proves a file and takes it into use; returns a sentence
+# Learns what the latest images were and takes that into use; returns a sentence.
+Learn = Callable[[str, list[Image]], str]
 
 
 class Clerk:
@@ -18,10 +21,16 @@ class Clerk:
         switched: Whether a new bundle is in use; the loop begins anew with it.
     """
 
-    def __init__(self, intake: Intake, install: Install) -> None:
-        """Take deliveries; `install` raises BundleError or OSError if it does not go through."""
+    def __init__(self, intake: Intake, install: Install, learn: Learn | None = None) -> None:
+        """Take deliveries and corrections.
+
+        Args:
+            intake: Takes the pieces of a delivery.
+            install: Raises BundleError or OSError if it does not go through.
+            learn: Likewise, or ValueError; None: nothing can be learned here.
+        """
         self.switched = False
-        self._intake, self._install = intake, install
+        self._intake, self._install, self._learn = intake, install, learn
         self._thread: threading.Thread | None = None
         self._outcome: Delivery | None = None
 
@@ -30,26 +39,38 @@ class Clerk:
         answer = self._intake.take(message)
         if self._intake.whole is not None and self._thread is None:
             path = self._intake.whole
-            self._thread = threading.Thread(
-                target=self._prove, args=(path,), name="clerk", daemon=True
-            )
-            self._thread.start()
+            self._begin(lambda: self._install(path))
         return answer
+
+    def correct(self, message: Correct, images: list[Image]) -> Delivery:
+        """Begin to learn what the latest images were; return the answer for now."""
+        if self._intake.objection or self._learn is None:
+            return Delivery(DECLINED, 0, self._intake.objection or "nothing can be learned here")
+        if self._thread is not None:
+            return Delivery(DECLINED, 0, "still busy with the last one; say it again in a moment")
+        learn = self._learn
+        self._begin(lambda: learn(message.label, images))
+        return Delivery(PROVING, 0, "learning")
 
     def poll(self) -> Delivery | None:
         """Return how a proof went, once, without waiting."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread = None
-        self._intake.remove()
+        if self._intake.whole is not None:  # else it was a correction
+            self._intake.remove()
         outcome, self._outcome = self._outcome, None
         self.switched = outcome is not None and outcome.state == IN_USE
         return outcome
 
-    def _prove(self, path: Path) -> None:
+    def _begin(self, work: Callable[[], str]) -> None:
+        self._thread = threading.Thread(target=self._do, args=(work,), name="clerk", daemon=True)
+        self._thread.start()
+
+    def _do(self, work: Callable[[], str]) -> None:
         try:
-            told = self._install(path)
-        except (BundleError, OSError) as error:
+            told = work()
+        except (BundleError, ValueError, OSError) as error:
             self._outcome = Delivery(DECLINED, 0, str(error)[:400])
         else:
             self._outcome = Delivery(IN_USE, 0, told[:400])

@@ -20,6 +20,7 @@ class Intake:
 
     Attributes:
         whole: The file, once all of it is here and is what was announced.
+        objection: Why nothing may be delivered; "": it may.
     """
 
     def __init__(self, shelf: Path, objection: str = "") -> None:
@@ -31,7 +32,7 @@ class Intake:
         """
         self.whole: Path | None = None
         self._folder = shelf / FOLDER
-        self._objection = objection
+        self.objection = objection
         self._announced: Deliver | None = None
         self._have = 0
 
@@ -51,8 +52,8 @@ class Intake:
                 path.unlink()
 
     def _begin(self, announced: Deliver) -> Delivery:
-        if self._objection:
-            return Delivery(DECLINED, 0, self._objection)
+        if self.objection:
+            return Delivery(DECLINED, 0, self.objection)
         if len(announced.digest) != hashlib.sha256().digest_size or announced.size < 1:
             return Delivery(DECLINED, 0, "that announces no file")
         if announced.size > MAX_BYTES:

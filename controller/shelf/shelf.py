@@ -8,24 +8,30 @@ has the old bundle or the new one.
     FOLDER/installed.toml       current, previous, and what each was measured to need
 """
 
+from __future__ import annotations
+
 import re
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import platformdirs
 
 from controller import bundle as bundles
 from controller.bundle import Bundle, BundleError
-from controller.shelf.files import Files, RealFiles
+from controller.record import record
+
+if TYPE_CHECKING:
+    from controller.shelf.files import Files
 
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the two that count and the newest others
 _NAME: Final = re.compile(r"[0-9a-f]{16}")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Entry:
     """One bundle on the shelf.
 
@@ -42,7 +48,7 @@ class Entry:
     installed: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Record:
     """What `installed.toml` says.
 
@@ -67,7 +73,15 @@ class Shelf:
     def __init__(self, folder: Path | None = None, files: Files | None = None) -> None:
         """Look at a folder, by default the user's own; it need not exist."""
         self.folder = folder or home()
-        self._files = files or RealFiles()
+        if files is not None:
+            self._files = files
+
+    @cached_property
+    def _files(self) -> Files:
+        """The disk, for those who install."""
+        from controller.shelf.files import RealFiles
+
+        return RealFiles()
 
     def record(self) -> Record:
         """Return what is installed.

@@ -67,6 +67,7 @@ def course(out: Path, taken: Sequence[Taken]) -> Course:
         (
             ["train", *learned, "--out", name],
             ["tune", name, *learned, "--out", name, "--html", report],
+            ["rehearse", name, *learned, "--out", name],
             ["evaluate", name, *judged, "--html", report],
         ),
         bundle,

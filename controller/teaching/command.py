@@ -2,23 +2,27 @@
 
 import argparse
 import logging
+import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
+from controller import bundle as bundles
 from controller import sensors
+from controller.adapt import AdaptError
 from controller.bundle import BundleError
 from controller.ends import complain, signals
 from controller.labelling.terminal import keyboard
 from controller.recordings.recording import RecordingError
 from controller.sensors import SensorError
+from controller.shelf import install
 from controller.simulator.presets import PRESETS
-from controller.teaching import TeachError, after, folder, protocols, session
+from controller.teaching import TeachError, adding, after, folder, protocols, session
 from controller.teaching.board import summary
 from controller.teaching.session import Lesson, say
-from controller.vocabulary import FILE, VocabularyError
+from controller.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF, VocabularyError
 
 OUT: Final = Path("recordings")
 MISTAKES: Final = (TeachError, BundleError, VocabularyError, RecordingError, SensorError)
@@ -34,6 +38,11 @@ def main(argv: Sequence[str]) -> int:
             for path in folder.example(options.example):
                 print(path)
             return 0
+        if options.add is not None:
+            return _add(options)
+        for name in ("command", "rotations", "mirror"):
+            if getattr(options, name):
+                raise TeachError(f"--{name} is of the gesture that --add names; add it")
         people = _people(options)
         lesson = session.prepare(options)
     except MISTAKES as error:
@@ -58,6 +67,51 @@ def main(argv: Sequence[str]) -> int:
     except KeyboardInterrupt:
         say("interrupted; the same commands go on from here")
         return 1
+
+
+def _add(options: argparse.Namespace) -> int:
+    """Teach one gesture from a few examples, and offer to take what has learned it into use.
+
+    Raises:
+        TeachError, BundleError, ...: It cannot be taught like this.
+    """
+    options.rotations, options.mirror = options.rotations or "none", options.mirror or "none"
+    options.bundle = adding.source(options)
+    known = bundles.read(options.bundle)
+    wanted = adding.vocabulary(options, known)
+    (entry,) = wanted.entries
+    options.protocol = protocols.FEW
+    options.repetitions = options.repetitions or adding.USUAL
+    home, options.out = options.out, options.out / options.add
+    lesson = session.prepare(options, wanted)
+    try:
+        made, interrupted = _sessions(lesson, iter([options.user]))
+        if interrupted or not made:
+            say("broken off; nothing was learned")
+            return 1
+        out = adding.learn(options.bundle, made, entry, options.user, home, say)
+    except _RefusedError as error:
+        return complain(str(error), 2)
+    except (AdaptError, TeachError, RecordingError, SensorError) as error:
+        return complain(error, 1)
+    except OSError as error:
+        return complain(f"the bundle cannot be written: {error.strerror or error}", 1)
+    print(out, flush=True)
+    return _offer_install(out, yes=options.yes)
+
+
+def _offer_install(out: Path, *, yes: bool) -> int:
+    """Take a bundle into use, if that is wanted, or say how."""
+    if not yes and sys.stdin.isatty() and sys.stderr.isatty():
+        try:
+            yes = _ask("Take it into use now? [y/N] ").strip().lower() in ("y", "yes")
+        except (EOFError, KeyboardInterrupt):
+            say("")
+    if yes:
+        return install.main([str(out)])
+    say(f"take it into use with: controller install {shlex.quote(str(out))}")
+    say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
+    return 0
 
 
 class _RefusedError(Exception):
@@ -238,7 +292,29 @@ def parser() -> argparse.ArgumentParser:
         help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
     )
     add("--bell", action="store_true", help="ring the terminal's bell at every go")
-    add("--yes", action="store_true", help="train, tune and evaluate without a question")
+    add(
+        "--yes",
+        action="store_true",
+        help="train, tune and evaluate without a question; with --add, take it into use",
+    )
+    add(
+        "--add",
+        metavar="NAME",
+        help=f"teach the bundle in use (or --bundle) one new gesture from a few examples "
+        f"({adding.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
+        "somebody does one that it knows",
+    )
+    add("--command", metavar="WORD", help="what the new gesture asks for, such as hold")
+    add(
+        "--rotations",
+        choices=ROTATIONS,
+        help="turns of the sensor that leave the new gesture the same (default: none)",
+    )
+    add(
+        "--mirror",
+        choices=(SELF, NO_MIRROR),
+        help="self: the new gesture's mirror image is the same gesture (default: none)",
+    )
     add(
         "--example",
         metavar="DIR",

@@ -13,6 +13,7 @@ from controller.vocabulary import Vocabulary
 GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
 LOCATIONS: Final = "locations"  # gestures whose place counts, on every site and between them
 USERS: Final = "users"  # as gestures, one person after the other
+FEW: Final = "few"  # some examples of one gesture, to be learned at once: `controller teach --add`
 # Examples of each gesture, or of each place.
 REPETITIONS: Final = {GESTURES: 10, LOCATIONS: 2, USERS: 10}
 MOST_SITES: Final = 100  # of a session; of a larger grid so many are drawn
@@ -26,6 +27,8 @@ PACES: Final = {
     GESTURES: _BRISK,
     LOCATIONS: Pace(get_ready_s=1.2, go_s=2.0, rest_s=0.5, jitter_s=0.5, still_s=0.4),
     USERS: _BRISK,
+    # Whoever teaches from so few shall do each with care, and what was before it is learned too.
+    FEW: Pace(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
 }
 GO_S: Final = 1.7  # what go usually takes: reaction, gesture, stillness
 
@@ -58,6 +61,8 @@ def asks(
             )
         places = sites(*grid, rng)
         once = [Ask(label, place) for label in vocabulary.located for place in places]
+    elif protocol == FEW:
+        once = [Ask(label) for label in vocabulary.labels[1:]]
     else:
         once = [Ask(label) for label in (*vocabulary.labels[1:], NULL_LABEL)]
     if len(once) * repetitions > MAX_EXAMPLES:

@@ -87,13 +87,17 @@ class Session:
     tally: Tally
 
 
-def prepare(options: argparse.Namespace) -> Lesson:
+def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> Lesson:
     """Check what needs no sensor, and lay the vocabulary into the folder.
+
+    Args:
+        options: As the user gave them.
+        vocabulary: What is taught; by default the named one, or the folder's.
 
     Raises:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
-    vocabulary = folder.vocabulary(options.out, options.labels)
+    vocabulary = vocabulary or folder.vocabulary(options.out, options.labels)
     if options.sensor in VIRTUAL:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):

@@ -10,7 +10,8 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Health, Message, Telemetry, Who
+from controller.protocol import Command, Delivery, Health, Message, Telemetry, Who
+from host.correcting import Correcting
 from host.hops import Hops
 from host.orb_view import LinkState, OrbView
 from host.panel import Projection
@@ -92,6 +93,7 @@ class TetrisTarget:
         self.orb = OrbView()
         self.touch = Touch()
         self.keys = _hands(self._settings)
+        self.correcting = Correcting()
         self.reason = ""
         self._now_s = 0.0
         self._running_s = 0.0  # when a game was last running or paused
@@ -159,6 +161,7 @@ class TetrisTarget:
         match item:
             case Connected(welcome=welcome):
                 self.orb.connected(welcome)
+                self.correcting.labels = welcome.labels
                 self.touch.lift_all()
                 self.touch.pad = Pad(welcome.rows, welcome.columns, welcome.pitch_mm)
                 return self._go_on()
@@ -173,6 +176,8 @@ class TetrisTarget:
                     self.orb.command(message, now_s)
                 elif isinstance(message, Health):
                     self.orb.health = message.found
+                elif isinstance(message, Delivery):
+                    self.correcting.answer(message, now_s)
                 elif isinstance(message, Who):
                     self.orb.who(message)
                 return self._go_on() if self.orb.heard() else ()
@@ -208,6 +213,8 @@ class TetrisTarget:
     def handle(self, event: pygame.event.Event, now_s: float) -> None:
         """Take one event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
+            case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
+                pass
             case pygame.KEYDOWN if event.key == _TWO_FINGERS:
                 self.touch.hold_two(True)
             case pygame.KEYUP if event.key == _TWO_FINGERS:
@@ -225,13 +232,14 @@ class TetrisTarget:
                 self._point(event, now_s, self._scene)
 
     def outgoing(self, now_s: float) -> list[Message]:
-        """Return the contacts that a virtual orb has to be told of now, if any."""
+        """Return what the orb has to be told now: corrections, and contacts if it is virtual."""
+        said: list[Message] = [*self.correcting.outgoing()]
         if not self._touchable:
             self.orb.contacts = ()
-            return []
+            return said
         self.orb.contacts = self.touch.contacts(now_s)
         contacts = self.touch.update(now_s)
-        return [contacts] if contacts else []
+        return [*said, contacts] if contacts else said
 
     def draw(self, surface: pygame.Surface) -> None:
         """Draw game, orb and cards as they were at the last tick."""
@@ -253,6 +261,8 @@ class TetrisTarget:
         """Nothing outside the window has to be let go."""
 
     def _hint(self) -> str:
+        if told := self.correcting.told(self._now_s):
+            return told
         if not self._touchable:
             return ""
         if self.touch.two_fingers:

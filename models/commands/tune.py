@@ -81,13 +81,15 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Choose, show, and write."""
+    from dataclasses import replace
+
     from controller import bundle
-    from models import extras, scatter
+    from models import extras, scatter, surely
     from models.dataset import read_training
     from models.known import know
     from models.streams import Batched
     from models.streams import run as play
-    from models.tune import Goal, settings_of, tune, write
+    from models.tune import Goal, settings_of, spread, tune, write
 
     if arguments.out:
         extras.require("writing a bundle", "tomli_w")
@@ -96,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
-        streams.append(play(loaded, networks, recording, known))
+        streams.append(play(replace(loaded, spread=surely.BARE), networks, recording, known))
         options.say(f"{survey.path.stem}: {len(known.events)} events")
     goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
     command = f"models {shlex.join(sys.argv[1:])}"
@@ -106,6 +108,9 @@ def run(arguments: argparse.Namespace) -> int:
     print(scatter.draw(found))
     print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
     print(found.goal)
+    if (far := spread(streams)) is not None:
+        print(f"places are {far.floor:.3f} grid units off without noise, and "
+              f"{far.noise:.1f} times as far as their images are noisy")  # fmt: skip
     if (unseen := 3.0 / found.events) > SEEN:
         print(f"losses below {unseen:.1%} cannot be seen in {found.events} events: record more "
               "before you make it faster")  # fmt: skip
@@ -119,6 +124,6 @@ def run(arguments: argparse.Namespace) -> int:
         page.write(page_of, ReportData(tuning=found))
     if arguments.out:
         said = f"on {found.sessions} recordings with {found.events} events; {found.goal}"
-        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said)
+        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

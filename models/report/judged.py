@@ -83,6 +83,18 @@ _PLACES: Final[tuple[_Cells, ...]] = (
             else ""
         ),
     ),
+    (
+        "– deviation given, median",
+        lambda r: words.number(r.location.sigma) if r.location else "",
+    ),
+    (
+        "– errors within one of them (68 % is right), and two (95 %)",
+        lambda r: (
+            f"{words.percent(r.location.within_one)}, {words.percent(r.location.within_two)}"
+            if r.location
+            else ""
+        ),
+    ),
 )
 
 

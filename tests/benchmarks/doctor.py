@@ -18,6 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from controller.doctor import command, leads, probe
+from controller.doctor.command import RATE_HZ
 from controller.doctor.verdict import Row, Verdict
 from controller.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
@@ -48,6 +49,7 @@ _PLACES: Final = {
     "taxel": (ROWS, COLUMNS), "row": (ROWS,), "rows": (ROWS - 1,), "column": (COLUMNS,),
     "columns": (COLUMNS - 1,), "": (),
 }  # fmt: skip
+SLOW_HZ: Final = 2.0  # where nobody presses, so that less is emulated
 _FAMILY: Final = 5_000_000  # of seeds
 _HEALTHY: Final = 1_000_000
 
@@ -89,7 +91,8 @@ def one(kind: str, name: str, number: int) -> tuple[str, bool]:
     """Return what an orb's fault is called by the doctor, and whether the place is right."""
     seed = _FAMILY + 1000 * (number + 1) + sum(kind.encode())
     text, more = draw(kind, name, seed)
-    sensor = Wired(seed, name, [text] if text else [], **more)
+    rate_hz = RATE_HZ if kind in TOUCHED else SLOW_HZ
+    sensor = Wired(seed, name, [text] if text else [], rate_hz=rate_hz, **more)
     try:
         faults = diagnose(sensor, press=kind in TOUCHED)
     finally:
@@ -104,7 +107,7 @@ def one(kind: str, name: str, number: int) -> tuple[str, bool]:
 
 def healthy(name: str, number: int) -> list[tuple[str, str, str]]:
     """Return what an orb without a fault is accused of."""
-    sensor = Wired(_HEALTHY + number, name)
+    sensor = Wired(_HEALTHY + number, name, rate_hz=RATE_HZ)
     try:
         return [(row.code, row.name, row.found) for row in diagnose(sensor, press=True)]
     finally:

@@ -41,7 +41,7 @@ from models.metrics import Broken, Result
 from models.unseen import BENCHMARK_SEED, People
 from models.users import study
 
-from . import recognition_users
+from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
 
 USERS: Final = 20
@@ -63,14 +63,12 @@ ROWS: Final[dict[str, tuple[str, tuple[float, float] | None]]] = {
     "location_error": ("grid", (0.09, 0.15)),
     "location_error_on_site": ("grid", None),
     "location_error_off_site": ("grid", (0.09, 0.15)),
+    "location_within_one_sigma": ("1", None),  # 0.68 of errors should be, and 0.95 within two
+    "location_within_two_sigma": ("1", None),
     "calibration_error": ("1", (0.01, 0.01)),
     "events_f1_mouse": ("1", None),
     "location_error_mouse": ("grid", None),
-}
-MISSING: Final = {  # name -> why; goals on both presets
-    "few_shot_1": "no teaching by few examples yet",
-    "few_shot_3": "no teaching by few examples yet",
-    "few_shot_5": "no teaching by few examples yet",
+    **recognition_few.ROWS,
 }
 
 
@@ -136,6 +134,8 @@ def figures(found: Result) -> dict[str, Figure]:
         "location_error": where.error if where else nowhere,
         "location_error_on_site": where.on_site if where else nowhere,
         "location_error_off_site": where.off_site if where else nowhere,
+        "location_within_one_sigma": _exact(where.within_one if where else math.nan),
+        "location_within_two_sigma": _exact(where.within_two if where else math.nan),
         "calibration_error": _exact(found.calibration.error),
     }
 
@@ -201,10 +201,8 @@ def main() -> None:
     begun, results = time.process_time(), []
     for preset in PRESETS if arguments.only != "peers" else ():
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
-        results += [
-            {"name": name, "preset": preset, "value": None, "unit": "1", "missing": why}
-            for name, why in MISSING.items()
-        ]
+        few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
+        results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = study.QUICK if arguments.quick else study.Size()
         results += recognition_users.rows(
             preset, who, arguments.cache, _say, again=arguments.retrain

@@ -37,7 +37,7 @@ from models.simulate import DataSet
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau
-LENGTHS: Final = (4, 8, 12, 16, 20, 24)  # epochs of the runs that are tried
+LENGTHS: Final = (8, 10, 12, 14, 16, 20, 24)  # epochs of the runs that are tried
 TRAINED: Final = 3  # sessions, and users
 JUDGED: Final = 8
 FRAMES: Final = 80_000  # to be judged on, at least

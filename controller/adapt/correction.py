@@ -1,0 +1,157 @@
+"""`That was a twist`: the latest touch, named by the player, learned while play goes on.
+
+    python -m controller.adapt.correction BUNDLE OUT LABEL < images.npy
+
+is the process that learns, so that the loop that plays never waits for it; it is nice to others.
+"""
+
+import io
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import bundle as bundles
+from controller.adapt.examples import Example, touched
+from controller.adapt.lesson import AdaptError, teach
+from controller.bundle import BundleError
+from controller.shelf.shelf import Shelf
+from controller.shelf.words import called
+
+KEPT_S: Final = 4.0  # of images: the last two seconds, what was before, and a player's reaction
+LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
+GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
+DEADLINE_S: Final = 120.0
+MOST: Final = 40  # corrections that a bundle takes
+NICE: Final = 10
+NOTE: Final = "corrected in play: "
+_ENV: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+Images = NDArray[np.float32]
+
+
+def example(label: str, images: Images, rate_hz: float) -> Example:
+    """Return the latest touch in some images, as an example of what the player calls it.
+
+    Args:
+        label: The gesture; "null": it was none.
+        images: z, (frames, rows, columns), up to now.
+        rate_hz: Frames per second.
+
+    Raises:
+        AdaptError: Nothing touched lately.
+    """
+    cut = latest(images, rate_hz)
+    if cut is None:
+        raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")
+    one = Example(label, cut)
+    if one.found() is None:
+        raise AdaptError("that touch is too weak to learn from")
+    return one
+
+
+def latest(images: Images, rate_hz: float) -> Images | None:
+    """Return the images of the latest touch with what is around it; None: there was none."""
+    if len(images) < 3:
+        return None
+    span = touched(images)
+    if span is None or span[1] < len(images) - LATEST_S * rate_hz:
+        return None
+    energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
+    idle = float(np.quantile(energy, 0.1))
+    loud = np.flatnonzero(energy > idle + 0.2 * (energy.max() - idle))
+    gaps = np.flatnonzero(np.diff(loud) > GAP_S * rate_hz)
+    first = int(loud[gaps[-1] + 1]) if len(gaps) else int(loud[0])
+    before = int(loud[gaps[-1]]) + 1 if len(gaps) else 0
+    return images[max(before, first - round(1.3 * rate_hz)) :]
+
+
+def correct(
+    label: str,
+    images: Images,
+    rate_hz: float,
+    shelf: Shelf,
+    install: Callable[[Path], str],
+) -> str:
+    """Learn what the latest touch was and take the bundle that knows it into use.
+
+    It takes seconds, and runs where nobody waits for it.
+
+    Args:
+        label: What it was; "null": nothing; "": take the last correction back.
+        images: The latest, z, (frames, rows, columns).
+        rate_hz: Frames per second.
+        shelf: Of this device.
+        install: Proves a file and takes it into use; returns a sentence.
+
+    Returns:
+        What is in use now, a sentence.
+
+    Raises:
+        BundleError, AdaptError, OSError: Nothing has changed; the message says why.
+    """
+    path, _ = shelf.current()
+    added = bundles.read(path).card.get("added", [])
+    corrected = [str(note) for note in added if str(note).startswith(NOTE)]
+    if not label:
+        if not added or not str(added[-1]).startswith(NOTE):
+            raise AdaptError("there is no correction to take back")
+        return f"taken back; {called(shelf.rollback().current)} is in use"
+    if len(corrected) >= MOST:
+        raise AdaptError(
+            f"{MOST} corrections are enough; teach the gesture anew (docs/teach.md), or go back "
+            "with controller rollback"
+        )
+    example(label, images, rate_hz)  # what cannot be learned from is told at once
+    out = shelf.folder / "incoming" / "corrected.orb"
+    out.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        _in_a_process(path, out, label, images, rate_hz)
+        install(out)
+    finally:
+        out.unlink(missing_ok=True)
+    what = "was nothing" if label == "null" else f"was {label}"
+    return f"learned: that {what}"
+
+
+def _in_a_process(path: Path, out: Path, label: str, images: Images, rate_hz: float) -> None:
+    command = [sys.executable, "-m", "controller.adapt.correction", str(path.resolve()), str(out),
+               label, repr(rate_hz)]  # fmt: skip
+    buffer = io.BytesIO()
+    np.save(buffer, images)
+    environment = {**os.environ, **dict.fromkeys(_ENV, "1")}
+    try:
+        done = subprocess.run(
+            command, input=buffer.getvalue(), capture_output=True, timeout=DEADLINE_S,
+            env=environment, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise AdaptError(f"it was not learned within {DEADLINE_S:g} s") from None
+    if done.returncode:
+        told = done.stderr.decode(errors="replace").strip().splitlines()
+        raise AdaptError(told[-1] if told else f"learning ended with status {done.returncode}")
+
+
+def main(argv: list[str]) -> int:
+    """Learn one correction: BUNDLE OUT LABEL RATE, images on standard input."""
+    path, out, label, rate = argv
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    images = np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False)
+    try:
+        one = example(label, images, float(rate))
+        note = f"{NOTE}{'nothing' if label == 'null' else label}"
+        teach(Path(path).read_bytes(), [one], note=note).write(Path(out))
+    except (AdaptError, BundleError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,152 @@
+"""Examples of a gesture, and the many windows that each of them makes; pure.
+
+A hand never does a thing twice alike. So each example is made faster and slower, stronger and
+weaker, read at other instants and with other noise, and turned and mirrored as it declares.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Images = NDArray[np.float32]  # (frames, rows, columns), z
+Windows = NDArray[np.float32]  # (windows, images, rows, columns), z
+
+EVERYBODY: Final = ""  # the user of an example that all users' networks learn
+NULL_LABEL: Final = "null"
+TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarters
+# Share of the way from idle to firm at which a touch begins and ends; where a finger is 40 % deep
+# its share is about this (models/labels.py finds the same on simulated gestures).
+SHARE: Final = 0.3
+FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
+LEAST: Final = 2.5  # a touch is so many times as firm as idle frames are restless
+TELLING: Final = 0.8  # of a touch: before, it may still become another gesture, and counts less
+CLEAR: Final = 0.05  # of a frame: closer to an edge, a window may be either
+PACE: Final = 0.2  # deviations, relative: how long it takes, how strong it is
+GAIN: Final = 0.2
+OFFSET: Final = 0.004  # of rest that is not quite true, and of each reading
+NOISE: Final = 0.003
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """One example of a gesture.
+
+    Attributes:
+        label: What it is; "null": none.
+        images: z, (frames, rows, columns), with some frames before and after the touch.
+        user: Whose network shall learn it; `EVERYBODY`: all.
+        rotations: Turns that leave it the same gesture: "all", "half" or "none".
+        mirrored: Its mirror image is the same gesture.
+        span: First frame of the touch and the frame after its last; None: `found` tells.
+    """
+
+    label: str
+    images: Images
+    user: str = EVERYBODY
+    rotations: str = "none"
+    mirrored: bool = False
+    span: tuple[float, float] | None = None
+
+    def found(self) -> "Example | None":
+        """Return the example with its touch found, or None where nothing touches."""
+        if self.span is not None:
+            return self
+        span = touched(self.images)
+        if span is None:
+            return None
+        return Example(self.label, self.images, self.user, self.rotations, self.mirrored, span)
+
+
+def touched(images: Images) -> tuple[float, float] | None:
+    """Return where the touch in some images begins and ends, in frames; None: there is none.
+
+    Between two touches, as of a double tap, it goes on.
+    """
+    energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
+    idle = float(np.quantile(energy, 0.1))
+    restless = float(np.abs(energy - idle)[energy <= np.median(energy)].mean())
+    loud = energy[energy > idle + 0.5 * (energy.max() - idle)]
+    firm = float(np.quantile(loud, FIRM)) if len(loud) else idle
+    if firm - idle < max(LEAST * restless, 0.01):
+        return None
+    share = (energy - idle) / (firm - idle)
+    above = np.flatnonzero(share >= SHARE)
+    first, last = int(above[0]), int(above[-1])
+    begin, end = float(first), float(last)
+    if first > 0:
+        begin -= (share[first] - SHARE) / (share[first] - share[first - 1])
+    if last + 1 < len(share):
+        end += (share[last] - SHARE) / (share[last] - share[last + 1])
+    return begin, max(end, begin + 1e-3)
+
+
+def vary(
+    example: Example, window: int, copies: int, rng: np.random.Generator
+) -> tuple[Windows, NDArray[np.float32]]:
+    """Return windows of an example as it might have been, and how telling each is.
+
+    Args:
+        example: With its span.
+        window: Images in a window.
+        copies: How many; the first is the example as it was.
+        rng: Draws how they differ.
+
+    Returns:
+        Windows (n, window, rows, columns); and for each how telling it is of the gesture, 0 ... 1,
+        or -1 where nothing is made, (n,).
+    """
+    assert example.span is not None
+    made, inside = [], []
+    before = np.repeat(example.images[:1], window - 1, axis=0)  # nothing happened before
+    images = np.concatenate([before, example.images]).astype(np.float32)
+    span = (example.span[0] + window - 1, example.span[1] + window - 1)
+    square = images.shape[1] == images.shape[2]
+    turns = [k for k in TURNS[example.rotations] if square or k % 2 == 0]
+    for number in range(copies):
+        seen, (begin, end) = (images, span)
+        if number:
+            seen, at = paced(images, rng)
+            begin, end = ((edge - at[0]) / (at[1] - at[0]) for edge in span)
+            seen = vary_images(_turned(seen, turns, rng, mirrored=example.mirrored), rng)
+        last = np.arange(window - 1, len(seen))
+        clear = np.minimum(np.abs(last - begin), np.abs(last - end)) > CLEAR
+        last = last[clear]
+        cut = seen[last[:, None] + np.arange(1 - window, 1)]
+        made.append(cut.astype(np.float32))
+        telling = np.clip((last - begin) / (TELLING * (end - begin)), 0.0, 1.0)
+        within = (last >= begin) & (last < end)
+        inside.append(np.where(within, telling, -1.0).astype(np.float32))
+    return np.concatenate(made), np.concatenate(inside)
+
+
+def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.float64]]:
+    """Return images as if all had been done faster or slower, and read at other instants.
+
+    Returns:
+        Images, and where in the given ones each of them lies, in frames, (n,); n is 2 at least.
+    """
+    longer = float(np.exp(rng.normal(0.0, PACE)))
+    count = max(2, int((len(images) - 1) * longer))
+    at = (rng.uniform(0.0, 1.0) + np.arange(count)) / longer
+    at = np.minimum(at, len(images) - 1.0 - 1e-6 * np.arange(count, 0, -1))
+    low = np.minimum(at.astype(np.intp), len(images) - 2)
+    part = (at - low).astype(np.float32)[:, None, None]
+    return np.asarray(images[low] * (1.0 - part) + images[low + 1] * part, np.float32), at
+
+
+def _turned(
+    images: Images, turns: list[int], rng: np.random.Generator, *, mirrored: bool
+) -> Images:
+    if mirrored and rng.random() < 0.5:
+        images = images[:, :, ::-1]
+    return np.rot90(images, turns[int(rng.integers(len(turns)))], (1, 2))
+
+
+def vary_images(images: Images, rng: np.random.Generator) -> Images:
+    """Return the images with another strength, rest and noise."""
+    change = (images - 1.0) * float(np.exp(rng.normal(0.0, GAIN)))
+    change += OFFSET * rng.normal(size=images.shape[1:])
+    more = NOISE * float(np.exp(rng.normal()))
+    return np.asarray(1.0 + change + more * rng.normal(size=images.shape), dtype=np.float32)

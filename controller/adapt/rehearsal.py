@@ -1,0 +1,200 @@
+"""What a bundle rehearses so that its gestures are not forgotten: the part `rehearsal.npz`.
+
+Some minutes of play from the training's recordings, as bytes, and every example that was taught
+since. Without the part, the golden windows are rehearsed, which is better than nothing.
+
+    images         uint8 (frames, rows, columns), z = 1 + (byte - 128) / 200
+    label          int8 (frames,), index of the class, -1 unclear
+    first          bool (frames,), a stretch of frames begins here
+    taught         uint8 (frames, rows, columns), examples, one after the other
+    taught_frames  int32 (examples,), how many frames each has
+    taught_span    float32 (examples, 2), where its touch is
+    taught_words   str (examples, 3): label, user, rotations
+    taught_mirror  bool (examples,)
+    base           int32 (networks, 2), units and classes when it was trained; see `networks`
+    networks       str (networks,), parts of the bundle
+"""
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import npz
+from controller.adapt.examples import TURNS, Example, paced, vary_images
+from controller.bundle import REHEARSAL, Bundle
+
+PART: Final = REHEARSAL
+STEPS_PER_Z: Final = 200.0
+UNTOUCHED: Final = 128
+MAX_BYTES: Final = 8 << 20
+UNCLEAR: Final = -1
+
+Bytes = NDArray[np.uint8]
+
+
+class RehearsalError(ValueError):
+    """The part cannot be used; the message says why, without a subject."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """What is rehearsed.
+
+    Attributes:
+        images: (frames, rows, columns), as bytes.
+        label: Class of each frame, -1 unclear, (frames,).
+        first: Where stretches begin, (frames,).
+        taught: Examples since the training.
+        base: Units and classes of each network when it was trained, by part of the bundle; those
+            that are as they were trained are not there.
+    """
+
+    images: Bytes
+    label: NDArray[np.int8]
+    first: NDArray[np.bool_]
+    taught: tuple[Example, ...] = ()
+    base: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def windows(
+        self, window: int, copies: int, rng: np.random.Generator
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+        """Return all windows whose class is known, and more as they might have been.
+
+        Args:
+            window: Images in a window.
+            copies: How many of each stretch; the first is as it was.
+            rng: Draws how they differ.
+
+        Returns:
+            Windows (n, window, rows, columns), and which gesture each belongs to, counted from 0,
+            -1 none, (n,).
+        """
+        stretches = [*np.flatnonzero(self.first).tolist(), len(self.first)]
+        images, label = from_bytes(self.images), self.label
+        windows: list[NDArray[np.float32]] = []
+        touches: list[NDArray[np.int64]] = []
+        count = 0
+        for copy in range(copies):
+            for first, end in itertools.pairwise(stretches):
+                seen, named = images[first:end], label[first:end]
+                if copy and end - first > window:
+                    seen, named = disturbed(seen, named, rng)
+                last = np.arange(window - 1, len(seen))
+                last = last[named[last] != UNCLEAR]
+                kind = named[last].astype(np.int64)
+                touched = kind > 0
+                begins = touched & (np.diff(kind, prepend=0) != 0)
+                windows.append(seen[last[:, None] + np.arange(1 - window, 1)])
+                touches.append(np.where(touched, count + np.cumsum(begins) - 1, -1))
+                count += int(begins.sum())
+        return np.concatenate(windows), np.concatenate(touches)
+
+    def pack(self) -> bytes:
+        """Return the part."""
+        examples = self.taught
+        none = np.empty((0, *self.images.shape[1:]), dtype=np.uint8)
+        arrays: dict[str, NDArray[Any]] = {
+            "images": self.images,
+            "label": self.label,
+            "first": self.first,
+            "taught": np.concatenate([none, *(to_bytes(one.images) for one in examples)]),
+            "taught_frames": np.array([len(one.images) for one in examples], dtype=np.int32),
+            "taught_span": np.array(
+                [one.span or (0.0, 0.0) for one in examples], dtype=np.float32
+            ).reshape(-1, 2),
+            "taught_words": np.array(
+                [(one.label, one.user, one.rotations) for one in examples], dtype="U40"
+            ).reshape(-1, 3),
+            "taught_mirror": np.array([one.mirrored for one in examples], dtype=np.bool_),
+            "base": np.array(list(self.base.values()), dtype=np.int32).reshape(-1, 2),
+            "networks": np.array(list(self.base), dtype="U60"),
+        }
+        return npz.pack(arrays)
+
+
+def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
+    """Return what a part holds.
+
+    Args:
+        data: The part.
+        grid: Rows and columns of the sensor.
+        classes: How many the bundle has.
+
+    Raises:
+        RehearsalError: It is damaged, or of another sensor.
+    """
+    try:
+        a = npz.unpack(data, MAX_BYTES)
+    except npz.NpzError as error:
+        raise RehearsalError(f"has a rehearsal whose file {error}") from None
+    try:
+        frames, taught, examples = len(a["images"]), len(a["taught"]), len(a["taught_frames"])
+        words = [[str(word) for word in row] for row in a["taught_words"]]
+        fits = (
+            a["images"].shape == (frames, *grid)
+            and a["taught"].shape == (taught, *grid)
+            and all(a[name].dtype == np.uint8 for name in ("images", "taught"))
+            and a["label"].shape == a["first"].shape == (frames,)
+            and a["label"].dtype == np.int8
+            and a["first"].dtype == np.bool_
+            and bool(((a["label"] >= UNCLEAR) & (a["label"] < classes)).all())
+            and int(a["taught_frames"].sum()) == taught
+            and bool((a["taught_frames"] > 0).all())
+            and a["taught_span"].shape == (examples, 2)
+            and bool(np.isfinite(a["taught_span"]).all())
+            and a["taught_words"].shape == (examples, 3)
+            and a["taught_mirror"].shape == (examples,)
+            and all(rotations in TURNS for _, _, rotations in words)
+            and a["base"].shape == (len(a["networks"]), 2)
+        )
+    except (KeyError, TypeError, ValueError, AttributeError):
+        fits = False
+    if not fits:
+        raise RehearsalError("has a rehearsal of another sensor or version; install a newer bundle")
+    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"])[:-1]) if examples else []
+    kept = tuple(
+        Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
+        for cut, (label, user, rotations), mirrored, (b, e) in zip(
+            cuts, words, a["taught_mirror"], a["taught_span"], strict=True
+        )
+    )
+    base = {
+        str(name): (int(hidden), int(known))
+        for name, (hidden, known) in zip(a["networks"], a["base"], strict=True)
+    }
+    return Rehearsal(a["images"], a["label"], a["first"], kept, base)
+
+
+def disturbed(
+    images: NDArray[np.float32], label: NDArray[np.int8], rng: np.random.Generator
+) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+    """Return a stretch as it might have been; where its class changes it is unclear."""
+    seen, at = paced(images, rng)
+    low = np.minimum(at.astype(np.intp), len(label) - 2)
+    same = label[low] == label[low + 1]
+    return vary_images(seen, rng), np.where(same, label[low], UNCLEAR).astype(np.int8)
+
+
+def of_golden(bundle: Bundle) -> Rehearsal:
+    """Return a bundle's golden windows, for want of better: each is what the network says it is."""
+    windows, count = bundle.golden.windows, bundle.window
+    label = np.full((len(windows), count), UNCLEAR, dtype=np.int8)
+    label[:, -1] = bundle.golden.probabilities.argmax(axis=1)
+    first = np.zeros((len(windows), count), dtype=np.bool_)
+    first[:, 0] = True
+    images = to_bytes(windows.reshape(-1, bundle.rows, bundle.columns))
+    return Rehearsal(images, label.ravel(), first.ravel())
+
+
+def to_bytes(images: NDArray[np.floating]) -> Bytes:
+    """Return z as bytes, as telemetry has it: steps of 0.005, from 0.36 to 1.635."""
+    steps = np.rint((images.astype(np.float64) - 1.0) * STEPS_PER_Z) + UNTOUCHED
+    return np.asarray(np.clip(steps, 0, 255), dtype=np.uint8)
+
+
+def from_bytes(images: Bytes) -> NDArray[np.float32]:
+    """Return the z that bytes mean."""
+    return np.asarray(1.0 + (images.astype(np.float32) - UNTOUCHED) / STEPS_PER_Z, np.float32)

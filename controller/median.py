@@ -1,0 +1,26 @@
+"""The median of a few numbers.
+
+`numpy.median` gives the same, but its first call imports all of masked arrays: 6 ms in the middle
+of a control step, at the first touch.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def median(values: NDArray[np.floating], axis: int | None = None) -> Any:
+    """Return the middle value, or the mean of the two in the middle; NaN where any value is.
+
+    Args:
+        values: At least one, of any shape.
+        axis: Along which; None: of all together.
+    """
+    if axis is None:
+        values, axis = values.ravel(), 0
+    ordered = np.sort(values, axis=axis)  # NaN comes last
+    count = ordered.shape[axis]
+    low, high = ordered.take((count - 1) // 2, axis), ordered.take(count // 2, axis)
+    last = ordered.take(-1, axis)
+    return np.where(np.isnan(last), last, (low + high) / 2)[()]

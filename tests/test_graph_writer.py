@@ -1,0 +1,59 @@
+"""What is read from an ONNX file is written again as the same network."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller import bundle, engines, graph, graph_writer
+from controller.graph import Graph, Node
+
+SHIPPED = bundle.read(bundle.default_path())
+NUMBERS = st.integers(-(2**63), 2**63 - 1)
+
+
+def same(one: Graph, other: Graph) -> bool:
+    return (
+        (one.nodes, one.input, one.shape, one.output)
+        == (other.nodes, other.input, other.shape, other.output)
+        and one.weights.keys() == other.weights.keys()
+        and all(np.array_equal(one.weights[n], other.weights[n]) for n in one.weights)
+    )
+
+
+@pytest.mark.parametrize("model", [SHIPPED.gesture_onnx, SHIPPED.location_onnx])
+def test_the_shipped_networks_come_back_as_they_were(model: bytes) -> None:
+    read = graph.read(model)
+    assert same(graph.read(graph_writer.write(read, width=2)), read)
+
+
+def test_the_same_network_makes_the_same_bytes() -> None:
+    read = graph.read(SHIPPED.gesture_onnx)
+    assert graph_writer.write(read) == graph_writer.write(graph.read(graph_writer.write(read)))
+
+
+@settings(deadline=None)
+@given(st.lists(NUMBERS, max_size=6), NUMBERS, st.floats(width=32, allow_nan=False))
+def test_every_number_is_read_as_it_was_written(several: list[int], one: int, real: float) -> None:
+    node = Node("Conv", ("x", "w"), "y", {"pads": tuple(several), "group": one})
+    weights = np.array([[np.clip(real, -3e38, 3e38)]], dtype=np.float32)
+    given_ = Graph((node,), {"w": weights}, "x", (1, 1), "y")
+    assert same(graph.read(graph_writer.write(given_)), given_)
+
+
+def test_engines_answer_as_before() -> None:
+    read = graph.read(SHIPPED.gesture_onnx)
+    written = graph_writer.write(read)
+    for name in engines.NAMES:
+        network = engines.open_network(name, written, graph.read(written))
+        answers = np.concatenate([network(w[None]) for w in SHIPPED.golden.windows[:8]])
+        assert np.abs(answers - SHIPPED.golden.probabilities[:8]).max() < 1e-5
+
+
+def test_the_onnx_package_finds_nothing_wrong() -> None:
+    onnx = pytest.importorskip("onnx", reason="the onnx package is in [train] only")
+    for model, width in ((SHIPPED.gesture_onnx, None), (SHIPPED.location_onnx, 2)):
+        onnx.checker.check_model(
+            onnx.load_from_string(graph_writer.write(graph.read(model), width=width)),
+            full_check=True,
+        )

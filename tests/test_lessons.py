@@ -1,0 +1,80 @@
+"""Which examples an epoch of CNN-3D draws, and how precisely it computes with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+
+import torch
+
+from controller import vocabulary
+from models.augment import Symmetry
+from models.dataset import Examples
+from models.fit import fit
+from models.lessons import Gestures, Index, Parts
+from models.recipe import DEFAULT, PAPER, Course, Recipe
+
+pytestmark = pytest.mark.train
+
+WINDOW = 10
+QUIET, PRESSED = 1000, 100  # frames; what is pressed lies between two quiet stretches
+COUNT = 2 * QUIET + PRESSED
+IDLE = 0.005
+
+
+def lesson(course: Course) -> Gestures:
+    """A lesson of one press in a long quiet."""
+    rng = np.random.default_rng(1)
+    pressed = slice(QUIET, QUIET + PRESSED)
+    images = (1.0 + 0.006 * rng.standard_normal((COUNT, 5, 5))).astype(np.float32)
+    images[pressed] += 0.1
+    label = np.zeros(COUNT, dtype=np.int64)
+    label[pressed] = 1
+    ends = np.arange(WINDOW - 1, COUNT)
+    idle = np.full(COUNT, IDLE, dtype=np.float32)
+    nowhere = np.full((COUNT, 2), np.nan, dtype=np.float32)
+    examples = Examples(images, label, nowhere, ends, np.zeros(COUNT, dtype=np.int32), idle, WINDOW)
+    none = np.empty(0, dtype=np.int64)
+    symmetry = Symmetry.of(vocabulary.shipped(), 5, 5)
+    parts = Parts(np.arange(len(ends)), none, none)
+    return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"))
+
+
+def drawn(course: Course) -> tuple[int, int]:
+    """How many windows of an epoch are pressed, and how many are quiet."""
+    ends = np.concatenate(list(lesson(course).batches(np.random.default_rng(2))))
+    assert len(np.unique(ends)) == len(ends)
+    pressed = int(((ends >= QUIET) & (ends < QUIET + PRESSED)).sum())
+    return pressed, len(ends) - pressed
+
+
+def test_all_that_is_pressed_is_drawn_and_half_of_what_is_quiet() -> None:
+    assert drawn(DEFAULT.gesture) == (PRESSED, round(0.5 * (2 * QUIET - (WINDOW - 1))))
+
+
+def test_the_paper_s_recipe_draws_everything() -> None:
+    course = replace(PAPER.gesture, strides=True)
+    assert sum(drawn(course)) == COUNT - (WINDOW - 1)
+
+
+@pytest.mark.parametrize(("course", "expected"), [(DEFAULT, "medium"), (PAPER, "highest")])
+def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
+    course: Recipe, expected: str
+) -> None:
+    taught = lesson(replace(course.gesture, epochs=1, strides=True))
+    said = []
+    loss, check = taught.loss, taught.check
+
+    def learning(batch: Index, generator: torch.Generator) -> tuple[torch.Tensor, float]:
+        said.append(("learns", torch.get_float32_matmul_precision()))
+        return loss(batch, generator)
+
+    def judging() -> tuple[float, float]:
+        said.append(("is judged", torch.get_float32_matmul_precision()))
+        return check()
+
+    taught.loss, taught.check = learning, judging  # type: ignore[method-assign]
+    fit(taught, taught.course, 0, None, lambda epochs, share: None)
+    assert set(said) == {("learns", expected), ("is judged", "highest")}

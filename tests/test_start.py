@@ -1,0 +1,42 @@
+import os
+import subprocess
+import sys
+from importlib.resources import files
+
+# What a plain run does without: rooms of ours, and what is dear in the libraries.
+SPARED = """
+    controller.calibrate controller.calibration controller.doctor controller.key
+    controller.labelling.cues controller.labelling.terminal controller.recordings.recorder
+    controller.recordings.writer controller.runs controller.sensors.virtual controller.shelf.clerk
+    controller.shelf.files controller.shelf.install controller.simulator controller.tape
+    controller.taping controller.teaching controller.timekeeper controller.vocabulary
+    importlib.metadata importlib.resources numpy.ma numpy.random socket subprocess serial
+    onnxruntime
+"""
+PROGRAM = """
+import sys
+from controller.__main__ import main
+status = main(sys.argv[1:])
+print("\\n".join(sys.modules), file=sys.stderr)
+sys.exit(status)
+"""
+
+
+def imported(*words: str) -> set[str]:
+    """Return the modules that a run of `controller` has imported by its end."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *words],
+        capture_output=True, text=True, check=True, env={**os.environ, "PYTHONWARNINGS": "error"},
+    )  # fmt: skip
+    return set(done.stderr.split())
+
+
+def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
+    demo = str(files("assets") / "demo.npz")
+    plain = imported("--replay", demo, "--engine", "numpy")
+    assert {"controller.run", "controller.pipeline", "numpy"} <= plain
+    assert not plain.intersection(SPARED.split())
+
+
+def test_command_imports_nothing_of_a_run() -> None:
+    assert not imported("models").intersection({"controller.run", "controller.pipeline"})

@@ -1,0 +1,151 @@
+"""A sweep's file: what it may say, and that a mistake in it is told with its line."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from models.sweep import example, jobs, plan
+from models.sweep.plan import Plan, PlanError
+
+
+def allow(recipe: str, key: str, value: Any) -> Any:
+    """A recipe with two settings."""
+    if key not in ("gesture.rate", "tracked"):
+        raise ValueError("there is no such setting")
+    return value
+
+
+def parsed(text: str) -> Plan:
+    return plan.parse(text, "people.toml", "people", allow)
+
+
+def fault(text: str) -> str:
+    """The one sentence about a file that is refused."""
+    with pytest.raises(PlanError) as caught:
+        parsed(text)
+    said = str(caught.value)
+    assert "\n" not in said
+    return said
+
+
+def test_every_combination_of_the_axes_is_a_training() -> None:
+    made = parsed("""
+        [test]
+        hold = 2
+        [axes]
+        users = [1, 3]
+        gesture.rate = [0.1, 0.2, 0.3]
+    """)
+    at = [job["at"] for job in jobs.jobs(made)]
+    assert len(at) == 6
+    assert at[:2] == [{"users": 1, "gesture.rate": 0.1}, {"users": 1, "gesture.rate": 0.2}]
+
+
+def test_without_a_word_everybody_is_held_out_once_in_five_folds() -> None:
+    listed = jobs.jobs(parsed(""))
+    assert [job["test"] for job in listed] == [
+        {"by": "user", "folds": 5, "fold": fold} for fold in range(5)
+    ]
+    assert listed[0]["data"]["users"] == 10
+
+
+def test_an_axis_of_the_simulation_changes_what_is_simulated() -> None:
+    made = parsed('[axes]\ndata.preset = ["nominal", "paper-snr"]\n[test]\nhold = 1')
+    assert [job["data"]["preset"] for job in jobs.jobs(made)] == ["nominal", "paper-snr"]
+
+
+def test_the_example_that_is_printed_can_be_read() -> None:
+    made = plan.parse(example.TEXT, "try.toml", "try", lambda recipe, key, value: value)
+    assert len(jobs.jobs(made)) == 12
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[data]\nusrs = 3", "people.toml, line 2: [data] usrs: there is no such setting; did you "
+         "mean 'users'?"),
+        ("[data]\n\nusers = 'ten'", 'line 3: [data] users: expected a whole number from 1 to '
+         '100000, found "ten"'),
+        ("[data]\nusers = true", "found true"),
+        ("[data]\npreset = 'nominl'", "line 2: [data] preset: expected one of nominal, paper-snr"),
+        ("[data]\nseed = 900001", "line 2: [data] seed: this simulation has seed 900001, and seeds "
+         "900000 to 999999 are for tests only"),
+        ("[data]\ngestures = ['wave']", "line 2: [data] gestures: there is no gesture 'wave'"),
+        ("[data]\nfolders = ['a']\nusers = 3", "line 3: [data] users: folders hold recordings"),
+        ("[data]\nfolders = []", "line 2: [data] folders: expected a list of folders"),
+        ("[tran]\nseed = 1", "line 1: 'tran' is no section; there are [data], [train]"),
+        ("seed = 1", "line 1: 'seed' is no section"),
+        ("[train]\ntask = 'user'", "line 2: [train] task: expected one of gesture, location"),
+        ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
+        ("[train]\nseed = 900000", "line 2: [train] seed: this training has seed 900000"),
+        ("[test]\nby = 'windows'", "line 2: [test] by: expected one of user, session"),
+        ("[test]\nfolds = 2\nhold = 1", "line 3: [test] hold: folds hold everybody out in turn"),
+        ("[test]\nfolds = 11", "line 2: [test] folds: 11 is too many of 10 users"),
+        ("[test]\nhold = 10", "line 2: [test] hold: 10 is too many of 10 users"),
+        ("[axes]\nseed = 3", "line 2: [axes] seed: expected a list of values, found 3"),
+        ("[axes]\nseed = []", "line 2: [axes] seed: expected a list of values"),
+        ("[axes]\nseed = [1, 1]", "line 2: [axes] seed: a value is there twice"),
+        ("[test]\nhold = 2\n[axes]\nusers = [1, 9]", "line 4: [axes] users: 9 cannot be learned "
+         "from: 8 are there beside what is held out"),
+        ("[axes]\nsessions = [1, 3]", "line 2: [axes] sessions: 3 cannot be learned from: 2 are"),
+        ("[axes]\nminutes = [1, 4.5]", "line 2: [axes] minutes: 4.5 cannot be learned from: 3 are"),
+        ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: tasks are not judged"),
+        ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
+        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: only "
+         "simulations have such an axis"),
+        (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
+         f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
+        ("[axes\n", "people.toml: "),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_with_its_line_and_what_was_expected(text: str, said: str) -> None:
+    assert said in fault(text)
+
+
+def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match="there is no file"):
+        plan.read(tmp_path / "none.toml", allow)
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(PlanError, match="is no text"):
+        plan.read(tmp_path / "odd.toml", allow)
+
+
+@pytest.mark.parametrize(
+    "command", [["sweep"], ["sweep", "x.toml", "--cluster", "a:1", "--workers", "2"]]
+)
+def test_the_command_refuses_in_one_sentence_what_it_cannot_mean(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    from models.__main__ import main
+
+    assert main(command) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[str]) -> None:
+    from models.__main__ import main
+
+    assert main(["sweep", "--example"]) == 0
+    assert capsys.readouterr().out == example.TEXT
+
+
+@pytest.mark.parametrize(
+    ("missing", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")]
+)
+def test_what_is_not_installed_is_asked_for_by_its_extra(
+    missing: str,
+    extra: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from models import extras
+    from models.__main__ import main
+
+    found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
+    monkeypatch.setattr(extras, "find_spec", found)
+    assert main(["sweep", "x.toml", "--cluster", "127.0.0.1:1"]) == 2
+    error = capsys.readouterr().err
+    assert f"pip install -e '.[{extra}]'" in error
+    assert error.count("\n") == 1

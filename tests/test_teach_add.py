@@ -1,0 +1,92 @@
+"""`controller teach --add`: a gesture from a few examples, from the cue to the bundle."""
+
+from pathlib import Path
+
+import pytest
+
+from controller import bundle
+from controller.__main__ import main
+from controller.adapt import lesson
+from controller.recognizer import Recognizer
+from controller.recordings import reader
+from controller.teaching import adding
+
+SHIPPED = str(bundle.default_path())
+EXAMPLE = Path(adding.__file__).parent / "example"
+
+
+@pytest.fixture(autouse=True)
+def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lesson, "REHEARSED", 1)
+    monkeypatch.setattr(lesson, "COPIES", 60)
+
+
+def add(out: Path, *words: str) -> int:
+    fast = ("teach", "--speed", "0", "--bundle", SHIPPED, "--out", str(out), "--session", "1")
+    return main([*fast, "--add", *words])
+
+
+def test_a_squeeze_is_asked_for_three_times_and_learned(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert add(tmp_path, "squeeze", "--command", "hold", "--repetitions", "3") == 0
+    told = capsys.readouterr()
+    made = tmp_path / "squeeze.orb"
+    assert told.out.splitlines() == [str(made)]
+    assert "squeeze is learned from 3 examples" in told.err
+    assert f"controller install {made}" in told.err
+    learned = bundle.read(made)
+    assert learned.labels[-1] == "squeeze"
+    assert learned.mapping.command("squeeze", None) == "hold"
+    assert learned.card["added"] == ["squeeze from 3 examples"]
+    Recognizer(learned)
+    recorded = reader.load(tmp_path / "squeeze" / "sub-unknown_ses-1_run-01.npz")
+    assert recorded.origin.labels == ("null", "squeeze")
+    assert [m.text for m in recorded.marks if m.text.startswith("go ")] == ["go squeeze"] * 3
+
+
+def test_a_vocabulary_says_how_a_gesture_is_done_and_what_it_asks_for(tmp_path: Path) -> None:
+    words = ("knock", "--labels", str(EXAMPLE / "gestures.toml"), "--repetitions", "1")
+    assert add(tmp_path, *words) == 0
+    learned = bundle.read(tmp_path / "knock.orb")
+    assert learned.mapping.command("knock", None) == "hold"
+    assert add(tmp_path, *words) == 0  # and again, beside it
+    assert bundle.read(tmp_path / "knock-2.orb").labels == learned.labels
+
+
+def test_a_user_s_own_pinch_goes_into_a_network_of_theirs(tmp_path: Path) -> None:
+    assert add(tmp_path, "pinch", "--user", "ada", "--repetitions", "1") == 0
+    learned = bundle.read(tmp_path / "pinch-ada.orb")
+    assert learned.users.heads == ("ada",)
+    assert learned.labels == bundle.read(bundle.default_path()).labels
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("press",), "'press' is known already; --user NAME"),
+        (("wave", "--user", "ada"), "a new gesture is everybody's; leave out --user"),
+        (("pinch", "--user", "ada,ben"), "name one --user"),
+        (("pinch", "--user", "ada", "--command", "hold"), "--command is for new gestures"),
+        (("Wave",), "small letters"),
+        (("wave",), "the virtual orb's hand cannot do 'wave'"),
+        (("squeeze", "--protocol", "locations"), "leave out --protocol"),
+        (("squeeze", "--repetitions", "21"), "train a bundle"),
+        (("wave", "--labels", str(EXAMPLE / "gestures.toml")), "has no gesture 'wave'"),
+    ],
+)
+def test_what_cannot_be_added_is_refused_in_a_sentence(
+    tmp_path: Path, words: tuple[str, ...], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert add(tmp_path, *words) == 2
+    told = capsys.readouterr().err
+    assert complaint in told
+    assert len(told.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("words", [("--command", "hold"), ("--mirror", "self")])
+def test_what_belongs_to_an_added_gesture_means_nothing_without_one(
+    tmp_path: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["teach", "--out", str(tmp_path), *words]) == 2
+    assert "is of the gesture that --add names" in capsys.readouterr().err
