@@ -35,6 +35,8 @@ class Work:
         seed: Of everything random.
         device: What computes.
         folder: Where checkpoints are kept; None: nowhere.
+        answers: Classes that the gesture network answers in the end, the first ones; 0: all. The
+            others are auxiliary: learned beside them, so that the embedding keeps more.
     """
 
     data: Data
@@ -43,29 +45,33 @@ class Work:
     seed: int
     device: torch.device
     folder: Path | None
+    answers: int = 0
 
 
 def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
     """Train CNN-3D; its probabilities are calibrated if the recipe says so."""
     data, labels = work.data, work.data.vocabulary.labels
-    examples, classes = data.examples, len(labels)
+    examples, classes = data.examples, work.answers or len(labels)
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
     torch.manual_seed(work.seed)
+    course = work.recipe.gesture
     lesson = Gestures(
-        examples, work.split.windows, classes, symmetry, work.recipe.gesture, work.device
+        examples, work.split.windows, len(labels), symmetry, course, work.device, classes
     )
     fitted = _fit(work, "CNN-3D", lesson, _words_gesture)
-    logits, label = (one.cpu().numpy() for one in lesson.logits("check"))
-    random, _ = lesson.logits("random")
+    # From here on there are no auxiliary classes, nor their windows.
+    ends = {part: every[examples.label[every] < classes] for part, every in lesson.ends.items()}
+    logits, label = (one.cpu().numpy() for one in lesson.answers(ends["check"]))
+    logits = logits[:, :classes]
+    random = lesson.answers(ends["random"])[0][:, :classes]
     hot = scores.temperature(logits, label) if work.recipe.scaled else 1.0
     assert isinstance(lesson.net, GestureNet)
-    net = lesson.net.cpu().folded()
+    net = lesson.net.cpu().folded().narrowed(classes)
     with torch.no_grad():
         net.out.weight.div_(hot)
         net.out.bias.div_(hot)
-    ends = lesson.ends["check"]
     named = logits.argmax(axis=1)
-    events = scores.events(examples, ends, scores.softmax(logits, hot))
+    events = scores.events(examples, ends["check"], scores.softmax(logits, hot))
     right = events.named == events.label
     result = GestureResult(
         fitted.epochs,
@@ -73,8 +79,8 @@ def gestures(work: Work) -> tuple[GestureResult, GestureNet]:
         fitted.stopped,
         scores.honest_share(
             examples,
-            (ends, named),
-            (lesson.ends["random"], random.argmax(dim=1).cpu().numpy()),
+            (ends["check"], named),
+            (ends["random"], random.argmax(dim=1).cpu().numpy()),
             classes,
         ),
         float(right.mean()) if len(right) else float("nan"),

@@ -47,8 +47,13 @@ class Gestures:
         symmetry: Symmetry,
         course: Course,
         device: torch.device,
+        answers: int = 0,
     ) -> None:
-        """Join them; `parts` are positions in `examples.ends`."""
+        """Join them; `parts` are positions in `examples.ends`.
+
+        Classes from `answers` on are auxiliary (0: none); the others count in the loss as they
+        would without them.
+        """
         self.examples, self.course, self.symmetry = examples, course, symmetry
         _, rows, columns = examples.images.shape
         self.net: nn.Module = gesture_net((examples.window, rows, columns), classes, course)
@@ -66,7 +71,7 @@ class Gestures:
         self._null = self.ends["train"][label == 0]
         self._touched = self.ends["train"][label != 0]
         self._drawn = round(course.null_share * len(self._null))
-        self._weights = _weights(label, classes, course).to(device)
+        self._weights = _weights(label, classes, course, answers or classes).to(device)
 
     def steps(self) -> int:
         """Return how many batches an epoch has."""
@@ -217,12 +222,12 @@ def location_net(shape: tuple[int, int], course: Course) -> LocationNet:
     )
 
 
-def _weights(label: Index, classes: int, course: Course) -> Tensor:
+def _weights(label: Index, classes: int, course: Course, answers: int) -> Tensor:
     """Return what each class counts in the loss: gestures that are rare count more."""
     count = np.bincount(label, minlength=classes).astype(np.float64)
     weights = np.ones(classes)
     made = np.flatnonzero(count[1:]) + 1
     if course.balance and len(made):
-        usual = count[made].mean()
+        usual = count[made[made < answers]].mean()
         weights[made] = np.clip((usual / count[made]) ** course.balance, 0.5, 4.0)
     return torch.from_numpy(weights.astype(np.float32))

@@ -93,6 +93,15 @@ class GestureNet(nn.Module):
         _fold(self.norms, (plain.conv1, plain.conv2, plain.dense1, plain.dense2))
         return plain
 
+    def narrowed(self, classes: int) -> Self:
+        """Return a network that tells the first classes apart, as this one does among them."""
+        window, rows, columns, _, channels, hidden = self._made_of
+        narrow = type(self)(window, rows, columns, classes, channels, hidden, strides=self._strides)
+        own = self.state_dict()
+        own |= {name: own[name][:classes] for name in ("out.weight", "out.bias")}
+        narrow.load_state_dict(own)
+        return narrow
+
     def _products(self, windows: Tensor) -> Tensor:
         """Return what the convolutions make of windows, the sooner for small ones."""
         x = ((windows - 1.0) * GAIN).flatten(2)

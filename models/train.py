@@ -14,6 +14,7 @@ from controller import bundle
 from controller.bundle import Bundle
 from controller.debounce import DebounceSettings
 from controller.recordings.recording import software
+from controller.vocabulary import Vocabulary
 from models import (
     advice,
     base,
@@ -27,7 +28,7 @@ from models import (
 )
 from models.augment import Symmetry
 from models.checkpoint import CheckpointError
-from models.dataset import refuse_test_seed
+from models.dataset import read_training, refuse_test_seed
 from models.fit import prepare_torch
 from models.learn import Work
 from models.reading import Choice, Data
@@ -62,6 +63,8 @@ class Request:
         window: Images in a window; 0: those of a second.
         advised: Learning curves are measured, and advice is given.
         bare: The bundle holds the trained gesture network, as ONNX, and nothing else.
+        auxiliary: Folders and files with more gestures, which are learned beside the others and
+            are no answers of the bundle.
         command: What was typed.
     """
 
@@ -77,6 +80,7 @@ class Request:
     window: int = 0
     advised: bool = True
     bare: bool = False
+    auxiliary: tuple[Path, ...] = ()
     command: str = ""
 
 
@@ -95,7 +99,9 @@ def train(request: Request, say: Say) -> Training:
         raise ValueError(f"{request.out.parent} is no directory; make it first")
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
-    data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
+    paths = (*request.paths, *request.auxiliary)
+    data = reading.read(paths, recipe, request.labels, say, window=request.window)
+    answers = _answers(request, data.vocabulary)
     people = len({row.user for row in data.rows})
     recipe = replace(recipe, gesture=recipe.gesture.of_people(people))
     found = touches.find(data.examples, recipe.averaged, request.seed)
@@ -106,14 +112,16 @@ def train(request: Request, say: Say) -> Training:
         lender = None
     else:
         lender = base.choose(request.base, data, gesture=gesture, location=location)
+    if request.auxiliary and (gesture, location) != (True, False):
+        raise ValueError("--auxiliary is for gestures alone; add --task gesture")
     split = splitting.split(data, request.split, request.seed)
     how = recipe.sentences(gesture=gesture, location=location)
-    plan = _plan(request, data, split, recipe, how)
-    for line in _announcement(plan, lender, gesture=gesture, location=location):
+    plan = _plan(request, data, split, recipe, how, answers)
+    for line in _announcement(plan, data, lender, gesture=gesture, location=location):
         say(line)
     say(f"on {device}, one thread" if device.type == "cpu" else "on a GPU")
     folder = _claim(request, recipe, data)
-    work = Work(data, split, recipe, request.seed, device, folder)
+    work = Work(data, split, recipe, request.seed, device, folder, answers)
     if gesture:
         learned, net = learn.gestures(work)
         plan = replace(plan, gesture=learned)
@@ -129,7 +137,8 @@ def train(request: Request, say: Say) -> Training:
         second, worst = export.location_part(place_net, _images(found, request.seed))
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
     if gesture:
-        plan = advice.advise(plan, work, measured=request.advised, say=say)
+        measured = request.advised and not request.auxiliary
+        plan = advice.advise(plan, work, measured=measured, say=say)
     manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
     export.write_bundle(request.out, manifest, first, second)
     plan = replace(plan, debounce=manifest["debounce"])
@@ -154,8 +163,26 @@ def _tasks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     )
 
 
+def _answers(request: Request, vocabulary: Vocabulary) -> int:
+    """Return how many classes the bundle answers: all that are not auxiliary."""
+    if not request.auxiliary:
+        return len(vocabulary.labels)
+    own = read_training(request.paths).labels
+    if own != vocabulary.labels[: len(own)]:
+        raise ValueError(
+            f"the recordings have the labels {', '.join(own)}, those with auxiliary gestures "
+            f"{', '.join(vocabulary.labels)}; they shall begin alike"
+        )
+    return len(own)
+
+
 def _plan(
-    request: Request, data: Data, split: splitting.Split, recipe: Recipe, how: Sequence[str]
+    request: Request,
+    data: Data,
+    split: splitting.Split,
+    recipe: Recipe,
+    how: Sequence[str],
+    answers: int,
 ) -> Training:
     """Return what is known before anything is learned."""
     vocabulary, shape = data.vocabulary, data.examples.images.shape[1:]
@@ -170,7 +197,7 @@ def _plan(
         pitch_mm=data.pitch_mm,
         rate_hz=data.settings.rate_hz,
         unit=data.unit,
-        labels=vocabulary.labels,
+        labels=vocabulary.labels[:answers],
         vocabulary=vocabulary.name,
         split=split.words,
         symmetries=tuple(Symmetry.of(vocabulary, *shape).sentences(vocabulary.labels))
@@ -180,7 +207,7 @@ def _plan(
             replace(row, held_out=bool(held))
             for row, held in zip(data.rows, split.held, strict=True)
         ),
-        classes=advice.counts(data, split),
+        classes=advice.counts(data, split)[:answers],
         gesture=None,
         location=None,
         notes=data.notes,
@@ -188,7 +215,7 @@ def _plan(
 
 
 def _announcement(
-    plan: Training, lender: Bundle | None, *, gesture: bool, location: bool
+    plan: Training, data: Data, lender: Bundle | None, *, gesture: bool, location: bool
 ) -> Sequence[str]:
     """Return what will be done, in lines."""
     minutes = sum(row.seconds for row in plan.sessions) / 60.0
@@ -201,6 +228,8 @@ def _announcement(
         f"{plan.rows}×{plan.columns} taxels at {plan.rate_hz:g} Hz in {plan.unit}; "
         f"{' and '.join(labellers)} labels",
     ]
+    if auxiliary := data.vocabulary.labels[len(plan.labels) :]:
+        lines.append(f"learned beside the others, and left out in the end: {', '.join(auxiliary)}")
     if doubtful:
         lines.append(f"doubtful: {doubtful}; controller recordings check says why")
     lines += [
@@ -228,6 +257,7 @@ def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
     own = hashlib.sha256(
         repr((recipe, data.digest, data.vocabulary, data.settings, software())).encode()
         + repr((request.task, request.labels, request.split, request.seed, request.base)).encode()
+        + repr(request.auxiliary).encode()
         + torch.__version__.encode()
     ).hexdigest()
     mark = folder / "training.npz"
@@ -272,11 +302,14 @@ def _manifest(
         "data": f"{len(plan.sessions)} recordings, SHA-256 {data.digest[:16]}",
         "split": plan.split,
     }
+    if auxiliary := data.vocabulary.labels[len(plan.labels) :]:
+        made["auxiliary"] = ", ".join(auxiliary)
     if lender is not None:
         made["with"] = lender.hash[:16]
     if gesture or lender is None:
         labels, settings, debounce = plan.labels, data.settings, DEBOUNCE
-        table = base.mapping(data.vocabulary, lender, located=located)
+        asked = base.mapping(data.vocabulary, lender, located=located)
+        table = {label: asks for label, asks in asked.items() if label in labels}
     else:
         labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
         table = base.table_of(lender)

@@ -14,6 +14,7 @@ from models.augment import Symmetry
 from models.dataset import Examples
 from models.fit import fit
 from models.lessons import Gestures, Index, Parts
+from models.networks import GestureNet
 from models.recipe import DEFAULT, PAPER, Course, Recipe
 
 pytestmark = pytest.mark.train
@@ -24,14 +25,15 @@ COUNT = 2 * QUIET + PRESSED
 IDLE = 0.005
 
 
-def lesson(course: Course) -> Gestures:
-    """A lesson of one press in a long quiet."""
+def lesson(course: Course, auxiliary: int = 0, answers: int = 0) -> Gestures:
+    """A lesson of one press in a long quiet, and of a twist that is no answer."""
     rng = np.random.default_rng(1)
     pressed = slice(QUIET, QUIET + PRESSED)
     images = (1.0 + 0.006 * rng.standard_normal((COUNT, 5, 5))).astype(np.float32)
     images[pressed] += 0.1
     label = np.zeros(COUNT, dtype=np.int64)
     label[pressed] = 1
+    label[COUNT - auxiliary :] = 4
     ends = np.arange(WINDOW - 1, COUNT)
     idle = np.full(COUNT, IDLE, dtype=np.float32)
     nowhere = np.full((COUNT, 2), np.nan, dtype=np.float32)
@@ -39,7 +41,7 @@ def lesson(course: Course) -> Gestures:
     none = np.empty(0, dtype=np.int64)
     symmetry = Symmetry.of(vocabulary.shipped(), 5, 5)
     parts = Parts(np.arange(len(ends)), none, none)
-    return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"))
+    return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"), answers)
 
 
 def drawn(course: Course) -> tuple[int, int]:
@@ -78,3 +80,18 @@ def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
     taught.loss, taught.check = learning, judging  # type: ignore[method-assign]
     fit(taught, taught.course, 0, None, lambda epochs, share: None)
     assert set(said) == {("learns", expected), ("is judged", "highest")}
+
+
+def test_auxiliary_gestures_count_more_where_they_are_rare_and_change_no_other_s_weight() -> None:
+    course = DEFAULT.gesture
+    plain, beside = lesson(course)._weights, lesson(course, auxiliary=25, answers=4)._weights
+    assert beside[:4].tolist() == plain[:4].tolist() == [1.0] * 4
+    assert beside[4] == pytest.approx(2.0)  # a quarter as many, to the power of a half
+
+
+def test_a_narrowed_network_tells_the_first_classes_apart_as_before() -> None:
+    torch.manual_seed(3)
+    net = GestureNet(WINDOW, 5, 5, 7).eval()
+    windows = 1.0 + 0.1 * torch.randn(4, WINDOW, 5, 5)
+    with torch.no_grad():
+        torch.testing.assert_close(net.narrowed(3)(windows), net(windows)[:, :3])

@@ -14,6 +14,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 from controller import bundle, vocabulary
 from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
+from controller.simulator import repertoire
 from models import fit, recipe, results
 from models.__main__ import main
 from models.recipe import RECIPES, UNTOUCHED
@@ -171,6 +172,47 @@ def test_places_alone_borrow_the_gestures(data: Path, tmp_path: Path) -> None:
     assert made.gesture_onnx == ours.gesture_onnx
     assert made.location_onnx != ours.location_onnx
     assert (made.labels, made.mapping, made.debounce) == (ours.labels, ours.mapping, ours.debounce)
+
+
+def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more, other = tmp_path / "more", tmp_path / "other"
+    small = ["--users", "1", "--sessions", "4", "--minutes", "1", "--workers", "1"]
+    for folder, names in ((more, "press,pinch,twist_cw,twist_ccw,swipe"), (other, "swipe,press")):
+        assert main(["simulate", "--out", str(folder), *small, "--gestures", names]) == 0
+    capsys.readouterr()
+    out, gesture = tmp_path / "my.orb", ("--task", "gesture")
+    assert "add --task gesture" in refused(capsys, out, data, "--auxiliary", more)
+    assert "begin alike" in refused(capsys, out, other, *gesture, "--auxiliary", more)
+    assert train(out, data, *gesture, "--auxiliary", more) == 0
+    made = bundle.read(out)
+    Recognizer(made)
+    assert (made.labels, made.mapping) == (SHIPPED.labels, SHIPPED.mapping)
+    assert made.card["auxiliary"] == "swipe"
+    found = json.loads((tmp_path / "my.json").read_text())
+    assert found["labels"] == list(SHIPPED.labels)
+    assert len(found["sessions"]) == 8
+    assert len(found["gesture"]["confusion"]) == len(SHIPPED.labels)
+    # The same training without them is another: they were learned.
+    assert train(tmp_path / "plain.orb", data, *gesture) == 0
+    assert bundle.read(tmp_path / "plain.orb").gesture_onnx != made.gesture_onnx
+
+
+def test_the_shipped_auxiliary_gestures_are_none_that_few_examples_are_measured_on() -> None:
+    folder = Path(__file__).parents[1] / "models" / "auxiliary"
+    listed = vocabulary.read(folder / vocabulary.FILE)
+    own = listed.entries[len(SHIPPED.entries) :]
+    assert listed.labels[: len(SHIPPED.labels)] == SHIPPED.labels
+    # Those are a double tap, a squeeze and a swipe, which ship, and the knock of the lesson.
+    assert not {entry.label for entry in own} & {*repertoire.shipped(), "knock"}
+    assert sorted(entry.file or Path() for entry in own) == sorted(
+        path for path in folder.glob("*.toml") if path.name != vocabulary.FILE
+    )
+    done = repertoire.load([entry.file for entry in own if entry.file])
+    for entry in own:
+        made = done[entry.label]
+        assert (entry.rotations, entry.mirror) == (made.rotations, made.mirror)
 
 
 def test_another_grid_rate_unit_and_vocabulary_are_as_good(data: Path, tmp_path: Path) -> None:

@@ -61,6 +61,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="takes the network that is not trained from here (default: the one that ships)",
     )
     add(
+        "--auxiliary",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="with --task gesture: recordings with more gestures, which are learned beside the "
+        "others and are no answers in the end, so that a new gesture is taught from fewer examples",
+    )
+    add(
         "--others",
         type=Path,
         nargs="+",
@@ -132,6 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
         window=arguments.window,
         advised=arguments.advised,
         bare=arguments.bare,
+        auxiliary=tuple(arguments.auxiliary),
         command=_command(arguments),
     )
     try:
@@ -152,7 +162,7 @@ def _people(arguments: argparse.Namespace) -> int:
     from models.users import result
     from models.users.train import Request, train
 
-    for name in ("bare", "window"):
+    for name in ("bare", "window", "auxiliary"):
         if getattr(arguments, name):
             raise ValueError(f"--{name} is not for people; leave it out")
     if arguments.recipe != "default":
@@ -189,5 +199,6 @@ def _command(arguments: argparse.Namespace) -> str:
             words += [f"--{'with' if name == 'base' else name}", str(value)]
     words += ["--bare"] if arguments.bare else []
     words += ["--gestures", arguments.gestures] if arguments.gestures else []
+    words += ["--auxiliary", *map(str, arguments.auxiliary)] if arguments.auxiliary else []
     words += ["--others", *map(str, arguments.others)] if arguments.others else []
     return shlex.join([*words, "--out", arguments.out.name])
