@@ -1,6 +1,7 @@
 """The command line: which command is meant, and nothing imported but what it needs."""
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -27,6 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     words = sys.argv[1:] if argv is None else list(argv)
     named = words[:1] and words[0] in COMMANDS
+    # Our matrices are small: NumPy's threads would wait for each other five times as long.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Modules are here to stay: to look for garbage among them took a sixth of the start.
     gc.disable()
     try:

@@ -40,3 +40,14 @@ def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
 
 def test_command_imports_nothing_of_a_run() -> None:
     assert not imported("models").intersection({"controller.run", "controller.pipeline"})
+
+
+def test_numpy_keeps_to_one_thread_unless_somebody_says_otherwise() -> None:
+    program = "import os; " + PROGRAM.replace("sys.modules", "[os.environ['OPENBLAS_NUM_THREADS']]")
+    plain = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    for environment, expected in ((plain, "1"), ({**plain, "OPENBLAS_NUM_THREADS": "4"}, "4")):
+        done = subprocess.run(
+            [sys.executable, "-c", program, "models"],
+            capture_output=True, text=True, check=True, env=environment,
+        )  # fmt: skip
+        assert done.stderr.split() == [expected]
