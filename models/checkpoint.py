@@ -4,6 +4,7 @@ A checkpoint is taken after every epoch and holds the random generators too, so 
 that goes on gives the same bytes as one that was never interrupted.
 """
 
+import hashlib
 import json
 import os
 from pathlib import Path
@@ -49,6 +50,32 @@ def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
         return arrays, dict(words)
     except (ValueError, KeyError, TypeError):
         raise CheckpointError(f"{path} is damaged; remove it, and training begins anew") from None
+
+
+def claim(folder: Path, name: str, of: object, what: str) -> Path:
+    """Return a folder of checkpoints: of this work, or new.
+
+    Args:
+        folder: Where they are kept.
+        name: Of the mark in it that says whose they are.
+        of: All that the work depends on; its representation tells it from others.
+        what: The work, for people.
+
+    Raises:
+        CheckpointError: They are another one's.
+    """
+    own = hashlib.sha256(repr(of).encode() + torch.__version__.encode()).hexdigest()
+    mark = folder / name
+    found = load(mark)
+    if found is not None and found[1].get("of") != own:
+        raise CheckpointError(
+            f"{folder} holds an interrupted {what} of other data or options; repeat its command, "
+            "or remove it"
+        )
+    folder.mkdir(exist_ok=True)
+    if found is None:
+        save(mark, {}, {"of": own})
+    return folder
 
 
 def pack(prefix: str, state: dict[str, Tensor]) -> dict[str, NDArray[Any]]:

@@ -6,7 +6,6 @@ trainings on some of those people, judged on the rest of them: how far examples 
 gestures are declared to be the same anywhere (`shifts`), and how hot probabilities are.
 """
 
-import hashlib
 import shutil
 import time
 from collections.abc import Callable, Sequence
@@ -21,7 +20,6 @@ from numpy.typing import NDArray
 from controller.recordings.recording import software
 from models import checkpoint, folds, reading, scores, splits, trajectory
 from models.augment import Symmetry
-from models.checkpoint import CheckpointError
 from models.dataset import refuse_test_seed
 from models.fit import fit, prepare_torch
 from models.folds import Crossed, Rowed
@@ -199,21 +197,8 @@ def _claim(request: Request, data: Data, course: Course) -> Path:
     """
     folder = request.out.with_name(f"{request.out.name}.folds")
     asked = replace(request, paths=(), out=Path(), command="")
-    own = hashlib.sha256(
-        repr((asked, course, data.digest, data.vocabulary, data.settings, software())).encode()
-        + torch.__version__.encode()
-    ).hexdigest()
-    mark = folder / "all.npz"
-    found = checkpoint.load(mark)
-    if found is not None and found[1].get("of") != own:
-        raise CheckpointError(
-            f"{folder} holds an interrupted run of other data or options; repeat its command, or "
-            "remove it"
-        )
-    folder.mkdir(exist_ok=True)
-    if found is None:
-        checkpoint.save(mark, {}, {"of": own})
-    return folder
+    of = asked, course, data.digest, data.vocabulary, data.settings, software()
+    return checkpoint.claim(folder, "all.npz", of, "run")
 
 
 def _done(

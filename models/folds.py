@@ -6,16 +6,14 @@ the people whom it learns from out again. Models are compared on the same window
 of a difference is over people who were judged by both.
 """
 
-import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from models import intervals, splits
+from models import intervals, plain, splits
 from models.intervals import Figure
 from models.splits import Fold
 
@@ -181,7 +179,7 @@ class Crossed:
 
     def text(self) -> str:
         """Return it as JSON; what is no number is null."""
-        return json.dumps(_plain(asdict(self)), indent=1, allow_nan=False, ensure_ascii=False)
+        return plain.text(asdict(self))
 
 
 def judge(
@@ -250,13 +248,3 @@ def _each(right: NDArray[np.bool_], group: Index, count: int) -> tuple[float, ..
     of = np.bincount(group, minlength=count)
     hits = np.bincount(group, right, minlength=count)
     return tuple((hits / np.maximum(of, 1)).tolist())
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    if isinstance(value, float):
-        return round(value, 6) if math.isfinite(value) else None
-    return value

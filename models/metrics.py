@@ -4,11 +4,11 @@ Figures carry 95 % intervals over whole sessions (models/intervals.py). NaN is a
 not be had; in JSON it is null. Locations are in grid units, errors are means over the two axes.
 """
 
-import json
 import math
 from dataclasses import asdict, dataclass, field, is_dataclass
 from typing import Any
 
+from models import plain
 from models.intervals import Figure
 
 
@@ -284,14 +284,4 @@ def as_json(found: Any) -> str:
     """Return a result as JSON; what is no number becomes null."""
     if not is_dataclass(found) or isinstance(found, type):
         raise TypeError(f"{found!r} is no result")
-    return json.dumps(_plain(asdict(found)), indent=1, allow_nan=False, ensure_ascii=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    if isinstance(value, float):
-        return round(value, 6) if math.isfinite(value) else None
-    return value
+    return plain.text(asdict(found))

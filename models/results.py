@@ -4,12 +4,11 @@ Lists of lists, numbers and texts only, so that JSON carries all of it. NaN is a
 not be had; in the file it is null.
 """
 
-import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Any
 
 from controller.touch import Spread
+from models import plain
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,15 +278,4 @@ class Training:
 
     def text(self) -> str:
         """Return it as JSON."""
-        return json.dumps(_plain(asdict(self)), indent=1, allow_nan=False, ensure_ascii=False)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as JSON has it: what is no number becomes null."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    if isinstance(value, float):
-        return round(value, 6) if math.isfinite(value) else None
-    return value
+        return plain.text(asdict(self))

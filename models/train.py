@@ -1,6 +1,5 @@
 """From folders of recordings to a proven bundle, with its card and its figures beside it."""
 
-import hashlib
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -8,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
-import torch
 
 from controller import bundle
 from controller.bundle import Bundle
@@ -27,7 +25,6 @@ from models import (
     training_card,
 )
 from models.augment import Symmetry
-from models.checkpoint import CheckpointError
 from models.dataset import read_training, refuse_test_seed
 from models.fit import prepare_torch
 from models.learn import Work
@@ -254,23 +251,12 @@ def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
         CheckpointError: It is another training's.
     """
     folder = request.out.with_name(f"{request.out.name}.training")
-    own = hashlib.sha256(
-        repr((recipe, data.digest, data.vocabulary, data.settings, software())).encode()
-        + repr((request.task, request.labels, request.split, request.seed, request.base)).encode()
-        + repr(request.auxiliary).encode()
-        + torch.__version__.encode()
-    ).hexdigest()
-    mark = folder / "training.npz"
-    found = checkpoint.load(mark)
-    if found is not None and found[1].get("of") != own:
-        raise CheckpointError(
-            f"{folder} holds an interrupted training of other data or options; repeat its "
-            "command, or remove it"
-        )
-    folder.mkdir(exist_ok=True)
-    if found is None:
-        checkpoint.save(mark, {}, {"of": own})
-    return folder
+    of = (
+        *(recipe, data.digest, data.vocabulary, data.settings, software()),
+        *(request.task, request.labels, request.split, request.seed, request.base),
+        request.auxiliary,
+    )
+    return checkpoint.claim(folder, "training.npz", of, "training")
 
 
 def _windows(data: Data, split: splitting.Split, seed: int) -> Any:

@@ -1,14 +1,13 @@
 """What a training of people found out, as plain values: the card, the page, and `NAME.json`."""
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
+from models import plain
 from models.intervals import Figure
 from models.report import words
 from models.users.judge import Open
@@ -69,8 +68,7 @@ class Telling:
 def write(out: Path, found: Telling) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
     out.with_suffix(".md").write_text(card(found) + "\n", encoding="utf-8")
-    told = json.dumps(_plain(asdict(found)), indent=1)
-    out.with_suffix(".json").write_text(told + "\n", encoding="utf-8")
+    out.with_suffix(".json").write_text(plain.text(asdict(found)) + "\n", encoding="utf-8")
     out.with_suffix(".html").write_text(page(found), encoding="utf-8")
 
 
@@ -164,12 +162,3 @@ def _share(figure: Figure) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.1f} %" if math.isfinite(share) else "–"
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as JSON can hold it: no figure is null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
