@@ -25,6 +25,11 @@ def cobs_encode(data: bytes) -> bytes:
     """Return data without zeros: each becomes the distance to the next, 255 at most."""
     out = bytearray()
     blocks = data.split(b"\0")
+    if len(data) < 254:  # most packets: no block can be full
+        for block in blocks:
+            out.append(len(block) + 1)
+            out += block
+        return bytes(out)
     for block in blocks:
         at = 0
         while len(block) - at >= 254:

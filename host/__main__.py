@@ -52,6 +52,11 @@ def main(argv: list[str] | None = None) -> int:
         return int(importlib.import_module(module).main(arguments[1:]))
     parser = _parser()
     options = parser.parse_args(arguments)
+    if options.orb and "--" not in arguments:
+        parser.error(
+            f"{options.orb[0]} stands alone; a port is named with --link {options.orb[0]}, and "
+            "options of the virtual orb follow two dashes: host -- --preset paper-snr"
+        )
     _check(parser, options)
     logging.basicConfig(
         format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR

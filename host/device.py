@@ -136,10 +136,14 @@ def _drain(output: IO[bytes], first: queue.SimpleQueue[bytes]) -> None:
 
 
 def _tail(messages: IO[bytes]) -> str:
-    """Return the end of what the orb said, in one line; "" once the file is closed."""
+    """Return the end of what the orb said, in one line; "" once the file is closed.
+
+    Of wrong usage the last line is kept: what was wrong, without all that would be right.
+    """
     try:
         size = messages.seek(0, os.SEEK_END)
         messages.seek(max(size - TAIL, 0))
-        return " ".join(messages.read().decode(errors="replace").split())
+        words = " ".join(messages.read().decode(errors="replace").split())
+        return words.rpartition("controller: error: ")[2]
     except ValueError:
         return ""

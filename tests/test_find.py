@@ -316,6 +316,15 @@ def test_nothing_to_ask_says_what_to_do(memory: Memory, capsys: pytest.CaptureFi
     assert "host find --all" in told.err
 
 
+def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
+    memory: Memory, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command.main(["--key", str(tmp_path / "no.key")]) == 2
+    told = capsys.readouterr()
+    assert (told.out, told.err.count("\n")) == ("", 1)
+    assert "no.key: no such file or directory" in told.err
+
+
 def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
     memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -37,6 +37,8 @@ def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str])
         (["--demo", "--tap", "osc"], "leave out --demo"),
         (["--profile", "slides"], "need --target keyboard or gamepad"),
         (["find", "--seconds", "0"], "a number from 0.5 to 600"),
+        (["/dev/ttyACM0"], "named with --link /dev/ttyACM0"),
+        (["--target", "keyboard", "presets"], "follow two dashes: host -- --preset"),
         (["--link", ""], "leave it out to play with a virtual orb"),
         (["--dry-run"], "need --target keyboard or gamepad"),
         (["--keys", "mine.toml"], "need --target keyboard or gamepad"),

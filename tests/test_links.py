@@ -432,6 +432,11 @@ def test_a_port_that_cannot_be_opened_is_explained_in_one_sentence(url: str, pro
     assert str(refused.value) == f"cannot open {url}: {problem}; name another with --link"
 
 
+def test_a_port_without_a_name_is_explained_in_one_sentence() -> None:
+    with pytest.raises(LinkError, match="names no port; leave it out to have commands printed"):
+        open_link("", welcome())
+
+
 def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects() -> None:
     chatty = dataclasses.replace(welcome(), commands=tuple(f"wish_{k}" for k in range(65)))
     with pytest.raises(LinkError, match="cannot send Welcome: 65 values, where at most 64 fit; "):

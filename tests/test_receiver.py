@@ -469,6 +469,12 @@ def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
     device.close()
 
 
+def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
+    device = OwnDevice(1, ("--presett", "nominal"))
+    with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
+        device.open()
+
+
 def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
     device = OwnDevice(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
     with pytest.raises(LinkError, match="does not say where it is: it left no message"):

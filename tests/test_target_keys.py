@@ -155,6 +155,16 @@ def test_watchdog_that_does_not_start_again_leaves_it_disarmed() -> None:
     assert bench.said[-1] == "disarmed with every key up: there is no /dev/uinput"
 
 
+def test_command_of_the_mapping_that_no_orb_has_is_told_once() -> None:
+    misspelt = parse({"profile": {"game": {"laft": "left", "menu": {"arm": True}}}}, "keyboard")
+    said: list[str] = []
+    target = KeysTarget(misspelt, Wire(), said.append, lambda armed: None)
+    target.tick(0.0, [Connected(welcome())])
+    target.tick(0.1, [Connected(welcome())])
+    [line] = said
+    assert line.startswith("the orb has no command laft, which the mapping names; it has: left, ")
+
+
 def test_end_lifts_everything() -> None:
     bench = Bench()
     bench.arm()

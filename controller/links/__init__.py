@@ -86,6 +86,8 @@ def open_link(
     Raises:
         LinkError: It cannot be opened.
     """
+    if not url:
+        raise LinkError("--link names no port; leave it out to have commands printed")
     try:
         access = Access(token, key, exposed)
         link: Link = module_of(url).create(url, welcome, access)

@@ -7,8 +7,10 @@ import json
 import sys
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Final
 
+from controller import key as keys
 from host.find import search
 from host.find.ports import Port
 from host.find.probe import Answer
@@ -30,7 +32,7 @@ class Row:
 
 
 def main(argv: list[str]) -> int:
-    """List devices; return 0 if one is there, 1 if none is."""
+    """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
     memory = Memory(warn=lambda words: print(f"host: {words}", file=sys.stderr))
     if options.forget is not None:
@@ -40,6 +42,11 @@ def main(argv: list[str]) -> int:
         known = {port.url: port for port in ports}
         ports = [known.get(url, Port(url)) for url in options.ports]
     if options.key is not None:
+        try:
+            keys.read(Path(options.key))  # what is wrong with it is told once, and always
+        except keys.KeyFileError as error:
+            print(f"host: {error}", file=sys.stderr)
+            return 2
         ports = [replace(port, key=options.key) for port in ports]
     answers = search.ask_all(ports, deadline_s=options.seconds)
     note(memory, answers)

@@ -101,6 +101,11 @@ class KeyMap:
         return replace(self, profiles={**first, **self.profiles})
 
     @property
+    def commands(self) -> frozenset[str]:
+        """All commands that do something, in any profile."""
+        return frozenset().union(self.long, *self.profiles.values())
+
+    @property
     def keys(self) -> frozenset[str]:
         """All keys that can ever be pressed."""
         return frozenset(

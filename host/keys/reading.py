@@ -111,7 +111,10 @@ def read(path: Path, kind: Kind) -> KeyMap:
         text = data.decode()
         table = tomllib.loads(text)
     except OSError as error:
-        raise KeyMapError(f"cannot read {path}: {error.strerror or error}") from None
+        raise KeyMapError(
+            f"cannot read {path}: {error.strerror or error}; name a mapping with --keys "
+            "(docs/keys.md)"
+        ) from None
     except UnicodeDecodeError:
         raise KeyMapError(f"{path} is no text in UTF-8; is it a mapping?") from None
     except (ValueError, RecursionError) as error:
@@ -269,15 +272,31 @@ def _list(name: str, table: dict[str, Any]) -> list[Any]:
 
 
 def _line(text: str, message: str) -> str:
-    """Return ", line N" of the entry that a message begins with, "" if it cannot be found."""
-    found = re.match(r"\[([^]]*)\] (\w+):|(\w+) ", message)
+    """Return ", line N" of the entry that a message begins with, "" if it cannot be found.
+
+    An entry may stand anywhere that TOML lets it, such as `game.left = ...` below [profile], or in
+    an inline table of several lines; then it is the line that comes closest above it.
+    """
+    found = re.match(r"\[([^]]*)\] ([^:]+):|'?([^\s':]+)", message)
     if found is None:
         return ""
-    table, name = (found[1], found[2]) if found[1] else ("", found[3])
-    here = ""
+    wanted = _path(f"{found[1]}.{found[2]}" if found[1] else found[3])
+    header: list[str] = []
+    closest, depth = "", 0
     for number, line in enumerate(text.splitlines(), 1):
-        if header := re.match(r"\s*\[([^]]*)\]", line):
-            here = header[1].replace(" ", "").replace('"', "")
-        elif here == table and re.match(rf"\s*\"?{name}\"?\s*=", line):
+        if opened := re.match(r"\s*\[([^]]*)\]", line):
+            path = header = _path(opened[1])
+        elif set_ := re.match(r"\s*([^=#]+?)\s*=", line):
+            path = header + _path(set_[1])
+        else:
+            continue
+        if path[: len(wanted)] == wanted:
             return f", line {number}"
-    return ""
+        if depth < len(path) and wanted[: len(path)] == path:
+            closest, depth = f", line {number}", len(path)
+    return closest
+
+
+def _path(key: str) -> list[str]:
+    """Return the parts of a dotted key, without quotes and spaces."""
+    return re.sub(r"[\s\"'\[]", "", key).split(".")

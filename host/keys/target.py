@@ -11,7 +11,16 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Health, Message, State, Telemetry, Who
+from controller.protocol import (
+    COMMANDS,
+    Command,
+    Health,
+    Message,
+    State,
+    Telemetry,
+    Welcome,
+    Who,
+)
 from host.keys.backends import BackendError
 from host.keys.injector import Injector, Printer, Sender
 from host.keys.mapping import Arm, KeyMap, KeyMapError, Kind
@@ -51,6 +60,7 @@ class KeysTarget:
         self.terminal: Terminal | None = None
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
+        self._unknown: list[str] = []  # commands of the mapping that the orb has not
         self._now_s = 0.0
         self._closed = False
 
@@ -106,6 +116,7 @@ class KeysTarget:
         match item:
             case Connected(welcome=welcome):
                 self.pressed.release()
+                self._note_unknown(welcome)
                 self.orb.connected(welcome)
                 self._window.touch.lift_all()
                 self._window.touch.pad = Pad(welcome.rows, welcome.columns, welcome.pitch_mm)
@@ -122,6 +133,16 @@ class KeysTarget:
             case Delivered(message=message):
                 self.orb.heard()
                 self._message(message, now_s)
+
+    def _note_unknown(self, welcome: Welcome) -> None:
+        """Say which commands of the mapping no orb has, this one included: they are misspelt."""
+        unknown = sorted(self._map.commands.difference(COMMANDS, ("menu",), welcome.commands))
+        if unknown and unknown != self._unknown:
+            self._say(
+                f"the orb has no command {', '.join(unknown)}, which the mapping names; "
+                f"it has: {', '.join(welcome.commands)}"
+            )
+        self._unknown = unknown
 
     def _message(self, message: Message, now_s: float) -> None:
         match message:

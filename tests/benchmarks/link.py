@@ -4,9 +4,13 @@
                                     [--wire NAME ...] [--json]
 
 A round trip is Grant and its Granted, program to program: `host.receiver` here, and
-`controller.links` with a loop in another process. Its peer is the same number of bytes there and
-back through pyserial, over the same kind of wire, in the same run, in turns. The
-pty's wire is a process between two ptys, which both pay for. The ledger is in `link_ledger`; it
+`controller.links` with a loop in another process. Its peers are the same number of bytes there and
+back through pyserial at both ends, over the same kind of wire, in the same run, in turns:
+"pyserial" knows how long a frame is and reads so many bytes, which is the least that a program can
+do and the peer of the goal; "lines" has to find a frame's end, as ours has to, and does so with
+pyserial's own readline. "sessions" is what the two sessions cost with nothing around them: neither
+thread, lock nor queue. The pty's wire is a process between two ptys, which all pay for.
+The ledger is in `link_ledger`; it
 needs Xvfb and the [keys] extra, and is reported as missing without.
 """
 
@@ -15,11 +19,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import socket
 import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
@@ -37,6 +42,7 @@ from controller.protocol import (
 )
 from controller.seal import Seal
 from host.receiver import Connected, Delivered, Lost, Received, Receiver
+from host.session import HostSession
 from host.transport import open_transport
 
 from . import link_ledger
@@ -124,56 +130,118 @@ def _is_granted(news: Received) -> bool:
 
 
 def trips(results: Results, wire: Wire, count: int) -> None:
-    """Measure round trips, ours and bare ones, in turns."""
-    ours: list[float] = []
-    bare: list[float] = []
-    ratios: list[float] = []
-    message = bytes(FRAME)
-    with wire.line("device") as line, wire.line("echo") as peer:
-        receiver = Receiver(lambda: open_transport(line.url), granted=True)
-        receiver.connect()
-        until(receiver, lambda news: isinstance(news, Connected))
-        port = serial.serial_for_url(peer.url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
-        if peer.url.startswith("socket:"):
-            _no_delay(port)
-        our_trip: Callable[[], float] = partial(_our_trip, receiver)
-        bare_trip: Callable[[], float] = partial(_bare_trip, port, message)
+    """Measure round trips, ours and the peers', in turns."""
+    assert len(encode(Grant(0), session=1, sequence=1, t_ms=1)) == FRAME
+    with ExitStack() as stack:
+        trip_of: dict[str, Callable[[], object]] = {
+            kind: make(stack, stack.enter_context(wire.line(far)).url)
+            for kind, (far, make) in _TRIPS.items()
+        }
+        taken: dict[str, list[float]] = {kind: [] for kind in trip_of}
+        middles: dict[str, list[float]] = {kind: [] for kind in trip_of}
         for _ in range(max(count // BATCH, 2)):
-            both = []
-            for seconds, trip in ((ours, our_trip), (bare, bare_trip)):
-                batch = [trip() for _ in range(BATCH)]
-                both.append(statistics.median(batch))
-                seconds += batch
-            ratios.append(both[0] / both[1])
-        port.close()
-        receiver.close()
-    for name, seconds in (("round_trip", ours), ("round_trip@pyserial", bare)):
+            for kind, trip in trip_of.items():
+                batch = [_seconds(trip) for _ in range(BATCH)]
+                taken[kind] += batch
+                middles[kind].append(statistics.median(batch))
+    for kind, seconds in taken.items():
         cuts = statistics.quantiles(seconds, n=100)
-        note(results, f"{name}_p50_us", wire.name, cuts[49] * 1e6, "us")
-        note(results, f"{name}_p99_us", wire.name, cuts[98] * 1e6, "us")
-    ratio = statistics.median(ratios)
-    note(results, "round_trip_ratio", wire.name, ratio, "ours/bare", TRIP_GOAL)
+        note(results, f"round_trip{kind}_p50_us", wire.name, cuts[49] * 1e6, "us")
+        note(results, f"round_trip{kind}_p99_us", wire.name, cuts[98] * 1e6, "us")
+    for kind, ratio, goal in _RATIOS:
+        pairs = zip(middles[_OURS], middles[kind], strict=True)
+        median = statistics.median(ours / theirs for ours, theirs in pairs)
+        note(results, ratio, wire.name, median, f"ours/{kind[1:]}", goal)
 
 
-def _our_trip(receiver: Receiver) -> float:
+def _seconds(trip: Callable[[], object]) -> float:
     began_s = time.perf_counter()
-    receiver.send(Grant(0))
-    until(receiver, _is_granted)
+    trip()
     return time.perf_counter() - began_s
 
 
-def _bare_trip(port: Any, message: bytes) -> float:
-    began_s = time.perf_counter()
-    port.write(message)
-    port.read(len(message))
-    return time.perf_counter() - began_s
+def _our_trip(stack: ExitStack, url: str) -> Callable[[], object]:
+    receiver = Receiver(lambda: open_transport(url), granted=True)
+    stack.callback(receiver.close)
+    receiver.connect()
+    until(receiver, lambda news: isinstance(news, Connected))
+
+    def trip() -> None:
+        receiver.send(Grant(0))
+        until(receiver, _is_granted)
+
+    return trip
 
 
-def _no_delay(port: Any) -> None:
-    import socket
+def _sessions_trip(stack: ExitStack, url: str) -> Callable[[], object]:
+    port = open_transport(url)
+    stack.callback(port.close)
+    session = HostSession(url, 1, _now_ms(), granted=True)
 
-    with socket.socket(fileno=os.dup(port.fileno())) as connection:
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    def until(wanted: Callable[[Received], bool]) -> None:
+        while True:
+            if session.output:
+                port.write(bytes(session.output))
+                session.output.clear()
+            if any(map(wanted, session.receive(port.read(PATIENCE_S), _now_ms()))):
+                return
+
+    def trip() -> None:
+        session.send(Grant(0), _now_ms())
+        until(_is_granted)
+
+    until(lambda news: isinstance(news, Connected))
+    return trip
+
+
+def _bare_trip(stack: ExitStack, url: str) -> Callable[[], object]:
+    port = _pyserial(stack, url)
+    message = bytes(FRAME)
+
+    def trip() -> None:
+        port.write(message)
+        port.read(FRAME)
+
+    return trip
+
+
+def _lines_trip(stack: ExitStack, url: str) -> Callable[[], object]:
+    port = _pyserial(stack, url)
+    message = bytes(FRAME - 1) + b"\n"
+
+    def trip() -> None:
+        port.write(message)
+        port.readline()
+
+    return trip
+
+
+def _pyserial(stack: ExitStack, url: str) -> Any:
+    port = serial.serial_for_url(url, baudrate=115_200, timeout=PATIENCE_S, exclusive=True)
+    stack.callback(port.close)
+    if url.startswith("socket:"):
+        with socket.socket(fileno=os.dup(port.fileno())) as connection:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return port
+
+
+def _now_ms() -> int:
+    return time.monotonic_ns() // 1_000_000
+
+
+# What is measured in turns: who is at the far end, and what makes a trip.
+_OURS: Final = ""
+_TRIPS: Final[dict[str, tuple[str, Callable[[ExitStack, str], Callable[[], object]]]]] = {
+    _OURS: ("device", _our_trip),
+    "@sessions": ("sessions", _sessions_trip),
+    "@pyserial": ("echo", _bare_trip),
+    "@lines": ("lines", _lines_trip),
+}
+_RATIOS: Final = (
+    ("@pyserial", "round_trip_ratio", TRIP_GOAL),
+    ("@lines", "round_trip_ratio@lines", None),
+    ("@sessions", "round_trip_ratio@sessions", None),
+)
 
 
 def cuts(results: Results, wire: Wire, count: int) -> None:

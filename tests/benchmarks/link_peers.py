@@ -1,7 +1,9 @@
 """The other processes of the link benchmark: who is at the far end, and the wire in between.
 
     python -m tests.benchmarks.link_peers device URL      an orb that feels nothing
+    python -m tests.benchmarks.link_peers sessions URL    the same without locks, queues, threads
     python -m tests.benchmarks.link_peers echo URL        a bare pyserial loop: a frame in, one out
+    python -m tests.benchmarks.link_peers lines URL       the same, which looks for a frame's end
     python -m tests.benchmarks.link_peers cable           two ptys, joined
     python -m tests.benchmarks.link_peers air             the same, by RFCOMM over Bumble
     python -m tests.benchmarks.link_peers proxy PORT      a TCP port, joined with another one
@@ -24,10 +26,13 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from controller.protocol import Welcome
 
 CHUNK: Final = 16 * 1024
-FRAME: Final = 24  # bytes, about what Grant and Granted have on the wire
+FRAME: Final = 20  # bytes that Grant and Granted have on the wire
 
 
 def now_us() -> int:
@@ -57,26 +62,9 @@ def on_line(take: Callable[[str], None]) -> None:
 def device(url: str) -> None:
     """Answer every grant at once, and send a command when a line says so: its time is its frame."""
     from controller.links import open_link
-    from controller.protocol import COMMANDS, VERSION, Command, Grant, Granted, State, Welcome
+    from controller.protocol import Command, Grant, Granted, State
 
-    link = open_link(
-        url,
-        Welcome(
-            version=VERSION,
-            boot_nonce=int.from_bytes(os.urandom(4), "little"),
-            device_id="bench",
-            name="bench",
-            virtual=True,
-            rows=5,
-            columns=5,
-            pitch_mm=10.0,
-            rate_hz=10.0,
-            heartbeat_ms=100,
-            deadman_ms=300,
-            labels=("null",),
-            commands=(*COMMANDS, "menu"),
-        ),
-    )
+    link = open_link(url, _welcome())
 
     def command(name: str) -> None:
         # Straight from here: `send` may be called from any one thread, and the loop only answers.
@@ -92,23 +80,79 @@ def device(url: str) -> None:
                 link.send(Granted(request.until_ms), request.until_ms)
 
 
-def echo(url: str) -> None:
-    """Send back every frame, with pyserial; a listening port is none of pyserial's, so a socket."""
-    on_line(lambda line: None)
-    if url.startswith("listen:"):
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            say(url=f"socket://127.0.0.1:{listener.getsockname()[1]}")
-            peer, _ = listener.accept()
-        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        while data := peer.recv(FRAME, socket.MSG_WAITALL):
-            peer.sendall(data)
-        return
-    import serial
+def sessions(url: str) -> None:
+    """Answer every grant with a device's session and nothing around it."""
+    from controller.protocol import Grant, Granted
+    from controller.session import DeviceSession
 
-    port = serial.serial_for_url(url, baudrate=115_200, exclusive=True)
-    say(url=url)
+    port = _port(url)
+    descriptor = port.fileno()
+    session = DeviceSession(_welcome())
+    while True:
+        select.select([descriptor], [], [])
+        now_ms = time.monotonic_ns() // 1_000_000
+        for request in session.receive(os.read(descriptor, CHUNK), now_ms):
+            if isinstance(request, Grant):
+                session.send(Granted(request.until_ms), request.until_ms, now_ms)
+        os.write(descriptor, bytes(session.output))
+        session.output.clear()
+
+
+def echo(url: str) -> None:
+    """Send back every frame, whose length is known."""
+    port = _port(url)
     while True:
         port.write(port.read(FRAME))
+
+
+def lines(url: str) -> None:
+    """Send back every line, as pyserial finds it: byte by byte."""
+    port = _port(url)
+    while True:
+        port.write(port.readline())
+
+
+def _port(url: str) -> Any:
+    """Open a pyserial port, and say where the other end is.
+
+    pyserial can connect to a TCP port and not wait at one, so it is given the connection.
+    """
+    import serial
+    from serial.urlhandler import protocol_socket
+
+    on_line(lambda line: None)
+    if not url.startswith("listen:"):
+        port: Any = serial.serial_for_url(url, baudrate=115_200, exclusive=True)
+        say(url=url)
+        return port
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        say(url=f"socket://127.0.0.1:{listener.getsockname()[1]}")
+        connection, _ = listener.accept()
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setblocking(False)
+    port = protocol_socket.Serial()
+    port._socket, port.is_open = connection, True
+    return port
+
+
+def _welcome() -> Welcome:
+    from controller.protocol import COMMANDS, VERSION, Welcome
+
+    return Welcome(
+        version=VERSION,
+        boot_nonce=int.from_bytes(os.urandom(4), "little"),
+        device_id="bench",
+        name="bench",
+        virtual=True,
+        rows=5,
+        columns=5,
+        pitch_mm=10.0,
+        rate_hz=10.0,
+        heartbeat_ms=100,
+        deadman_ms=300,
+        labels=("null",),
+        commands=(*COMMANDS, "menu"),
+    )
 
 
 # -- the wire --------------------------------------------------------------------------------
@@ -235,7 +279,9 @@ def tetris() -> None:
 
 _ROLES: Final[dict[str, Callable[..., None]]] = {
     "device": device,
+    "sessions": sessions,
     "echo": echo,
+    "lines": lines,
     "cable": cable,
     "air": air,
     "proxy": proxy,

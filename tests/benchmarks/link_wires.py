@@ -77,8 +77,8 @@ class Wire:
 
     Attributes:
         name: The preset that results are reported under.
-        join: Puts "device" or "echo" at its far end; True: with something in between that can be
-            pulled and counts bytes.
+        join: Puts "device", or another one of `link_peers`, at its far end; True: with something in
+            between that can be pulled and counts bytes.
     """
 
     name: str
