@@ -6,15 +6,10 @@ number of processes writes the same bytes, in any order, at once or in several g
 
 import hashlib
 import json
-import multiprocessing
-import os
-import signal
-import threading
 import time
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -29,11 +24,11 @@ from controller.simulator.presets import preset
 from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.session import DATA, Protocol, simulate
 from controller.simulator.style import person
+from models import processes
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
-THREADS: Final = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS")
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
@@ -200,36 +195,10 @@ def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int
         for user, number in missing:
             yield _write(data, out, user, number)
         return
-    with _pool(min(workers, len(missing))) as pool:
+    with processes.pool(min(workers, len(missing))) as pool:
         jobs: list[Future[str]] = [pool.submit(_write, data, out, *who) for who in missing]
         for job in as_completed(jobs):
             yield job.result()
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes of one thread each; what is under way is finished, whatever happens."""
-    for variable in THREADS:
-        os.environ.setdefault(variable, "1")
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def serve() -> None:
-    """Prepare a process: Ctrl-C is its parent's, and it does not outlive it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_follow, daemon=True).start()
-
-
-def _follow() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _write(data: DataSet, out: Path, user: int, number: int) -> str:
