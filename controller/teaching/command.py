@@ -60,9 +60,10 @@ def main(argv: Sequence[str]) -> int:
         say("nothing was recorded")
         return 1
     ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
+    plan = after.course_of_people if options.protocol == protocols.USERS else after.course
     try:
         return after.offer(
-            after.course(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
+            plan(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
         )
     except KeyboardInterrupt:
         say("interrupted; the same commands go on from here")
