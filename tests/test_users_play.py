@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import bundle, sensors
+from controller import bundle, parts, sensors
 from controller.__main__ import main
 from controller.device import Device, steady
 from controller.labelling.labeller import Labeller
 from controller.mapping import Mapping, Rule
+from controller.options import parser
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, Image, Window
 from controller.protocol import Command, Message, Who
 from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.sensors.virtual import show
+from controller.sensors import SensorOptions
+from controller.sensors.virtual import Virtual, show
 from controller.tape import Tape
 
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
@@ -29,6 +31,29 @@ REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return enrolled.write(tmp_path_factory.mktemp("people") / "two.orb")
+
+
+def felt(*words: str) -> list[Frame]:
+    """What the virtual orb feels of a twist in the first seconds."""
+    virtual = parts.prepare(parser().parse_args(words)).sensor
+    assert isinstance(virtual, Virtual)
+    virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    return [virtual.read(k / 10) for k in range(1, 25)]
+
+
+def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    taught = sensors.load("virtual", SensorOptions(10.0, user="ada", day="6"))  # as `teach` does
+    assert isinstance(taught, Virtual)
+    taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    frames = [taught.read(k / 10) for k in range(1, 25)]
+    assert np.array_equal(felt("--hand", "ada:6"), frames)
+    for other in ((), ("--hand", "ben:6"), ("--hand", "ada:7")):
+        assert not np.array_equal(felt(*other), frames)
+    for wrong in (["--sensor", "orb", "--hand", "ada"], ["--replay", "x.npz", "--hand", "ada"]):
+        assert main(wrong) == 2
+        assert "--hand is the virtual orb's own" in capsys.readouterr().err
 
 
 class Certain:
