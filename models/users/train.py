@@ -20,11 +20,10 @@ from models.recipe import RECIPES
 from models.report import words
 from models.results import SessionRow
 from models.users import enrol, judge, lesson, result
-from models.users.judge import SEEN
+from models.users.judge import FORGET_S, SEEN, STAY
 from models.users.lesson import People
 from models.users.recipe import COURSE, MOOD
 from models.users.result import Enrolled, Telling
-from models.users.study import FORGET_S, RANDOM, STAY, tuned
 from models.users.touched import Index, Touched
 
 Say = Callable[[str], None]
@@ -244,16 +243,14 @@ def _judge(
 ) -> tuple[Telling, tuple[GestureNet, tuple[float, float]]]:
     """Train without what is held out, and say what that is worth."""
     learned = group.some(~_near(group, held) if request.split == "time" else ~held)
-    drawn = np.zeros(len(learned.touched.ends), dtype=np.bool_)
-    rng = np.random.default_rng(request.seed)
-    drawn[splits.random_windows(len(drawn), RANDOM, rng).test] = True
+    drawn = lesson.drawn(len(learned.touched.ends), request.seed)
     net, random = _learn(learned, len(names), request, drawn)
     away = group.some(held)
     said = lesson.said(net, away.touched)
     strange = away.who == 0
     own = said[~strange], away.who[~strange], away.session[~strange]
     others = said[strange], away.session[strange]
-    fitted = tuned((own[0], others[0]), own[1], others[1], len(names))
+    fitted = judge.tuned((own[0], others[0]), own[1], others[1], len(names))
     known = replace(fitted, names=tuple(names))
     belief, first = judge.beliefs(own[0], own[2], known, 1)
     right = 1 + belief[:, 1:].argmax(axis=1) == own[1][first]
