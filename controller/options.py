@@ -44,9 +44,9 @@ def parser() -> argparse.ArgumentParser:
         help="which orb and hand are simulated, 0 or more (default: 1)",
     )
     add(
-        "--hand",
+        "--hand-of",
         metavar="NAME[:DAY]",
-        type=_hand,
+        type=_hand_of,
         default=("", ""),
         help="whose hand the virtual orb has, as `controller teach --user NAME` has it; with a DAY "
         "as that person comes on another day (default: nobody's)",
@@ -180,7 +180,7 @@ def _seed(words: str) -> int:
     return int(words)
 
 
-def _hand(words: str) -> tuple[str, str]:
+def _hand_of(words: str) -> tuple[str, str]:
     if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
         raise argparse.ArgumentTypeError(f"{words!r} must be a NAME of letters and digits, or "
                                          "NAME:DAY")  # fmt: skip

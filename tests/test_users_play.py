@@ -48,12 +48,15 @@ def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_nam
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     frames = [taught.read(k / 10) for k in range(1, 25)]
-    assert np.array_equal(felt("--hand", "ada:6"), frames)
-    for other in ((), ("--hand", "ben:6"), ("--hand", "ada:7")):
+    assert np.array_equal(felt("--hand-of", "ada:6"), frames)
+    for other in ((), ("--hand-of", "ben:6"), ("--hand-of", "ada:7")):
         assert not np.array_equal(felt(*other), frames)
-    for wrong in (["--sensor", "orb", "--hand", "ada"], ["--replay", "x.npz", "--hand", "ada"]):
+    for wrong in (
+        ["--sensor", "orb", "--hand-of", "ada"],
+        ["--replay", "x.npz", "--hand-of", "ada"],
+    ):
         assert main(wrong) == 2
-        assert "--hand is the virtual orb's own" in capsys.readouterr().err
+        assert "--hand-of is the virtual orb's own" in capsys.readouterr().err
 
 
 class Certain:
