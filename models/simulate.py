@@ -8,11 +8,11 @@ import hashlib
 import json
 import time
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from models import processes
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
+
+_ORB: Final = 78  # tag of the orb that everybody touches
+_DAYS: Final = 100_000  # more than anybody's
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
@@ -50,6 +53,8 @@ class DataSet:
         pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
         gestures: Labels that are played.
         files: Gestures of the user's own.
+        one_orb: Everybody touches the same orb, on days of their own; else each session has
+            another one.
     """
 
     seed: int = 0
@@ -63,6 +68,7 @@ class DataSet:
     pitch_mm: float | None = None
     gestures: tuple[str, ...] = GESTURES
     files: tuple[Path, ...] = ()
+    one_orb: bool = False
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
@@ -94,13 +100,20 @@ class DataSet:
         """Return the settings as the text of `DESCRIPTION`."""
         own = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in self.files}
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
+        if not self.one_orb:  # as it was said before there was such a setting
+            del settings["one_orb"]
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
         """Simulate one session; users and sessions count from 0, faults are there throughout."""
         model, repertoire = self.model(), self.repertoire()
+        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
+        which = f"{self.seed}-{user + 1}-{number + 1}"
+        if self.one_orb:
+            orb = np.random.SeedSequence([DATA, self.seed, _ORB])
+            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
         played = simulate(
-            np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number)),
+            seeds,
             self.minutes,
             style=person(self.seed, user),
             pointer=self.hand == "pointer",
@@ -111,9 +124,10 @@ class DataSet:
             gestures=self.gestures,
             repertoire=repertoire,
             faults=faults,
+            day=1 + user * _DAYS + number if self.one_orb else 0,
         )
         origin = recording.Origin(
-            device_id=f"simulated-{self.seed}-{user + 1}-{number + 1}",
+            device_id=f"simulated-{which}",
             rows=model.rows,
             columns=model.columns,
             pitch_mm=model.pitch_mm,
@@ -145,6 +159,18 @@ class DataSet:
             touch=np.full((frames, 2), np.nan),
             truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
         )
+
+
+class Given(np.random.SeedSequence):
+    """The seeds of a session, as it spawns them: of orb, people, order, placement and button."""
+
+    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
+        super().__init__(0)
+        self._seeds = seeds
+
+    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
+        """Return them."""
+        return list(self._seeds[:n_children])
 
 
 def name(user: int, number: int) -> str:
