@@ -181,9 +181,9 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping]:
     bundle = bundles.read(path)
     mapping = bundle.mapping
     if options.mapping is not None:
-        own = mappings.read(options.mapping, bundle.labels)
+        own, people = mappings.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
-        bundle = replace(bundle, users=bundle.users.overridden(own))
+        bundle = replace(bundle, users=bundle.users.overridden(own, people))
     return bundle, engine, mapping
 
 

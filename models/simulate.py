@@ -23,7 +23,7 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.session import DATA, Protocol, simulate
-from controller.simulator.style import person
+from controller.simulator.style import Style, person
 from models import processes
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
@@ -96,6 +96,10 @@ class DataSet:
             raise ValueError("a gesture is named twice; name each once")
         return known
 
+    def style(self, user: int) -> Style:
+        """Return how a user touches; users count from 0."""
+        return person(self.seed, user)
+
     def describe(self) -> str:
         """Return the settings as the text of `DESCRIPTION`."""
         own = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in self.files}
@@ -115,7 +119,7 @@ class DataSet:
         played = simulate(
             seeds,
             self.minutes,
-            style=person(self.seed, user),
+            style=self.style(user),
             pointer=self.hand == "pointer",
             rate_hz=self.rate_hz,
             model=model,

@@ -126,10 +126,30 @@ def test_who_said_who_plays_is_believed_and_nobody_is_asked(path: Path) -> None:
 def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> None:
     two = bundle.read(path)
     asked = Mapping({"pinch": (Rule("menu"),)})
-    users = two.users.overridden(asked)
+    users = two.users.overridden(asked, {})
     table = two.mapping.overridden(asked)
     assert users.mapping("bob", table).command("pinch", None) == "menu"
     assert "hold" in two.users.commands(two.mapping)
+
+
+def test_a_mapping_file_has_rules_for_single_people(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "home.toml"
+    file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
+    options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
+    made = parts.prepare(options)
+    users, of_all = made.bundle.users, made.mapping
+    asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
+    assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
+    for text, why in (
+        ('[users.zoe]\npinch = "drop"', "[users.zoe] has rules, but the bundle knows ann, bob"),
+        ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
+        ("users = 3", "[users] holds anything but a table for each name"),
+    ):
+        file.write_text(text)
+        assert main(["--bundle", str(path), "--mapping", str(file)]) == 2
+        assert why in capsys.readouterr().err
 
 
 def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:

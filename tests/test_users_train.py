@@ -175,6 +175,21 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert bundle.read(again).users.names == ("01", "02")
 
 
+def test_people_s_own_rules_are_kept_in_the_bundle(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = tmp_path / "home.toml", tmp_path / "family.orb"
+    file.write_text('[users.02]\npinch = "hold"\n')
+    assert train(data, out, "--mapping", str(file)) == 0
+    known = bundle.read(out)
+    meant = [known.users.mapping(who, known.mapping).command("pinch", None) for who in ("01", "02")]
+    assert meant == ["drop", "hold"]
+    file.write_text('[users.zoe]\npinch = "hold"\n')
+    capsys.readouterr()
+    error = refused(capsys, data, tmp_path / "x.orb", "--mapping", str(file))
+    assert "the bundle knows 01, 02" in error
+
+
 def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> None:
     one, other = tmp_path / "one.orb", tmp_path / "other.orb"
     assert train(data, one) == train(data, other) == 0

@@ -77,7 +77,7 @@ def read(path: Path, allow: Allow) -> Plan:
         OSError: It cannot be read.
     """
     if not path.is_file():
-        raise PlanError(f"there is no file {path}; docs/sweeps.md shows one to begin with")
+        raise PlanError(f"there is no file {path}; models sweep --example prints one to begin with")
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:

@@ -1,17 +1,21 @@
 """People are enrolled: a bundle, and what tells them apart, become a bundle that knows them."""
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
 from controller import bundle, npz, users
+from controller.mapping import USERS
 from controller.users import Users
 from models import export
 from models.networks import GestureNet
 
 
-def write(path: Path, out: Path, net: GestureNet, known: Users, said: str) -> None:
+def write(
+    path: Path, out: Path, net: GestureNet, known: Users, said: str, mapping: Path | None = None
+) -> None:
     """Write a bundle with its people; what it had for some of them already, it keeps.
 
     Args:
@@ -20,6 +24,7 @@ def write(path: Path, out: Path, net: GestureNet, known: Users, said: str) -> No
         net: The user network.
         known: The people.
         said: What the card says of them.
+        mapping: A mapping whose [users.NAME] are kept in the bundle, checked before.
 
     Raises:
         ValueError: It would be refused when it is read.
@@ -35,6 +40,9 @@ def write(path: Path, out: Path, net: GestureNet, known: Users, said: str) -> No
             golden.pop(f"head.{name}")
             content.pop(users.head_part(name))
     own = table.get("users", {}).get("mapping", {})
+    if mapping is not None:
+        for name, rules in tomllib.loads(mapping.read_text("utf-8")).get(USERS, {}).items():
+            own[name] = {**own.get(name, {}), **rules}
     table["users"] = {
         "names": list(known.names),
         "gestures": list(known.gestures),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle
+from controller import mapping as mappings
 from controller.bundle import Bundle
 from controller.users import Users
 from models import reading, splits
@@ -46,6 +47,7 @@ class Request:
         seed: Of everything random.
         epochs: 0: the course's.
         command: What was typed.
+        mapping: What gestures mean for single people: its [users.NAME]; None: what the bundle says.
     """
 
     paths: tuple[Path, ...]
@@ -58,6 +60,7 @@ class Request:
     seed: int = 0
     epochs: int = 0
     command: str = ""
+    mapping: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +104,8 @@ def train(request: Request, say: Say) -> Telling:
     _fits(base, data)
     gestures = _gestures(request.gestures, data, base)
     names, group = _people(request, data, gestures)
+    if request.mapping is not None:  # a mistake in it is told before anything is learned
+        Users(names).overridden(*mappings.read(request.mapping, base.labels))
     held = _held(group, names, request.split)
     count = words.several(len(names), "person", "people")
     say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")
@@ -109,7 +114,8 @@ def train(request: Request, say: Say) -> Telling:
     known = Users(names, tuple(gestures), *who[1], STAY, FORGET_S)
     path = request.base or bundle.default_path()
     said = f"{count}, {request.command}; single gestures named rightly, unseen: "
-    enrol.write(path, request.out, whole, known, f"{said}{found.seen[1].value:.1%}")
+    said += f"{found.seen[1].value:.1%}"
+    enrol.write(path, request.out, whole, known, said, request.mapping)
     result.write(request.out, found)
     return found
 
