@@ -60,7 +60,7 @@ def test_an_axis_of_the_simulation_changes_what_is_simulated() -> None:
 
 @pytest.mark.parametrize(
     ("name", "count"),
-    [("try", 12), ("figure7b", 15), ("figure7d", 10), ("figure7f", 10), ("crossed", 5),
+    [("try", 12), ("figure7b", 10), ("figure7d", 10), ("figure7f", 10), ("crossed", 5),
      ("search", 8), ("days", 6)],
 )  # fmt: skip
 def test_an_example_that_is_printed_can_be_read(name: str, count: int) -> None:

@@ -141,6 +141,9 @@ def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
             made += session.run(begun, keys, lambda: bool(ends))
         for line in summary(begun.tally):
             say(line)
+        understood = begun.tally.understood(lesson.options.add or "")
+        if user and understood and understood[0] == understood[1] > 0:
+            say(f"{user} is understood anyway, so there is hardly anything to gain (docs/teach.md)")
         if ends:
             return made, True
     return made, False
