@@ -25,6 +25,7 @@ from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.session import DATA, Protocol, simulate
 from controller.simulator.style import Style, person
 from models import processes
+from models.report import words
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
@@ -215,7 +216,7 @@ def generate(
     begun = time.monotonic()
     for done, line in enumerate(_work(data, out, missing, workers), 1):
         left_s = (time.monotonic() - begun) / done * (len(missing) - done)
-        say(f"{kept + done}/{len(wanted)} {line}; {_duration(left_s)} left")
+        say(f"{kept + done}/{len(wanted)} {line}; {words.duration(left_s)} left")
     return [out / name(user, number) for user, number in wanted]
 
 
@@ -261,7 +262,3 @@ def _whole(path: Path) -> bool:
     if not zipfile.is_zipfile(path):
         raise ValueError(f"{path} is damaged; remove it, and the same command makes it anew")
     return True
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
