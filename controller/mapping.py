@@ -28,6 +28,7 @@ from controller.record import record
 
 NONE = "none"  # the command that does nothing
 ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
+USERS = "users"  # what people's own rules stand under in a file
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")
@@ -109,8 +110,8 @@ def parse(table: dict[str, Any], labels: Sequence[str]) -> Mapping:
     return Mapping({label: _rules(label, value) for label, value in table.items()})
 
 
-def read(path: Path, labels: Sequence[str]) -> Mapping:
-    """Return the mapping in a TOML file, for `--mapping`.
+def read(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]]:
+    """Return the mapping in a TOML file, for `--mapping`, and people's own: its [users.NAME].
 
     Raises:
         MappingError: The file cannot be read, is no TOML, or its table cannot be used.
@@ -120,7 +121,11 @@ def read(path: Path, labels: Sequence[str]) -> Mapping:
             data = file.read(_MAX_BYTES + 1)
         if len(data) > _MAX_BYTES:
             raise MappingError(f"has more than {_MAX_BYTES} bytes; is it a mapping?")
-        return parse(tomllib.loads(data.decode()), labels)
+        table = tomllib.loads(data.decode())
+        own = table.pop(USERS, {})
+        if not isinstance(own, dict) or not all(isinstance(rules, dict) for rules in own.values()):
+            raise MappingError(f"[{USERS}] holds anything but a table for each name")
+        return parse(table, labels), {name: parse(rules, labels) for name, rules in own.items()}
     except OSError as error:
         raise MappingError(f"cannot read {path}: {error.strerror or error}") from None
     except UnicodeDecodeError:

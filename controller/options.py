@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import re
 import time
 from pathlib import Path
 
@@ -41,6 +42,14 @@ def parser() -> argparse.ArgumentParser:
         type=_seed,
         default=1,
         help="which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--hand-of",
+        metavar="NAME[:DAY]",
+        type=_hand_of,
+        default=("", ""),
+        help="whose hand the virtual orb has, as `controller teach --user NAME` has it; with a DAY "
+        "as that person comes on another day (default: nobody's)",
     )
     add(
         "--preset",
@@ -169,6 +178,14 @@ def _seed(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
     return int(words)
+
+
+def _hand_of(words: str) -> tuple[str, str]:
+    if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
+        raise argparse.ArgumentTypeError(f"{words!r} must be a NAME of letters and digits, or "
+                                         "NAME:DAY")  # fmt: skip
+    name, _, day = words.partition(":")
+    return name, day
 
 
 def _rate(words: str) -> float:

@@ -181,9 +181,9 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping]:
     bundle = bundles.read(path)
     mapping = bundle.mapping
     if options.mapping is not None:
-        own = mappings.read(options.mapping, bundle.labels)
+        own, people = mappings.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
-        bundle = replace(bundle, users=bundle.users.overridden(own))
+        bundle = replace(bundle, users=bundle.users.overridden(own, people))
     return bundle, engine, mapping
 
 
@@ -194,6 +194,8 @@ def _exclude(options: Namespace) -> None:
             raise Mistake("a replay is a recording already; leave out --record")
         if options.rate is not None:
             raise Mistake("a recording has its own rate; leave out --rate")
+    if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
+        raise Mistake("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
     if options.link == PRINT and (options.key is not None or options.unprotected):
         raise Mistake("--key and --unprotected are for hosts; say with --link where they come")
     if options.key is not None and options.unprotected:
@@ -234,6 +236,8 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             options.preset,
             faults,
             _gestures(options),
+            user=options.hand_of[0],
+            day=options.hand_of[1],
             wiring=options.wiring,
         ),
     )

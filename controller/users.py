@@ -74,10 +74,23 @@ class Users:
         own = self.mappings.get(user)
         return of_all if own is None else of_all.overridden(own)
 
-    def overridden(self, other: Mapping) -> "Users":
-        """Return these people with the labels of another table in place of their own rules."""
-        own = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
-        return replace(self, mappings=own)
+    def overridden(self, other: Mapping, people: AbstractMapping[str, Mapping]) -> "Users":
+        """Return these people with other rules.
+
+        Args:
+            other: Goes over everybody's own rules.
+            people: Goes over that, for single people.
+
+        Raises:
+            MappingError: One of them is not among these.
+        """
+        made = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
+        for name, own in people.items():
+            if name not in self.names:
+                known = ", ".join(self.names) or "nobody (docs/users.md)"
+                raise MappingError(f"[users.{name}] has rules, but the bundle knows {known}")
+            made[name] = made.get(name, Mapping()).overridden(own)
+        return replace(self, mappings=made)
 
     def commands(self, of_all: Mapping) -> tuple[str, ...]:
         """Return the commands to announce: what anybody's gestures may ask for."""

@@ -6,18 +6,13 @@ number of processes writes the same bytes, in any order, at once or in several g
 
 import hashlib
 import json
-import multiprocessing
-import os
-import signal
-import threading
 import time
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -28,12 +23,16 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.session import DATA, Protocol, simulate
-from controller.simulator.style import person
+from controller.simulator.style import Style, person
+from models import processes
+from models.report import words
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
-THREADS: Final = ("OMP_NUMTHREADS", "OPENBLAS_NUMTHREADS", "MKL_NUMTHREADS")
+
+_ORB: Final = 78  # tag of the orb that everybody touches
+_DAYS: Final = 100_000  # more than anybody's
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
@@ -55,6 +54,8 @@ class DataSet:
         pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
         gestures: Labels that are played.
         files: Gestures of the user's own.
+        one_orb: Everybody touches the same orb, on days of their own; else each session has
+            another one.
     """
 
     seed: int = 0
@@ -68,6 +69,7 @@ class DataSet:
     pitch_mm: float | None = None
     gestures: tuple[str, ...] = GESTURES
     files: tuple[Path, ...] = ()
+    one_orb: bool = False
 
     def model(self) -> OrbModel:
         """Return the orb; its dome is as large as the grid needs.
@@ -95,19 +97,30 @@ class DataSet:
             raise ValueError("a gesture is named twice; name each once")
         return known
 
+    def style(self, user: int) -> Style:
+        """Return how a user touches; users count from 0."""
+        return person(self.seed, user)
+
     def describe(self) -> str:
         """Return the settings as the text of `DESCRIPTION`."""
         own = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in self.files}
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
+        if not self.one_orb:  # as it was said before there was such a setting
+            del settings["one_orb"]
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
     def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
         """Simulate one session; users and sessions count from 0, faults are there throughout."""
         model, repertoire = self.model(), self.repertoire()
+        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
+        which = f"{self.seed}-{user + 1}-{number + 1}"
+        if self.one_orb:
+            orb = np.random.SeedSequence([DATA, self.seed, _ORB])
+            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
         played = simulate(
-            np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number)),
+            seeds,
             self.minutes,
-            style=person(self.seed, user),
+            style=self.style(user),
             pointer=self.hand == "pointer",
             rate_hz=self.rate_hz,
             model=model,
@@ -116,9 +129,10 @@ class DataSet:
             gestures=self.gestures,
             repertoire=repertoire,
             faults=faults,
+            day=1 + user * _DAYS + number if self.one_orb else 0,
         )
         origin = recording.Origin(
-            device_id=f"simulated-{self.seed}-{user + 1}-{number + 1}",
+            device_id=f"simulated-{which}",
             rows=model.rows,
             columns=model.columns,
             pitch_mm=model.pitch_mm,
@@ -150,6 +164,18 @@ class DataSet:
             touch=np.full((frames, 2), np.nan),
             truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
         )
+
+
+class Given(np.random.SeedSequence):
+    """The seeds of a session, as it spawns them: of orb, people, order, placement and button."""
+
+    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
+        super().__init__(0)
+        self._seeds = seeds
+
+    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
+        """Return them."""
+        return list(self._seeds[:n_children])
 
 
 def name(user: int, number: int) -> str:
@@ -190,7 +216,7 @@ def generate(
     begun = time.monotonic()
     for done, line in enumerate(_work(data, out, missing, workers), 1):
         left_s = (time.monotonic() - begun) / done * (len(missing) - done)
-        say(f"{kept + done}/{len(wanted)} {line}; {_duration(left_s)} left")
+        say(f"{kept + done}/{len(wanted)} {line}; {words.duration(left_s)} left")
     return [out / name(user, number) for user, number in wanted]
 
 
@@ -200,36 +226,10 @@ def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int
         for user, number in missing:
             yield _write(data, out, user, number)
         return
-    with _pool(min(workers, len(missing))) as pool:
+    with processes.pool(min(workers, len(missing))) as pool:
         jobs: list[Future[str]] = [pool.submit(_write, data, out, *who) for who in missing]
         for job in as_completed(jobs):
             yield job.result()
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes of one thread each; what is under way is finished, whatever happens."""
-    for variable in THREADS:
-        os.environ.setdefault(variable, "1")
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def serve() -> None:
-    """Prepare a process: Ctrl-C is its parent's, and it does not outlive it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_follow, daemon=True).start()
-
-
-def _follow() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _write(data: DataSet, out: Path, user: int, number: int) -> str:
@@ -262,7 +262,3 @@ def _whole(path: Path) -> bool:
     if not zipfile.is_zipfile(path):
         raise ValueError(f"{path} is damaged; remove it, and the same command makes it anew")
     return True
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

@@ -98,7 +98,8 @@ def test_the_example_in_the_documentation_works(tmp_path: Path) -> None:
     example = DOCUMENT.read_text().split("```toml")[1].split("```")[0]
     path = tmp_path / "example.toml"
     path.write_text(example)
-    table = mapping.read(path, LABELS)
+    table, people = mapping.read(path, LABELS)
+    assert people == {}
     assert table.command("pinch", (2.0, 2.0)) == "hold"
     assert table.command("press", (2.0, 3.9)) == "pause"
     assert table.command("press", (3.0, 1.0)) == "drop"

@@ -16,6 +16,7 @@ from controller.simulator.style import person
 from models import simulate
 from models.__main__ import main
 from models.dataset import Source, prepare, read_training
+from models.simulate import DataSet
 
 SMALL = ["--users", "2", "--sessions", "2", "--minutes", "0.5"]
 
@@ -51,6 +52,20 @@ def test_a_data_set_has_a_recording_for_each_user_and_session(data: Path) -> Non
     assert [path.name for path in sorted(data.iterdir())] == ["dataset.json", *names]
     settings = json.loads((data / "dataset.json").read_text())
     assert (settings["seed"], settings["preset"], settings["pitch_mm"]) == (0, "nominal", 10.0)
+
+
+def test_people_who_share_an_orb_meet_the_same_taxels_on_other_days(tmp_path: Path) -> None:
+    out = tmp_path / "home"
+    assert make(out, *SMALL, "--workers", "1", "--one-orb") == 0
+    origins = [reader.load(path).origin for path in sorted(out.glob("*.npz"))]
+    assert {origin.device_id for origin in origins} == {"simulated-0"}
+    shared, apart = (
+        [DataSet(minutes=0.5, one_orb=one).session(user, 0).frames[0] for user in (0, 1)]
+        for one in (True, False)
+    )
+    assert not np.array_equal(*shared)  # another day, other drift and noise
+    assert np.abs(shared[0] - shared[1]).mean() < 0.5 * np.abs(apart[0] - apart[1]).mean()
+    assert make(out, *SMALL, "--workers", "1") == 2  # a data set of other settings
 
 
 def test_a_recording_says_who_played_and_holds_the_truth(data: Path) -> None:

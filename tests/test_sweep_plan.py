@@ -1,12 +1,14 @@
 """A sweep's file: what it may say, and that a mistake in it is told with its line."""
 
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from models.sweep import example, jobs, plan
+from models.sweep import example, jobs, people, plan
 from models.sweep.plan import Plan, PlanError
 
 
@@ -56,9 +58,33 @@ def test_an_axis_of_the_simulation_changes_what_is_simulated() -> None:
     assert [job["data"]["preset"] for job in jobs.jobs(made)] == ["nominal", "paper-snr"]
 
 
-def test_the_example_that_is_printed_can_be_read() -> None:
-    made = plan.parse(example.TEXT, "try.toml", "try", lambda recipe, key, value: value)
-    assert len(jobs.jobs(made)) == 12
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("try", 12), ("figure7b", 10), ("figure7d", 10), ("figure7f", 10), ("crossed", 5),
+     ("search", 8), ("days", 6)],
+)  # fmt: skip
+def test_an_example_that_is_printed_can_be_read(name: str, count: int) -> None:
+    made = plan.parse(example.text(name), name, name, lambda recipe, key, value: value)
+    assert len(jobs.jobs(made)) == count
+
+
+def test_every_file_that_ships_can_be_asked_for() -> None:
+    shipped = files("models.sweep").joinpath("examples").iterdir()
+    assert {path.name for path in shipped} == {f"{name}.toml" for name in example.NAMES}
+
+
+def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
+    (job,) = jobs.jobs(parsed('[train]\ntask = "user"'))
+    assert job["test"] == {"by": "session", "hold": 1, "fold": 0}
+    unit = np.repeat(np.arange(3), 4)  # three people on four days
+    day = np.arange(12)
+    held = people.held_of_each(unit, day, job["test"])
+    assert day[held].tolist() == [3, 7, 11]
+    folds = [people.held_of_each(unit, day, {"folds": 4, "fold": fold}) for fold in range(4)]
+    assert np.array_equal(np.sum(folds, axis=0), np.ones(12))
+    assert all(set(unit[fold]) == {0, 1, 2} for fold in folds)
+    with pytest.raises(ValueError, match="somebody came for 4 sessions, too few for 4 held out"):
+        people.held_of_each(unit, day, {"hold": 4})
 
 
 @pytest.mark.parametrize(
@@ -77,7 +103,14 @@ def test_the_example_that_is_printed_can_be_read() -> None:
         ("[data]\nfolders = []", "line 2: [data] folders: expected a list of folders"),
         ("[tran]\nseed = 1", "line 1: 'tran' is no section; there are [data], [train]"),
         ("seed = 1", "line 1: 'seed' is no section"),
-        ("[train]\ntask = 'user'", "line 2: [train] task: expected one of gesture, location"),
+        ("[train]\ntask = 'orb'", "line 2: [train] task: expected one of gesture, location, user"),
+        ("[train]\ntask = 'user'\n[test]\nby = 'user'", "line 4: [test] by: whoever was never"),
+        ("[train]\ntask = 'user'\n[test]\nhold = 2", "line 4: [test] hold: 2 is too many of 2 "
+         "sessions of each user"),
+        ("[train]\ntask = 'user'\nsessions = 2", "line 3: [train] sessions: 2 cannot be learned "
+         "from: 1 are there"),
+        ("[train]\ntask = 'user'\n[axes]\nusers = [1, 2]", "line 4: [axes] users: one person is"),
+        ("[data]\none_orb = 1", "line 2: [data] one_orb: expected true or false"),
         ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
         ("[train]\nseed = 900000", "line 2: [train] seed: this training has seed 900000"),
         ("[test]\nby = 'windows'", "line 2: [test] by: expected one of user, session"),
@@ -128,7 +161,9 @@ def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[s
     from models.__main__ import main
 
     assert main(["sweep", "--example"]) == 0
-    assert capsys.readouterr().out == example.TEXT
+    assert capsys.readouterr().out == example.text()
+    assert main(["sweep", "--example", "figure7d"]) == 0
+    assert 'task = "user"' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

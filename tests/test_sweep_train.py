@@ -75,6 +75,29 @@ def test_a_sweep_learns_from_as_many_as_it_was_told_and_judges_one_it_never_saw(
     assert (alone / kept.REPORT).stat().st_size > 10_000
 
 
+def test_people_are_told_apart_on_days_of_their_own_and_strangers_are_nobodys_question(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toml = tmp_path / "who.toml"
+    toml.write_text(
+        "[data]\nusers = 3\nsessions = 2\nminutes = 1\ngestures = ['twist_cw']\none_orb = true\n"
+        "[train]\ntask = 'user'\nuser.epochs = 2\ngesture.epochs = 1\n"
+        "[axes]\nusers = [2, 3]\nrecipe = ['default', 'paper']"
+    )
+    assert main(["sweep", str(toml), "--workers", "1"]) == 0
+    found = json.loads(results(tmp_path / "who.sweep"))
+    for job in found["jobs"]:
+        held = job["result"]["held"]
+        assert job["result"]["learned"]["users"] == job["at"]["users"] == len(held)
+        assert all(session["session"].endswith(" 02") for session in held)
+        assert all(0 <= one["events"][0] <= one["events"][1] > 10 for one in held)
+    few, more = ({one["user"] for one in found["jobs"][at]["result"]["held"]} for at in (0, 2))
+    assert few < more
+    said = capsys.readouterr().out
+    assert "the last session of each held out" in said
+    assert "unseen gestures given to the right person" in said
+
+
 def test_a_process_that_dies_is_replaced_and_its_work_done_again(
     alone: Path, tmp_path: Path
 ) -> None:

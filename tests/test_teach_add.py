@@ -54,8 +54,21 @@ def test_a_vocabulary_says_how_a_gesture_is_done_and_what_it_asks_for(tmp_path: 
     assert bundle.read(tmp_path / "knock-2.orb").labels == learned.labels
 
 
-def test_a_user_s_own_pinch_goes_into_a_network_of_theirs(tmp_path: Path) -> None:
+def test_a_gesture_that_is_declared_otherwise_goes_elsewhere(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert add(tmp_path, "squeeze", "--rotations", "all", "--repetitions", "1") == 0
+    assert add(tmp_path, "squeeze", "--repetitions", "1") == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert "holds recordings of 'squeeze' declared otherwise" in error
+    assert "choose another --out" in error
+
+
+def test_a_user_s_own_pinch_goes_into_a_network_of_theirs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert add(tmp_path, "pinch", "--user", "ada", "--repetitions", "1") == 0
+    assert "ada is understood anyway" in capsys.readouterr().err
     learned = bundle.read(tmp_path / "pinch-ada.orb")
     assert learned.users.heads == ("ada",)
     assert learned.labels == bundle.read(bundle.default_path()).labels

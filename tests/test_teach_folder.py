@@ -155,6 +155,31 @@ def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> 
     assert "is spared" in planned.note
 
 
+def came(*who: tuple[str, str]) -> list[Taken]:
+    return [
+        Taken(Path(f"home/{user}-{day}.npz"), user, day, "users", day, {}) for user, day in who
+    ]  # fmt: skip
+
+
+def test_people_who_came_twice_are_told_apart_and_not_merely_their_gestures() -> None:
+    twice = came(("ada", "1"), ("ben", "1"), ("ada", "2"), ("ben", "2"))
+    planned = after.course_of_people(Path("home"), twice)
+    assert planned.commands == (["train", "home", "--task", "user", "--out", "home.orb"],)
+    assert "tell them apart" in planned.question
+
+
+def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -> None:
+    once = came(("ada", "1"), ("ben", "1"), ("ada", "2"))
+    planned = after.course_of_people(Path("home"), once)
+    said: list[str] = []
+    assert after.offer(planned, ask=lambda question: "y", say=said.append, yes=True) == 0
+    assert said == [planned.note]
+    assert planned.note.startswith("ben came on one day only")
+    assert "controller teach --protocol users --user ada,ben --out home" in planned.note
+    alone = after.course_of_people(Path("home"), came(("ada", "1"), ("ada", "2")))
+    assert alone.note.startswith("only ada was recorded")
+
+
 class Shell:
     """Runs nothing, and remembers what it was asked to."""
 

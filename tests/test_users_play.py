@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import bundle, sensors
+from controller import bundle, parts, sensors
 from controller.__main__ import main
 from controller.device import Device, steady
 from controller.labelling.labeller import Labeller
 from controller.mapping import Mapping, Rule
+from controller.options import parser
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, Image, Window
 from controller.protocol import Command, Message, Who
 from controller.recognizer import Recognizer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.sensors.virtual import show
+from controller.sensors import SensorOptions
+from controller.sensors.virtual import Virtual, show
 from controller.tape import Tape
 
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
@@ -29,6 +31,32 @@ REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return enrolled.write(tmp_path_factory.mktemp("people") / "two.orb")
+
+
+def felt(*words: str) -> list[Frame]:
+    """What the virtual orb feels of a twist in the first seconds."""
+    virtual = parts.prepare(parser().parse_args(words)).sensor
+    assert isinstance(virtual, Virtual)
+    virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    return [virtual.read(k / 10) for k in range(1, 25)]
+
+
+def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    taught = sensors.load("virtual", SensorOptions(10.0, user="ada", day="6"))  # as `teach` does
+    assert isinstance(taught, Virtual)
+    taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    frames = [taught.read(k / 10) for k in range(1, 25)]
+    assert np.array_equal(felt("--hand-of", "ada:6"), frames)
+    for other in ((), ("--hand-of", "ben:6"), ("--hand-of", "ada:7")):
+        assert not np.array_equal(felt(*other), frames)
+    for wrong in (
+        ["--sensor", "orb", "--hand-of", "ada"],
+        ["--replay", "x.npz", "--hand-of", "ada"],
+    ):
+        assert main(wrong) == 2
+        assert "--hand-of is the virtual orb's own" in capsys.readouterr().err
 
 
 class Certain:
@@ -98,10 +126,30 @@ def test_who_said_who_plays_is_believed_and_nobody_is_asked(path: Path) -> None:
 def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> None:
     two = bundle.read(path)
     asked = Mapping({"pinch": (Rule("menu"),)})
-    users = two.users.overridden(asked)
+    users = two.users.overridden(asked, {})
     table = two.mapping.overridden(asked)
     assert users.mapping("bob", table).command("pinch", None) == "menu"
     assert "hold" in two.users.commands(two.mapping)
+
+
+def test_a_mapping_file_has_rules_for_single_people(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "home.toml"
+    file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
+    options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
+    made = parts.prepare(options)
+    users, of_all = made.bundle.users, made.mapping
+    asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
+    assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
+    for text, why in (
+        ('[users.zoe]\npinch = "drop"', "[users.zoe] has rules, but the bundle knows ann, bob"),
+        ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
+        ("users = 3", "[users] holds anything but a table for each name"),
+    ):
+        file.write_text(text)
+        assert main(["--bundle", str(path), "--mapping", str(file)]) == 2
+        assert why in capsys.readouterr().err
 
 
 def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:

@@ -175,6 +175,21 @@ def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_pa
     assert bundle.read(again).users.names == ("01", "02")
 
 
+def test_people_s_own_rules_are_kept_in_the_bundle(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = tmp_path / "home.toml", tmp_path / "family.orb"
+    file.write_text('[users.02]\npinch = "hold"\n')
+    assert train(data, out, "--mapping", str(file)) == 0
+    known = bundle.read(out)
+    meant = [known.users.mapping(who, known.mapping).command("pinch", None) for who in ("01", "02")]
+    assert meant == ["drop", "hold"]
+    file.write_text('[users.zoe]\npinch = "hold"\n')
+    capsys.readouterr()
+    error = refused(capsys, data, tmp_path / "x.orb", "--mapping", str(file))
+    assert "the bundle knows 01, 02" in error
+
+
 def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> None:
     one, other = tmp_path / "one.orb", tmp_path / "other.orb"
     assert train(data, one) == train(data, other) == 0
@@ -204,3 +219,31 @@ def test_what_leaks_is_refused(
     assert "there is no gesture 'wave'" in refused(capsys, data, out, "--gestures", "wave")
     assert main(["train", us, "--others", others, "--out", str(out)]) == 2
     assert "add --task user" in capsys.readouterr().err
+
+
+def test_what_cannot_be_learned_is_told_before_anything_is(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, empty = tmp_path / "x.orb", tmp_path / "empty"
+    empty.mkdir()
+    assert "empty holds nothing" in refused(capsys, data, out, "--others", str(empty))
+    told = refused(capsys, data, out, "--others", str(data / "us"))
+    assert "all recordings are of --others" in told
+    small = ["--users", "2", "--minutes", "1", "--gestures", "twist_cw,swipe", "--workers", "1"]
+    assert main(["simulate", "--out", str(tmp_path / "new"), *small]) == 0
+    assert main(["train", str(tmp_path / "new"), "--task", "user", "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "the bundle does not know swipe; train its gestures on such recordings first" in said
+    assert "--gestures twist_cw" in said
+
+
+def test_one_person_can_be_told_from_strangers(data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "me.orb"
+    mine = [str(path) for path in sorted((data / "us").glob("sub-01*.npz"))]
+    words = ["--task", "user", "--epochs", "1", "--out", str(out)]
+    assert main(["train", *mine, *words]) == 2  # from whom?
+    assert main(["train", *mine, *words, "--others", str(data / "others")]) == 0
+    assert bundle.read(out).users.names == ("01",)
+    card = out.with_suffix(".md").read_text()
+    assert card.startswith("# me.orb: 1 person\n")
+    assert "how strangers fare" in card

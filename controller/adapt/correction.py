@@ -23,7 +23,6 @@ from controller.bundle import BundleError
 from controller.shelf.shelf import Shelf
 from controller.shelf.words import called
 
-KEPT_S: Final = 4.0  # of images: the last two seconds, what was before, and a player's reaction
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
 DEADLINE_S: Final = 120.0

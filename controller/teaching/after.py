@@ -1,4 +1,4 @@
-"""What comes after teaching: train, tune and evaluate, offered as one question."""
+"""What comes after teaching, as one question: train, tune, evaluate; or tell people apart."""
 
 import shlex
 import subprocess
@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Final
 
 from controller.teaching.folder import Taken
-from controller.teaching.protocols import LOCATIONS
+from controller.teaching.protocols import LOCATIONS, USERS
 
 NEEDED: Final = ("torch", "onnx", "tomli_w")  # what training imports: the [train] extra
 FEWEST: Final = 3  # sessions, from which on one is spared for the evaluation
+DAYS: Final = 2  # sessions of each person, from which on people can be told apart
 
 Command = list[str]  # the words after `models`
 
@@ -23,14 +24,16 @@ class Course:
     """What is to be done with recordings.
 
     Attributes:
-        commands: The words after `models`, in order.
+        commands: The words after `models`, in order; none: there is too little yet.
         bundle: What becomes of it.
-        note: What their figures are worth, a sentence.
+        note: What their figures are worth, or what is missing, a sentence.
+        question: What is asked before they are run.
     """
 
     commands: tuple[Command, ...]
     bundle: Path
     note: str
+    question: str = "Train, tune and evaluate now? It takes minutes."
 
 
 def course(out: Path, taken: Sequence[Taken]) -> Course:
@@ -43,7 +46,7 @@ def course(out: Path, taken: Sequence[Taken]) -> Course:
         out: The folder.
         taken: Its recordings, the oldest first.
     """
-    bundle = out.with_name(f"{out.resolve().name}.orb") if out.name else Path("my.orb")
+    bundle = _bundle(out)
     report = str(bundle.with_suffix(".html"))
     sittings = list(dict.fromkeys(
         (one.user, one.session) for one in taken if one.protocol != LOCATIONS
@@ -75,6 +78,35 @@ def course(out: Path, taken: Sequence[Taken]) -> Course:
     )
 
 
+def course_of_people(out: Path, taken: Sequence[Taken]) -> Course:
+    """Return how to make a bundle that tells a folder's people apart.
+
+    Args:
+        out: The folder.
+        taken: Its recordings, the oldest first.
+    """
+    bundle = _bundle(out)
+    days: dict[str, set[str]] = {}
+    for one in taken:
+        if one.protocol != LOCATIONS:
+            days.setdefault(one.user, set()).add(one.session)
+    if len(days) < 2:
+        return Course((), bundle, f"only {' '.join(days)} was recorded; people are told apart from "
+                      "two on")  # fmt: skip
+    few = [name for name, sessions in days.items() if len(sessions) < DAYS]
+    if few:
+        again = f"controller teach --protocol {USERS} --user {','.join(days)} --out {out}"
+        return Course((), bundle, f"{' and '.join(few)} came on one day only, and a network would "
+                      f"learn that day; on another one: {again} (docs/users.md)")  # fmt: skip
+    return Course(
+        (["train", str(out), "--task", "user", "--out", str(bundle)],),
+        bundle,
+        "the last session of each is judged, and then learned from as well; add recordings of "
+        "people who shall be nobody with --others DIR (docs/users.md)",
+        "Train it to tell them apart now? It takes a minute or two.",
+    )
+
+
 def offer(
     planned: Course,
     *,
@@ -94,8 +126,11 @@ def offer(
         installed: Whether training can run here.
         yes: It is wanted, without a question.
     """
+    if not planned.commands:
+        say(planned.note)
+        return 0
     here = (installed or trainable)()
-    if here and (yes or (ask is not None and _agreed(ask))):
+    if here and (yes or (ask is not None and _agreed(ask, planned.question))):
         for words in planned.commands:
             say(f"models {shlex.join(words)}")
             if status := call([sys.executable, "-m", "models", *words]):
@@ -120,12 +155,13 @@ def trainable() -> bool:
     return all(find_spec(name) is not None for name in NEEDED)
 
 
-def _agreed(ask: Callable[[str], str]) -> bool:
+def _bundle(out: Path) -> Path:
+    return out.with_name(f"{out.resolve().name}.orb") if out.name else Path("my.orb")
+
+
+def _agreed(ask: Callable[[str], str], question: str) -> bool:
     try:
-        return ask("Train, tune and evaluate now? It takes minutes. [y/N] ").strip().lower() in (
-            "y",
-            "yes",
-        )
+        return ask(f"{question} [y/N] ").strip().lower() in ("y", "yes")
     except EOFError:
         return False
 

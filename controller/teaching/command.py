@@ -60,9 +60,10 @@ def main(argv: Sequence[str]) -> int:
         say("nothing was recorded")
         return 1
     ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
+    plan = after.course_of_people if options.protocol == protocols.USERS else after.course
     try:
         return after.offer(
-            after.course(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
+            plan(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
         )
     except KeyboardInterrupt:
         say("interrupted; the same commands go on from here")
@@ -140,6 +141,9 @@ def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
             made += session.run(begun, keys, lambda: bool(ends))
         for line in summary(begun.tally):
             say(line)
+        understood = begun.tally.understood(lesson.options.add or "")
+        if user and understood and understood[0] == understood[1] > 0:
+            say(f"{user} is understood anyway, so there is hardly anything to gain (docs/teach.md)")
         if ends:
             return made, True
     return made, False

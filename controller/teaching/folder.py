@@ -63,12 +63,13 @@ def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
     Raises:
         TeachError: The folder cannot be written to, or a gesture's file would not be found there.
     """
+    there = (out / FILE).exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
         for entry in wanted.entries:
             if entry.file is not None and not (out / entry.file.name).exists():
                 writer.write_beside(out / entry.file.name, entry.file.read_bytes())
-        if not (out / FILE).exists():
+        if not there:
             text = _flat(wanted)
             writer.write_beside(out / FILE, text.encode())
     except OSError as error:
@@ -76,6 +77,11 @@ def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
         raise TeachError(f"cannot teach into {out}: {problem}; choose another --out") from None
     lies = vocabularies.read(out / FILE)
     if _plain(lies) != _plain(wanted):
+        if there:
+            raise TeachError(
+                f"{out} holds recordings of {wanted.name!r} declared otherwise ({out / FILE}); "
+                "declare it the same, or choose another --out"
+            )
         raise TeachError(f'write the files of {wanted.name!r} as file = "NAME.toml"')
     return lies
 

@@ -49,6 +49,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="a hand on the dome, or a mouse on the panel's picture of it (default: person)",
     )
     add(
+        "--one-orb",
+        action="store_true",
+        help="everybody touches the same orb, on days of their own (default: each session has "
+        "another orb)",
+    )
+    add(
         "--gestures",
         metavar="LIST",
         default="press,pinch,twist_cw,twist_ccw",
@@ -114,6 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
             label_in(Path(entry)) if entry.endswith(".toml") else entry for entry in listed
         ),
         files=files,
+        one_orb=arguments.one_orb,
     )
     out, users, sessions = arguments.out, arguments.users, arguments.sessions
     try:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from models import options
+from models.sweep import example
 
 if TYPE_CHECKING:
     from models.sweep.plan import Plan
@@ -48,16 +49,24 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="processes on this machine (default: one for each core)",
     )
     add("--list", action="store_true", help="say which trainings these are, and train none")
-    add("--example", action="store_true", help="print a file to begin with")
+    add(
+        "--example",
+        metavar="NAME",
+        nargs="?",
+        const=example.FIRST,
+        choices=example.NAMES,
+        help="print a file to begin with: "
+        + "; ".join(f"{name} ({what})" for name, what in example.NAMES.items())
+        + f" (default: {example.FIRST})",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, and report."""
     from models import extras
-    from models.sweep import example
 
     if arguments.example:
-        print(example.TEXT, end="")
+        print(example.text(arguments.example), end="")
         return 0
     if arguments.file is None:
         raise ValueError("name a file; models sweep --example prints one")

@@ -83,6 +83,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="LABELS",
         help="with --task user: which gestures tell, such as twist_cw,twist_ccw (default: all)",
     )
+    add(
+        "--mapping",
+        type=Path,
+        metavar="FILE",
+        help="with --task user: what gestures mean for single people, its tables [users.NAME] "
+        "(docs/users.md); the bundle keeps them",
+    )
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
     add(
         "--epochs",
@@ -123,8 +130,8 @@ def run(arguments: argparse.Namespace) -> int:
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     if arguments.task == "user":
         return _people(arguments)
-    if arguments.others or arguments.gestures:
-        raise ValueError("--others and --gestures are for people; add --task user")
+    if arguments.others or arguments.gestures or arguments.mapping:
+        raise ValueError("--others, --gestures and --mapping are for people; add --task user")
     from models import training_card
     from models.train import Request, train
 
@@ -178,6 +185,7 @@ def _people(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         epochs=arguments.epochs,
         command=_command(arguments),
+        mapping=arguments.mapping,
     )
     try:
         found = train(request, options.say)
@@ -200,5 +208,6 @@ def _command(arguments: argparse.Namespace) -> str:
     words += ["--bare"] if arguments.bare else []
     words += ["--gestures", arguments.gestures] if arguments.gestures else []
     words += ["--auxiliary", *map(str, arguments.auxiliary)] if arguments.auxiliary else []
+    words += ["--mapping", str(arguments.mapping)] if arguments.mapping else []
     words += ["--others", *map(str, arguments.others)] if arguments.others else []
     return shlex.join([*words, "--out", arguments.out.name])

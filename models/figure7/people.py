@@ -8,14 +8,13 @@ import torch
 from numpy.typing import NDArray
 
 from controller.simulator.hand import GESTURES
-from models import splits
 from models.figure7.curves import Row, Say, curve, study
 from models.recipe import Course, Recipe
 from models.users import judge, lesson
+from models.users.crowd import Crowd, crowd
 from models.users.lesson import People
 from models.users.people import Town
 from models.users.recipe import COURSE, MOOD, STEADY, Mood
-from models.users.study import RANDOM, Crowd, crowd, users_of
 
 NETWORK: Final = "users"  # in the names of parts, beside CNN-3D and CNN-2D
 USERS: Final = 10  # paper, section 4.2
@@ -53,13 +52,11 @@ def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[
         crowd(((town.session(u, d), 1 + u, d) for u in range(USERS)), tracked=tracked)
         for d in range(2)
     )
-    known = users_of(USERS)
+    known = judge.users_of(USERS)
 
     def run(share: float) -> list[Row]:
         own = taught.some(first(taught, share))
-        drawn = np.zeros(len(own.touched.ends), dtype=np.bool_)
-        rng = np.random.default_rng(seed)
-        drawn[splits.random_windows(len(drawn), RANDOM, rng).test] = True
+        drawn = lesson.drawn(len(own.touched.ends), seed)
         torch.manual_seed(seed)
         work = People(own.touched, own.who, 1 + USERS, how, mood, drawn)
 

@@ -1,23 +1,19 @@
 """All parts of all sets, measured on every core; what was found is kept, and not measured again."""
 
-import multiprocessing
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import Future, as_completed
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
+from models import processes
 from models.information import check
 from models.information.found import Found, keep, load
 from models.information.parts import parts
 from models.information.sets import RecordingSet
-from models.simulate import serve
 
 CHECK: Final = "check"
-_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 Say = Callable[[str], None]
 
@@ -77,25 +73,7 @@ def _work(jobs: Mapping[str, Callable[[], Any]], workers: int) -> Iterator[tuple
         for key, job in jobs.items():
             yield key, job()
         return
-    with _pool(min(workers, len(jobs))) as pool:
+    with processes.pool(min(workers, len(jobs)), hasty=True) as pool:
         waiting: dict[Future[Any], str] = {pool.submit(job): key for key, job in jobs.items()}
         for done in as_completed(waiting):
             yield waiting[done], done.result()
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes of one thread each; when something happens to us, they end at once."""
-    for variable in _THREADS:
-        os.environ.setdefault(variable, "1")
-    before = set(multiprocessing.active_children())
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=serve)
-    try:
-        yield pool
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in set(multiprocessing.active_children()) - before:
-            child.terminate()  # nothing that it does is worth waiting for
-        raise
-    pool.shutdown()

@@ -43,10 +43,12 @@ def seconds(value: float) -> str:
 
 
 def duration(value: float) -> str:
-    """Return a length of time: seconds below two minutes, else minutes."""
+    """Return a length of time: seconds below two minutes, minutes below two hours, else hours."""
     if not math.isfinite(value):
         return NONE
-    return f"{value:.0f} s" if value < 120 else f"{value / 60:.0f} min"
+    if value < 120:
+        return f"{value:.0f} s"
+    return f"{value / 60:.0f} min" if value < 7200 else f"{value / 3600:.1f} h"
 
 
 def late(value: float) -> str:

@@ -1,27 +1,21 @@
-"""A sweep to begin with: a minute on two cores."""
+"""Sweeps to begin with: a file for each kind of question."""
 
+from importlib.resources import files
 from typing import Final
 
-TEXT: Final = """\
-# How many people must teach before others are understood, and does a larger step do?
-# models sweep THIS_FILE trains every combination; docs/sweeps.md explains every line.
+FIRST: Final = "try"
+# Name -> what it is, in the order in which they are told.
+NAMES: Final = {
+    FIRST: "a minute",
+    "figure7b": "gestures over minutes taught",
+    "figure7d": "ten people told apart over minutes recorded",
+    "figure7f": "places over minutes taught",
+    "crossed": "cross-validation over users",
+    "search": "settings and seeds",
+    "days": "people told apart over days recorded",
+}
 
-[data]                     # simulated people; or: folders = ["data"]
-seed = 0
-users = 6
-sessions = 1               # of each
-minutes = 1.5              # each
 
-[train]                    # how every network is trained
-recipe = "default"
-gesture.epochs = 4         # any setting of the recipe (models/recipe.py)
-
-[test]                     # who is judged, and never learned from
-by = "user"                # or "session"
-hold = 2                   # always the same two; or: folds = 3, everybody in turn
-
-[axes]                     # every combination is trained
-users = [1, 2, 4]
-gesture.rate = [0.002, 0.008]
-seed = [0, 1]              # repeats: other people are drawn, other first weights
-"""
+def text(name: str = FIRST) -> str:
+    """Return the file of that name."""
+    return files(__package__).joinpath("examples", f"{name}.toml").read_text(encoding="utf-8")

@@ -47,6 +47,7 @@ class Measure:
 
 MEASURES: Final = {
     "gesture": Measure("events", "unseen events named rightly", share=True),
+    "user": Measure("events", "unseen gestures given to the right person", share=True),
     "location": Measure("error", "mean error of unseen touches, grid units", share=False),
 }
 FRAMES: Final = Measure("frames", "unseen frames named rightly", share=True)

@@ -1,12 +1,10 @@
 """Jobs on this machine's cores, through joblib: a process of one thread for each."""
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Final
 
-from models import options
-from models.simulate import THREADS
+from models import options, processes
 from models.sweep.perform import perform
 
 DEATHS: Final = 3  # in a row without a finished job between them
@@ -22,8 +20,7 @@ def run(orders: Sequence[str], workers: int, say: Say = options.say) -> Iterator
         workers: Processes.
         say: Takes lines about what happens to them.
     """
-    for variable in THREADS:
-        os.environ.setdefault(variable, "1")
+    processes.spare()
     if workers == 1 or len(orders) == 1:
         yield from map(perform, orders)
         return

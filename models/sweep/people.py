@@ -36,6 +36,32 @@ def held(unit: Groups, test: Mapping[str, Any]) -> Chosen:
     return np.isin(unit, taken)
 
 
+def held_of_each(user: Groups, session: Groups, test: Mapping[str, Any]) -> Chosen:
+    """Return which recordings are held out where the same people are learned from and judged.
+
+    Args:
+        user: Of each recording.
+        session: Of each recording; sessions of one user rise in the order they were recorded.
+        test: "folds" and "fold": of each person's sessions one in so many; or "hold": of each the
+            last so many.
+
+    Raises:
+        ValueError: Somebody has too few.
+    """
+    tested = np.zeros(len(user), dtype=np.bool_)
+    folds, hold = test.get("folds", 0), test.get("hold", 0)
+    for one in np.unique(user):
+        own = np.unique(session[user == one])
+        if len(own) < max(2, folds, hold + 1):
+            wanted = f"{folds} folds" if folds else f"{hold} held out"
+            came = f"{len(own)} session{'s' if len(own) > 1 else ''}"
+            raise ValueError(
+                f"somebody came for {came}, too few for {wanted}; record more, or say fewer"
+            )
+        tested |= np.isin(session, own[test["fold"] :: folds] if folds else own[-hold:])
+    return tested
+
+
 def learned(user: Groups, session: Groups, tested: Chosen, train: Mapping[str, Any]) -> Chosen:
     """Return which recordings are learned from.
 

@@ -19,7 +19,16 @@ from typing import Any, Final
 
 from models.dataset import refuse_test_seed
 from models.sweep import kinds
-from models.sweep.settings import CHECKS, DEFAULTS, KINDS, NETWORKS, SECTIONS, SIMULATED
+from models.sweep.settings import (
+    CHECKS,
+    DEFAULTS,
+    ENROLLED,
+    KINDS,
+    NETWORKS,
+    PEOPLE,
+    SECTIONS,
+    SIMULATED,
+)
 
 MOST_JOBS: Final = 100_000
 _HEADER: Final = re.compile(r"\s*\[+\s*([^\]\[]+?)\s*\]+")
@@ -68,7 +77,7 @@ def read(path: Path, allow: Allow) -> Plan:
         OSError: It cannot be read.
     """
     if not path.is_file():
-        raise PlanError(f"there is no file {path}; docs/sweeps.md shows one to begin with")
+        raise PlanError(f"there is no file {path}; models sweep --example prints one to begin with")
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
@@ -112,6 +121,8 @@ def _plan(said: Mapping[str, Any], name: str, allow: Allow) -> Plan:
     for key, value in flat["train"].items():
         train[key] = _value(("train", key), key, value, recipe, allow)
     test = {**DEFAULTS["test"], **_section("test", flat["test"])}
+    if train["task"] == ENROLLED:
+        _enrolled(flat, test)
     if "folds" in test and "hold" in test:
         raise _FaultError(("test", "hold"), "folds hold everybody out in turn; say one of the two")
     if "folds" not in test and "hold" not in test:
@@ -127,6 +138,20 @@ def _plan(said: Mapping[str, Any], name: str, allow: Allow) -> Plan:
     if made.simulated:
         _enough(made)
     return made
+
+
+def _enrolled(flat: Mapping[str, dict[str, Any]], test: dict[str, Any]) -> None:
+    """Refuse what has no meaning where people are told apart: they are judged on other days."""
+    if "by" in flat["test"] and test["by"] != "session":
+        why = 'whoever was never enrolled cannot be named; say by = "session"'
+        raise _FaultError(("test", "by"), why)
+    test["by"] = "session"
+    if "folds" not in test and "hold" not in test:
+        test["hold"] = 1
+    for section, users in (("train", [flat["train"].get("users")]),
+                           ("axes", flat["axes"].get("users", []))):  # fmt: skip
+        if isinstance(users, list) and 1 in users:
+            raise _FaultError((section, "users"), "one person is told apart from nobody; say two")
 
 
 def _data(said: dict[str, Any]) -> dict[str, Any]:
@@ -190,7 +215,7 @@ def _value(
             except ValueError as error:
                 raise _FaultError(keys, str(error)) from None
         return made
-    if key.partition(".")[0] not in NETWORKS and "." in key:
+    if key.partition(".")[0] not in (*NETWORKS, *PEOPLE) and "." in key:
         return _known(keys, section, key, value)
     try:
         return allow(recipe, key, value)
@@ -213,16 +238,19 @@ def _enough(plan: Plan) -> None:
     axes = dict(plan.axes)
     amounts = ("users", "sessions", "minutes")
     fewest = {key: min(axes.get(f"data.{key}", (plan.data[key],))) for key in amounts}
-    people = fewest["users"]
-    units = people if plan.test["by"] == "user" else people * fewest["sessions"]
+    enrolled, by_user = plan.train["task"] == ENROLLED, plan.test["by"] == "user"
+    whom = "users" if by_user else "sessions of each user" if enrolled else "sessions"
+    units = fewest["users"] if by_user else fewest["sessions"]
+    units *= 1 if by_user or enrolled else fewest["users"]
     held = plan.test.get("hold") or -(-units // plan.test["folds"])
-    whom = "users" if plan.test["by"] == "user" else "sessions"
     key = "hold" if "hold" in plan.test else "folds"
     if plan.test.get("folds", 0) > units or held >= units:
         why = f"{plan.test[key]} is too many of {units} {whom}; say fewer, or simulate more"
         raise _FaultError(("test", key), why)
-    left = people - held if plan.test["by"] == "user" else people
-    for key, most in {**fewest, "users": left}.items():
+    left = dict(fewest)
+    if by_user or enrolled:
+        left["users" if by_user else "sessions"] -= held
+    for key, most in left.items():
         asked = max(axes.get(key, (plan.train[key],)))
         if asked > most:
             keys = ("axes", key) if key in axes else ("train", key)

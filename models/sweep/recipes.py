@@ -1,13 +1,48 @@
-"""A recipe's settings by their dotted names: "gesture.rate", "gesture.augmentation.turned"."""
+"""A recipe's settings by their dotted names: "gesture.rate", "gesture.augmentation.turned".
+
+People are learned by a course of their own ("user.rate"), and vary as a person does ("mood.firm").
+"""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, TypeVar
 
-from models.recipe import RECIPES, Recipe
+from models.recipe import RECIPES, Course, Recipe
 from models.sweep import kinds
 from models.sweep.plan import nearest
-from models.sweep.settings import KINDS, NETWORKS
+from models.sweep.settings import KINDS, NETWORKS, PEOPLE
+from models.users.recipe import COURSE, MOOD, STEADY, Mood
+
+_Made = TypeVar("_Made", Recipe, Course, Mood)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How everything is trained.
+
+    Attributes:
+        recipe: Gestures and places.
+        user: Who touches.
+        mood: How people's examples are varied.
+    """
+
+    recipe: Recipe
+    user: Course
+    mood: Mood
+
+
+def asked(train: Mapping[str, Any]) -> Asked:
+    """Return how a job trains, from its settings; the paper learned people as gestures."""
+    name = train["recipe"]
+    own = {key: value for key, value in train.items() if key not in KINDS["train"]}
+    parts: dict[str, dict[str, Any]] = {part: {} for part in PEOPLE}
+    for key in [key for key in own if key.partition(".")[0] in PEOPLE]:
+        part, _, field = key.partition(".")
+        parts[part][field] = own.pop(key)
+    recipe = changed(RECIPES[name], own)
+    if name == "paper":
+        return Asked(recipe, recipe.gesture, STEADY)
+    return Asked(recipe, changed(COURSE, parts["user"]), changed(MOOD, parts["mood"]))
 
 
 def allow(recipe: str, key: str, value: Any) -> Any:
@@ -16,17 +51,19 @@ def allow(recipe: str, key: str, value: Any) -> Any:
     Raises:
         ValueError: There is no such setting, or the value is of another kind.
     """
-    known = settings(RECIPES[recipe])
+    known = {**settings(RECIPES[recipe]), **settings(COURSE, "user."), **settings(MOOD, "mood.")}
+    if recipe == "paper" and key.partition(".")[0] in PEOPLE:
+        raise ValueError("the paper learned people as it did gestures; say gesture.epochs and such")
     if key not in known:
         raise ValueError(f"there is no such setting; {nearest(key, {**KINDS['train'], **known})}")
     return kinds.like(known[key])(value)
 
 
-def changed(recipe: Recipe, settings: Mapping[str, Any]) -> Recipe:
-    """Return a recipe with other settings."""
+def changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
+    """Return a recipe, or a part of one, with other settings."""
     for key, value in settings.items():
-        recipe = _set(recipe, key.split("."), value)
-    return recipe
+        made = _set(made, key.split("."), value)
+    return made
 
 
 def settings(made: Any, before: str = "") -> dict[str, Any]:

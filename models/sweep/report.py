@@ -12,7 +12,6 @@ from models.report.svg import Plot, fitted
 from models.sweep import figures, told
 from models.sweep.choice import choose
 from models.sweep.figures import MEASURES, Measure, Point
-from models.sweep.study import duration
 
 LINES: Final = 6  # of one drawing; of more, all are drawn as one
 FAR: Final = 8.0  # of the largest amount over the smallest, from which on factors are equally long
@@ -77,7 +76,9 @@ def _lead(
     done = sum("result" in job for job in found["jobs"])
     spent = sum(one["cpu_s"] for one in times.values())
     cards = [
-        words.card(f"{done} of {len(found['jobs'])}", "trainings", f"{duration(spent)} of one core")
+        words.card(
+            f"{done} of {len(found['jobs'])}", "trainings", f"{words.duration(spent)} of one core"
+        )
     ]
     if points:
         best = max(points, key=lambda one: measure.sign() * one.figure.value)
@@ -107,6 +108,7 @@ def _data(found: Mapping[str, Any]) -> str:
     said = [
         f"{words.several(data['users'], 'simulated person', 'simulated people')}",
         f"{words.several(data['sessions'], 'session')} of {data['minutes']:g} minutes each",
+        *(["all on one orb"] if data["one_orb"] else []),
         *(f"{key} {data[key]}" for key in varied),
     ]
     return ", ".join(said)

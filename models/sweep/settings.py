@@ -11,6 +11,8 @@ from models.sweep import kinds
 
 SECTIONS: Final = ("data", "train", "test", "axes")
 NETWORKS: Final = ("gesture", "location")  # parts of a recipe
+ENROLLED: Final = "user"  # the task in which people are judged who were learned from
+PEOPLE: Final = ("user", "mood")  # how people are learned, and vary
 _SEED: Final = kinds.whole(0, 2**32 - 1)
 _LEARNED: Final[dict[str, kinds.Kind]] = {
     "users": kinds.whole(0, 100_000),
@@ -28,12 +30,13 @@ SIMULATED: Final[dict[str, kinds.Kind]] = {
     "rate_hz": kinds.number(1.0, 200.0),
     "rows": kinds.whole(2, 32),
     "columns": kinds.whole(2, 32),
+    "one_orb": kinds.like(False),
     "gestures": kinds.texts('a list of labels, such as ["press", "pinch"]'),
 }
 KINDS: Final[dict[str, dict[str, kinds.Kind]]] = {
     "data": {"folders": kinds.texts('a list of folders, such as ["data"]'), **SIMULATED},
     "train": {
-        "task": kinds.word("gesture", "location"),
+        "task": kinds.word("gesture", "location", "user"),
         "recipe": kinds.word("default", "paper"),
         "labels": kinds.word("auto", "true", "button", "key", "cue"),
         "window": kinds.whole(0, 250),
@@ -50,6 +53,7 @@ DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "data": {
         "seed": 0, "users": 10, "sessions": 2, "minutes": 3.0, "preset": "nominal",
         "protocol": "free", "hand": "person", "rate_hz": 10.0, "rows": 5, "columns": 5,
+        "one_orb": False,
         "gestures": list(DataSet().gestures),
     },
     "train": {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from models.report import words
 from models.sweep import jobs, kept, version
 from models.sweep.plan import Plan
 
@@ -65,7 +66,7 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
         left = len(missing) - count
         line = f"{len(named) - left}/{len(named)} {jobs.words(job)}: {_outcome(answer)}"
         if left:
-            line += f"; {duration((time.monotonic() - began) / count * left)} left"
+            line += f"; {words.duration((time.monotonic() - began) / count * left)} left"
         say(line)
     there = kept.answers(sweep.folder)
     for name in named:
@@ -106,14 +107,6 @@ def times(named: Iterable[str], there: dict[str, kept.Answer]) -> dict[str, Any]
     """Return where and for how long each job ran."""
     told = ("where", "seconds", "cpu_s")
     return {name: {key: there[name][key] for key in told} for name in named if name in there}
-
-
-def duration(seconds: float) -> str:
-    """Return a length of time, for people."""
-    for most, unit, name in ((90.0, 1.0, "s"), (5400.0, 60.0, "min")):
-        if seconds < most:
-            return f"{seconds / unit:.0f} {name}"
-    return f"{seconds / 3600.0:.1f} h"
 
 
 def _place(job: jobs.Job) -> dict[str, Any]:

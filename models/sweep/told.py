@@ -7,6 +7,7 @@ from models.intervals import Figure
 from models.sweep import figures
 from models.sweep.choice import FEWEST, Choice, choose
 from models.sweep.figures import MEASURES, Measure, Point
+from models.sweep.settings import ENROLLED
 
 FEW: Final = 6  # people or sessions: of fewer, resampling says too little
 
@@ -43,6 +44,11 @@ def headline(found: Mapping[str, Any]) -> str:
 def held(found: Mapping[str, Any]) -> str:
     """Return what was held out, in words."""
     test = found["test"]
+    if found["train"]["task"] == ENROLLED:
+        if "folds" in test:
+            return f"every session of each held out once, in {test['folds']} folds"
+        last = "last session" if test["hold"] == 1 else f"last {test['hold']} sessions"
+        return f"the {last} of each held out"
     if "folds" in test:
         return f"every {test['by']} held out once, in {test['folds']} folds"
     return f"{test['hold']} {test['by']}{'s' if test['hold'] > 1 else ''} held out, always the same"

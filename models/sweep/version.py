@@ -15,7 +15,13 @@ ASIDE: Final = {
     "controller": frozenset({"links", "sensors", "bluetooth", "hardware", "teaching"}),
     "models": frozenset({"commands", "report", "information", "figure7", "sweep"}),
 }
-TRAINING: Final = ("people.py", "perform.py", "recipes.py", "training.py")  # of this folder
+TRAINING: Final = (
+    "people.py",
+    "perform.py",
+    "recipes.py",
+    "tasks.py",
+    "training.py",
+)  # of this folder
 SUFFIXES: Final = (".py", ".toml")
 PACKAGES: Final = ("numpy", "torch")
 

@@ -1,21 +1,30 @@
-"""What telling people apart is worth: by gestures seen, and against people never enrolled."""
+"""What telling people apart is worth, by gestures seen and against people never enrolled.
+
+What is chosen by it as well: the temperature, and how probable somebody must be to be named.
+"""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.simulator.hand import GESTURES
 from controller.users import ANYBODY, Users
 from controller.witness import Belief, believe, nothing
-from models import intervals
+from models import intervals, scores
 from models.intervals import Figure
 from models.users.touched import Index
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
+
+STAY: Final = 0.98  # the next gesture is made by who made the last one: turns are long
+FORGET_S: Final = 30.0  # pauses of the same player are shorter
+FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
+JUDGED: Final = 3  # after so many gestures
 
 Said = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
 
@@ -118,6 +127,30 @@ def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GR
         if float((alone & (best >= accept)).mean()) <= false_accepts:
             return accept
     return grid[-1]
+
+
+def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users:
+    """Return so many people as a bundle knows them."""
+    names = tuple(f"{number + 1:02d}" for number in range(count))
+    return Users(names, GESTURES, temperature, accept, STAY, FORGET_S)
+
+
+def tuned(
+    said: tuple[NDArray[np.float64], NDArray[np.float64]], who: Index, session: Index, count: int
+) -> Users:
+    """Return people with the temperature and the acceptance that fit what was held out.
+
+    Args:
+        said: Evidence of enrolled people's gestures, and of strangers'.
+        who: Makers of the first.
+        session: Recordings of the second.
+        count: Of people.
+    """
+    both = np.concatenate(said)
+    label = np.concatenate([who, np.zeros(len(said[1]), dtype=np.int64)])
+    users = users_of(count, float(np.clip(scores.temperature(both, label), 0.05, 20.0)))
+    strange, _ = beliefs(said[1], session, users, JUDGED)
+    return replace(users, accept=acceptance(strange, FALSE_ACCEPTS))
 
 
 def _named(belief: Belief, users: Users) -> Index:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller.witness import evidence
+from models import splits
 from models.fit import Watch, fit
 from models.lessons import AT_ONCE, gesture_net
 from models.networks import GestureNet
@@ -18,6 +19,7 @@ from models.results import Epoch
 from models.users.recipe import Mood
 from models.users.touched import Index, Touched, mean
 
+RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
 SPARE: Final = 3  # images before a window, for those that are made slower
 
 
@@ -87,6 +89,13 @@ class People:
     def better(self, one: Epoch, other: Epoch) -> bool:
         """Whether an epoch is better than another: nobody knows."""
         return False
+
+
+def drawn(windows: int, seed: int) -> NDArray[np.bool_]:
+    """Return which of so many windows are drawn at random, to be judged by the paper's protocol."""
+    out = np.zeros(windows, dtype=np.bool_)
+    out[splits.random_windows(windows, RANDOM, np.random.default_rng(seed)).test] = True
+    return out
 
 
 def ask(net: nn.Module, touched: Touched, ends: Index) -> NDArray[np.float32]:

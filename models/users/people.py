@@ -1,8 +1,7 @@
 """Simulated people for studies: their sessions, and what may differ from one day to the next."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.session import DATA, simulate
 from controller.simulator.style import person
 from models.dataset import Source
-from models.simulate import DataSet
+from models.simulate import DataSet, Given
 
 # What is drawn anew: drift and noise, and what the hand does, as on another day of the same orb;
 # one of them alone; or another orb with its own.
@@ -52,7 +51,7 @@ class Town:
         seeds = [orb if self.shared else own[0], *(other if anew == "hand" else own)[1:]]
         number = 1 + user * _DAYS + day + (_DAYS // 2 if anew in ("drift", "orb") else 0)
         played = simulate(
-            _Given(seeds),
+            Given(seeds),
             self.minutes,
             style=person(self.seed, user),
             rate_hz=RATE_HZ,
@@ -74,15 +73,3 @@ class Town:
             common_drift=(0.0, circuit.common_drift[1]),
         )
         return replace(model, electronics=still)
-
-
-class _Given(np.random.SeedSequence):
-    """The seeds of a session: of orb, people, order, placement and button."""
-
-    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
-        super().__init__(0)
-        self._seeds = seeds
-
-    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
-        """Return them."""
-        return list(self._seeds[:n_children])

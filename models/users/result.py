@@ -75,7 +75,7 @@ def write(out: Path, found: Telling) -> None:
 def card(found: Telling) -> str:
     """Return the card as Markdown."""
     lines = [
-        f"# {found.name}: {len(found.people)} people",
+        f"# {found.name}: {words.several(len(found.people), 'person', 'people')}",
         "",
         f"`{found.command}`",
         "",

@@ -9,7 +9,7 @@ was drawn anew. Strangers, whom no training met, are to be taken for nobody.
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -20,25 +20,17 @@ from numpy.typing import NDArray
 
 from controller.simulator.hand import GESTURES
 from controller.users import Users
-from models import scores, splits
-from models.dataset import Source, prepare
 from models.intervals import Figure
 from models.networks import GestureNet
-from models.recipe import RECIPES, Course
+from models.recipe import Course
 from models.users import judge, lesson
+from models.users.crowd import Crowd, blocks, crowd, join
 from models.users.judge import SEEN
 from models.users.lesson import People
-from models.users.people import RATE_HZ, Anew, Town
+from models.users.people import Anew, Town
 from models.users.recipe import COURSE, MOOD, STEADY, Mood
-from models.users.touched import Index, Touched
 
-WINDOW: Final = 10  # images: paper, section 4.1
-RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
-BLOCKS: Final = 6  # of a session, of which the last one is left out
-STAY: Final = 0.98  # the next gesture is made by who made the last one: turns are long
-FORGET_S: Final = 30.0  # pauses of the same player are shorter
-FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
-JUDGED: Final = 3  # after so many gestures
+HANGS_ON: Final = ("crowd", "judge", "lesson", "people", "recipe", "study", "touched")  # files here
 
 Say = Callable[[str], None]
 Part = Callable[[str, int, "Size", tuple[str, ...]], dict[str, Any]]
@@ -68,38 +60,6 @@ class Size:
 QUICK: Final = Size(users=3, enrolled=2, new=1, known=(2, 1), strangers=2, minutes=1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Crowd:
-    """Gestures of some sessions.
-
-    Attributes:
-        touched: Them.
-        who: Output of whoever made each, 0 is a stranger, (events,).
-        day: Which of their sessions, (events,).
-    """
-
-    touched: Touched
-    who: Index
-    day: Index
-
-    def some(self, events: NDArray[np.bool_]) -> "Crowd":
-        """Return some of them."""
-        return Crowd(self.touched.some(events), self.who[events], self.day[events])
-
-
-def crowd(
-    sources: Iterable[tuple[Source, int, int]], labels: int = 1, *, tracked: bool = True
-) -> Crowd:
-    """Return the gestures of (session, output of who it is, day)."""
-    rows = list(sources)
-    settings = RECIPES["default" if tracked else "paper"].settings(RATE_HZ, WINDOW)
-    examples = prepare((source for source, _, _ in rows), settings)
-    touched = Touched.of(examples, range(1, 1 + labels))
-    who = np.array([number for _, number, _ in rows], dtype=np.int64)
-    day = np.array([number for _, _, number in rows], dtype=np.int64)
-    return Crowd(touched, who[touched.session], day[touched.session])
-
-
 def learn(
     taught: Crowd,
     outputs: int,
@@ -117,15 +77,9 @@ def learn(
     return net, work.random()
 
 
-def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users:
-    """Return so many people as a bundle knows them."""
-    names = tuple(f"{number + 1:02d}" for number in range(count))
-    return Users(names, GESTURES, temperature, accept, STAY, FORGET_S)
-
-
-def judged(net: GestureNet, new: Crowd, users: Users, seen: int = 1) -> Figure:
-    """Return the share of gestures (or rows of some) whose maker is named."""
-    return judge.share(lesson.said(net, new.touched), new.who, new.touched.session, users, seen)
+def judged(net: GestureNet, new: Crowd, users: Users) -> Figure:
+    """Return the share of gestures whose maker is named."""
+    return judge.share(lesson.said(net, new.touched), new.who, new.touched.session, users)
 
 
 def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict[str, Any]:
@@ -153,47 +107,23 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     before = learn(join(own.some(own.day < size.enrolled - 1), backs.some(half)), outputs, seed)[0]
     last, away = own.some(own.day == size.enrolled - 1), backs.some(~half)
     said = lesson.said(before, last.touched), lesson.said(before, away.touched)
-    users = tuned(said, last.who, away.touched.session, size.users)
+    users = judge.tuned(said, last.who, away.touched.session, size.users)
     found |= {"temperature": users.temperature, "accept": users.accept}
-    by_sessions: dict[str, Any] = {}
+    found["enrolled"] = {}
     for count in (1, 2, size.enrolled):
         net = learn(join(own.some(own.day < count), backs), outputs, seed)[0]
-        by_sessions[str(count)] = figure(judged(net, new, users))
-    heard = lesson.said(net, new.touched)
-    stranger = lesson.said(net, strange.touched), strange.touched.session
-    found["enrolled"] = by_sessions
-    found["seen"] = {
-        str(seen): figure(judge.share(heard, new.who, new.touched.session, users, seen))
-        for seen in SEEN
-    }
-    found["open"] = [
-        asdict(judge.openly((heard, new.who, new.touched.session), stranger, users, seen))
-        for seen in SEEN
-    ]
+        heard = lesson.said(net, new.touched), new.who, new.touched.session
+        stranger = lesson.said(net, strange.touched), strange.touched.session
+        found["enrolled"][str(count)] = {
+            "seen": {str(seen): figure(judge.share(*heard, users, seen)) for seen in SEEN},
+            "open": [asdict(judge.openly(heard, stranger, users, seen)) for seen in SEEN],
+        }
     return found
-
-
-def tuned(
-    said: tuple[NDArray[np.float64], NDArray[np.float64]], who: Index, session: Index, count: int
-) -> Users:
-    """Return people with the temperature and the acceptance that fit what was held out.
-
-    Args:
-        said: Evidence of enrolled people's gestures, and of strangers'.
-        who: Makers of the first.
-        session: Recordings of the second.
-        count: Of people.
-    """
-    both = np.concatenate(said)
-    label = np.concatenate([who, np.zeros(len(said[1]), dtype=np.int64)])
-    users = users_of(count, float(np.clip(scores.temperature(both, label), 0.05, 20.0)))
-    strange, _ = judge.beliefs(said[1], session, users, JUDGED)
-    return replace(users, accept=judge.acceptance(strange, FALSE_ACCEPTS))
 
 
 def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict[str, Any]:
     """Return what one session of each is worth, as in the paper, by every protocol."""
-    labels, outputs, users = len(gestures), 1 + size.users, users_of(size.users)
+    labels, outputs, users = len(gestures), 1 + size.users, judge.users_of(size.users)
     ours = range(size.users)
     found: dict[str, Any] = {}
     for name, drifting, tracked in (
@@ -204,9 +134,7 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
         day = partial(_day, town, ours, labels, tracked)
         mood = MOOD if tracked else STEADY
         own = day(0)
-        out = np.zeros(len(own.touched.ends), dtype=np.bool_)
-        fold = splits.random_windows(len(out), RANDOM, np.random.default_rng(seed))
-        out[fold.test] = True
+        out = lesson.drawn(len(own.touched.ends), seed)
         net, random = learn(own, outputs, seed, mood=mood, random=out)
         row = {"random": {"value": round(random, 5)}}
         row["new"] = figure(judged(net, day(size.enrolled), users))
@@ -226,44 +154,6 @@ def _day(
     """Return one session of each."""
     rows = ((town.session(user, number, anew), 1 + user, number) for user in users)
     return crowd(rows, labels, tracked=tracked)
-
-
-def blocks(own: Crowd) -> tuple[Crowd, Crowd]:
-    """Return the gestures of all blocks of time but the last, and those of the last."""
-    session = own.touched.session
-    late = np.zeros(len(session), dtype=np.bool_)
-    for number in np.unique(session):
-        events = np.flatnonzero(session == number)
-        late[events[-max(1, len(events) // BLOCKS) :]] = True
-    early = ~late
-    edge = np.flatnonzero(late & np.roll(early, 1))  # the gesture between is nobody's
-    early[edge - 1] = False
-    return own.some(early), own.some(late)
-
-
-def join(one: Crowd, other: Crowd) -> Crowd:
-    """Return the gestures of two crowds as one."""
-    a, b = one.touched, other.touched
-    frames, sessions = len(a.examples.images), int(a.examples.session.max()) + 1
-    examples = replace(
-        a.examples,
-        images=np.concatenate([a.examples.images, b.examples.images]),
-        label=np.concatenate([a.examples.label, b.examples.label]),
-        touch=np.concatenate([a.examples.touch, b.examples.touch]),
-        ends=np.concatenate([a.examples.ends, b.examples.ends + frames]),
-        session=np.concatenate([a.examples.session, b.examples.session + sessions]),
-        idle=np.concatenate([a.examples.idle, b.examples.idle]),
-    )
-    touched = Touched(
-        examples,
-        np.concatenate([a.ends, b.ends + frames]),
-        np.concatenate([a.event, b.event + len(a.label)]),
-        np.concatenate([a.label, b.label]),
-        np.concatenate([a.session, b.session + sessions]),
-    )
-    return Crowd(
-        touched, np.concatenate([one.who, other.who]), np.concatenate([one.day, other.day])
-    )
 
 
 def figure(found: Figure) -> dict[str, float]:
@@ -320,6 +210,6 @@ def _code() -> str:
     """Return what a result hangs on in this folder."""
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):
-        if file.stem in ("judge", "lesson", "people", "study", "touched", "recipe"):
+        if file.stem in HANGS_ON:
             digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -48,14 +48,13 @@ class Touched:
         event = np.full(len(ends), -1, dtype=np.int64)
         event[wanted] = np.cumsum(begins) - 1
         first = wanted[begins]
-        for behind in range(1, AFTER + 1):  # the rest that follows belongs to it
+        for _ in range(AFTER):  # the rest that follows belongs to it
             before = event[:-1]
             follows = (
                 (event[1:] < 0) & (before >= 0) & (label[1:] == 0) & (np.diff(ends) == 1)
                 & (session[1:] == session[:-1])
             )  # fmt: skip
             event[1:][follows] = before[follows]
-            assert behind <= AFTER
         kept = np.flatnonzero(event >= 0)
         order = kept[np.argsort(event[kept], kind="stable")]
         return cls(examples, ends[order], event[order], label[first], session[first])

@@ -3,28 +3,28 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
-from controller import bundle, npz, users
+from controller import bundle
+from controller import mapping as mappings
 from controller.bundle import Bundle
 from controller.users import Users
-from models import export, reading, splits
+from models import reading, splits
 from models.dataset import refuse_test_seed
 from models.fit import prepare_torch
 from models.networks import GestureNet
 from models.reading import Choice, Data
 from models.recipe import RECIPES
+from models.report import words
 from models.results import SessionRow
-from models.users import judge, lesson, result
-from models.users.judge import SEEN
+from models.users import enrol, judge, lesson, result
+from models.users.judge import FORGET_S, SEEN, STAY
 from models.users.lesson import People
 from models.users.recipe import COURSE, MOOD
 from models.users.result import Enrolled, Telling
-from models.users.study import FORGET_S, RANDOM, STAY, tuned
 from models.users.touched import Index, Touched
 
 Say = Callable[[str], None]
@@ -47,6 +47,7 @@ class Request:
         seed: Of everything random.
         epochs: 0: the course's.
         command: What was typed.
+        mapping: What gestures mean for single people: its [users.NAME]; None: what the bundle says.
     """
 
     paths: tuple[Path, ...]
@@ -59,6 +60,7 @@ class Request:
     seed: int = 0
     epochs: int = 0
     command: str = ""
+    mapping: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +102,21 @@ def train(request: Request, say: Say) -> Telling:
         window=base.window,
     )  # fmt: skip
     _fits(base, data)
-    gestures = _gestures(request.gestures, data)
+    gestures = _gestures(request.gestures, data, base)
     names, group = _people(request, data, gestures)
+    if request.mapping is not None:  # a mistake in it is told before anything is learned
+        Users(names).overridden(*mappings.read(request.mapping, base.labels))
     held = _held(group, names, request.split)
-    say(f"{len(names)} people: {', '.join(names)}; told by {', '.join(gestures)}")
+    count = words.several(len(names), "person", "people")
+    say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")
     found, who = _judge(request, group, held, names, gestures)
     whole = _learn(group, len(names), request)[0] if request.split != "time" else who[0]
     known = Users(names, tuple(gestures), *who[1], STAY, FORGET_S)
-    _write(request, base, whole, known, found)
+    path = request.base or bundle.default_path()
+    said = f"{count}, {request.command}; single gestures named rightly, unseen: "
+    said += f"{found.seen[1].value:.1%}"
+    enrol.write(path, request.out, whole, known, said, request.mapping)
+    result.write(request.out, found)
     return found
 
 
@@ -127,17 +136,25 @@ def _fits(base: Bundle, data: Data) -> None:
         )
 
 
-def _gestures(wanted: Sequence[str], data: Data) -> tuple[str, ...]:
+def _gestures(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
     """Return the labels that tell.
 
     Raises:
-        ValueError: One is unknown.
+        ValueError: One was not recorded, or the bundle would never answer it.
     """
     known = data.vocabulary.labels[1:]
     for label in wanted:
         if label not in known:
             raise ValueError(f"there is no gesture {label!r}; there are {', '.join(known)}")
-    return tuple(wanted) or known
+    told = tuple(wanted) or known
+    if strange := [label for label in told if label not in base.labels]:
+        both = ",".join(label for label in known if label in base.labels)
+        raise ValueError(
+            f"the bundle does not know {' and '.join(strange)}; train its gestures on such "
+            "recordings first, and name that bundle with --with"
+            + (f", or leave some out: --gestures {both}" if both else "")
+        )
+    return told
 
 
 def _people(request: Request, data: Data, gestures: Sequence[str]) -> tuple[tuple[str, ...], Group]:
@@ -149,16 +166,21 @@ def _people(request: Request, data: Data, gestures: Sequence[str]) -> tuple[tupl
     labels = [data.vocabulary.labels.index(label) for label in gestures]
     touched = Touched.of(data.examples, labels)
     other = np.array([_among(row, request.others) for row in data.rows])
+    for folder in request.others:
+        if not any(_among(row, (folder,)) for row in data.rows):
+            raise ValueError(f"{folder} holds nothing to learn strangers from; leave it out")
+    if other.all():
+        raise ValueError("all recordings are of --others; name those of the people to enrol first")
     own = [row.user for row, out in zip(data.rows, other, strict=True) if not out]
     names = tuple(sorted(set(own)))
     if not all(name.isascii() and name.isalnum() and len(name) <= 40 for name in names):
         raise ValueError(
             "a recording does not say who made it; rename it: sub-NAME_ses-DATE_run-01"
         )
-    if len(names) < 2:
+    if len(names) < 2 and not other.any():
         raise ValueError(
-            f"only {names[0]} was recorded; record a second person, or one to enrol and "
-            "others with --others DIR"
+            f"only {names[0]} was recorded; record a second person, or others, who shall be "
+            "nobody, and name them with --others DIR"
         )
     who = np.array(
         [0 if out else 1 + names.index(row.user) for row, out in zip(data.rows, other, strict=True)]
@@ -227,16 +249,14 @@ def _judge(
 ) -> tuple[Telling, tuple[GestureNet, tuple[float, float]]]:
     """Train without what is held out, and say what that is worth."""
     learned = group.some(~_near(group, held) if request.split == "time" else ~held)
-    drawn = np.zeros(len(learned.touched.ends), dtype=np.bool_)
-    rng = np.random.default_rng(request.seed)
-    drawn[splits.random_windows(len(drawn), RANDOM, rng).test] = True
+    drawn = lesson.drawn(len(learned.touched.ends), request.seed)
     net, random = _learn(learned, len(names), request, drawn)
     away = group.some(held)
     said = lesson.said(net, away.touched)
     strange = away.who == 0
     own = said[~strange], away.who[~strange], away.session[~strange]
     others = said[strange], away.session[strange]
-    fitted = tuned((own[0], others[0]), own[1], others[1], len(names))
+    fitted = judge.tuned((own[0], others[0]), own[1], others[1], len(names))
     known = replace(fitted, names=tuple(names))
     belief, first = judge.beliefs(own[0], own[2], known, 1)
     right = 1 + belief[:, 1:].argmax(axis=1) == own[1][first]
@@ -267,12 +287,25 @@ def _judge(
         open=tuple(judge.openly(own, others, known, seen) for seen in SEEN) if strangers else (),
         temperature=known.temperature,
         accept=known.accept,
-        notes=() if strangers else (
-            "Nobody was held out as a stranger, so nothing is known of how often one is taken for "
-            "somebody; add recordings of two others or more with --others DIR.",
-        ),
-    )  # fmt: skip
+        notes=_notes(len(names), strangers),
+    )
     return found, (net, (known.temperature, known.accept))
+
+
+def _notes(people: int, strangers: int) -> tuple[str, ...]:
+    """Return what else there is to say of so many people, and strangers held out."""
+    notes = []
+    if people == 1:
+        notes.append(
+            "One person alone is enrolled, so which of them it is was no question: what counts is "
+            "how strangers fare."
+        )
+    if not strangers:
+        notes.append(
+            "Nobody was held out as a stranger, so nothing is known of how often one is taken for "
+            "somebody; add recordings of two others or more with --others DIR."
+        )
+    return tuple(notes)
 
 
 def _near(group: Group, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -280,38 +313,3 @@ def _near(group: Group, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
     near = held.copy()
     near[:-1] |= held[1:] & (group.session[1:] == group.session[:-1])
     return near
-
-
-def _write(request: Request, base: Bundle, net: GestureNet, known: Users, found: Telling) -> None:
-    """Write the bundle with its people, and what is known of them beside it."""
-    path = request.base or bundle.default_path()
-    parts = bundle.unpack(path.read_bytes())
-    table = bundle.manifest(parts[bundle.MANIFEST])
-    content = bundle.content(parts)
-    part, _ = export.gesture_part(net, base.golden.windows)
-    golden: dict[str, Any] = npz.unpack(content[bundle.GOLDEN], bundle.MAX_BYTES)
-    heads = [name for name in base.users.heads if name in known.names]
-    for name in base.users.heads:
-        if name not in heads:  # who is not enrolled any more takes their network along
-            golden.pop(f"head.{name}")
-            content.pop(users.head_part(name))
-    own = table.get("users", {}).get("mapping", {})
-    table["users"] = {
-        "names": list(known.names),
-        "gestures": list(known.gestures),
-        "temperature": known.temperature,
-        "accept": known.accept,
-        "stay": known.stay,
-        "forget_s": known.forget_s,
-        "heads": heads,
-        "mapping": {name: rules for name, rules in own.items() if name in known.names},
-    }
-    table["card"]["users"] = (
-        f"{len(known.names)} people, {request.command}; single gestures named rightly, unseen: "
-        f"{found.seen[1].value:.1%}"
-    )
-    golden["people"] = part.answers
-    content[users.NETWORK] = part.onnx
-    content[bundle.GOLDEN] = npz.pack(golden)
-    bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
-    result.write(request.out, found)

@@ -124,10 +124,10 @@ def _person(
 
     before = count(loaded)
     rng = np.random.default_rng([SEED, user])
-    examples = list(_examples(loaded, taught, label, rng))
+    shown = list(examples(loaded, taught, label, rng))
     for k in EXAMPLES:
         for draw in range(size.draws):
-            some = examples[draw * k : draw * k + k]
+            some = shown[draw * k : draw * k + k]
             if len(some) == k:
                 yield k, Outcome(before, count(_taught(path, some)))
 
@@ -146,7 +146,7 @@ def _data(loaded: Bundle, preset: str, gestures: tuple[str, ...], minutes: float
     )
 
 
-def _examples(
+def examples(
     loaded: Bundle, taught: Recording, label: str, rng: np.random.Generator
 ) -> Iterator[adapt.Example]:
     """Yield examples as cues cut them: who is told go reacts, and rest comes a little after."""

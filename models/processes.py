@@ -1,0 +1,54 @@
+"""Processes of one thread each, which do not outlive whoever began them."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Final
+
+# What libraries ask for how many threads they may take.
+THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def spare() -> None:
+    """Leave processes that begin from now on one thread each, unless somebody said otherwise."""
+    for variable in THREADS:
+        os.environ.setdefault(variable, "1")
+
+
+@contextmanager
+def pool(workers: int, *, hasty: bool = False) -> Iterator[ProcessPoolExecutor]:
+    """Processes of one thread each; Ctrl-C is their parent's.
+
+    Args:
+        workers: How many.
+        hasty: When something happens to us they end at once; else what is under way is finished.
+    """
+    spare()
+    before = set(multiprocessing.active_children())
+    context = multiprocessing.get_context("spawn")
+    made = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
+    try:
+        yield made
+    except BaseException:
+        made.shutdown(wait=not hasty, cancel_futures=True)
+        for child in set(multiprocessing.active_children()) - before:
+            child.terminate()  # nothing that it does is worth waiting for
+        raise
+    made.shutdown()
+
+
+def _serve() -> None:
+    """Prepare a process: Ctrl-C is its parent's, and it does not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow, daemon=True).start()
+
+
+def _follow() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

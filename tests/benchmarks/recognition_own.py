@@ -1,0 +1,196 @@
+"""A known gesture taught again, as one person does it: `controller teach --add NAME --user ID`.
+
+    python -m tests.benchmarks.recognition_own [--bundle FILE] [--quick] [--json]
+
+The usual simulated people are understood so well that nothing is to be gained. So people are
+simulated whom no training met: light ones, who touch half as deep as others; slow ones, who take
+two and a half times as long; and hasty ones, who take two fifths of it. The gesture of which the
+bundle misses most on a first day (a press, where none stands out) is taught on a second day from
+one or five examples, and the person's own network is judged on a third. All days are on one orb.
+`own_recall` is the share of that gesture that is answered rightly, in the stream; F1 and false
+alarms are those of all four gestures. `@KIND_0` is before the lesson. A lesson that the orb refuses
+because other gestures would suffer leaves everything as it was. Intervals are 95 %, by resampling
+people.
+"""
+
+import argparse
+import dataclasses
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from controller import adapt
+from controller import bundle as bundles
+from controller.bundle import Bundle
+from controller.recordings.recording import Recording
+from controller.simulator.presets import PRESETS
+from controller.simulator.style import Style
+from models import intervals
+from models.intervals import Figure
+from models.known import know
+from models.simulate import DataSet
+from models.streams import Batched, answered, feel
+from models.tally import Tally, tally
+from models.unseen import BENCHMARK_SEED
+
+from .recognition_few import examples
+
+SEED: Final = BENCHMARK_SEED + 8  # people that nothing else here sees
+EXAMPLES: Final = (1, 5)
+MINUTES: Final = (3.0, 1.5, 6.0)  # of the day before, of the lesson's, and of the one judged
+WHO: Final = "ada"
+_DEPTHS: Final = ("press_depth", "pinch_depth", "twist_depth")
+_TIMES: Final = ("press_hold", "pinch_close", "twist_time")
+
+
+def _scaled(style: Style, names: tuple[str, ...], factor: float) -> Style:
+    values: dict[str, Any] = {name: factor * getattr(style, name) for name in names}
+    return dataclasses.replace(style, **values)
+
+
+KINDS: Final[dict[str, Callable[[Style], Style]]] = {
+    "usual": lambda style: style,
+    "light": lambda style: _scaled(style, _DEPTHS, 0.5),
+    "slow": lambda style: _scaled(style, _TIMES, 2.5),
+    "hasty": lambda style: _scaled(style, _TIMES, 0.4),
+}
+
+
+class Unusual(DataSet):
+    """People of a kind that no training met."""
+
+    __slots__ = ()
+
+    kind = "usual"
+
+    def style(self, user: int) -> Style:
+        """Return how a user of this kind touches."""
+        return KINDS[type(self).kind](DataSet.style(self, user))
+
+
+def people(kind: str) -> type[Unusual]:
+    """Return the data sets of a kind of people."""
+    return type(kind, (Unusual,), {"__slots__": (), "kind": kind})
+
+
+def measure(path: Path, preset: str, users: int) -> list[dict[str, Any]]:
+    """Return every row of one preset."""
+    loaded, rows = bundles.read(path), []
+    for kind in KINDS:
+        told = [_person(path, loaded, preset, kind, user) for user in range(users)]
+        refused = sum(one.refused for one in told)
+        print(f"{preset}, {kind}: {[one.label for one in told]}; {refused} lessons refused",
+              flush=True)  # fmt: skip
+        for k in (0, *EXAMPLES):
+            for name, figure in _figures([one.tallies[k] for one in told],
+                                         [one.number for one in told]).items():  # fmt: skip
+                rows.append(
+                    {"name": f"own_{name}@{kind}_{k}", "preset": preset,
+                     "value": round(figure.value, 6), "low": round(figure.low, 6),
+                     "high": round(figure.high, 6),
+                     "unit": "1/min" if "alarms" in name else "1", "goal": None}
+                )  # fmt: skip
+                print(f"{rows[-1]['name']:34}{figure}", flush=True)
+    return rows
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """What came of one person's lessons.
+
+    Attributes:
+        label: What was taught.
+        number: Its class.
+        tallies: What was counted on the day judged, by examples.
+        refused: Lessons that were.
+    """
+
+    label: str
+    number: int
+    tallies: dict[int, Tally]
+    refused: int
+
+
+def _person(path: Path, loaded: Bundle, preset: str, kind: str, user: int) -> Outcome:
+    """Find out what of somebody is understood worst, teach it, and judge."""
+    gestures = loaded.labels[1:]
+
+    def session(day: int, wanted: tuple[str, ...] = gestures) -> Recording:
+        data = people(kind)(SEED, MINUTES[day], preset=preset, gestures=wanted, one_orb=True)
+        return data.session(user, day)
+
+    first = _count(loaded, session(0))
+    number = 1 + int(np.argmin(_recall(first)))
+    label = loaded.labels[number]
+    judged, taught = session(2), session(1, (label,))
+    rng = np.random.default_rng([SEED, user])
+    shown = [
+        dataclasses.replace(one, user=WHO, rotations="none", mirrored=False)
+        for one in examples(loaded, taught, label, rng)
+    ]
+    tallies, refused = {0: _count(loaded, judged)}, 0
+    for k in EXAMPLES:
+        try:
+            tallies[k] = _count(_taught(path, shown[:k]), judged)
+        except adapt.AdaptError:
+            tallies[k], refused = tallies[0], refused + 1
+    return Outcome(label, number, tallies, refused)
+
+
+def _recall(counted: Tally) -> list[float]:
+    right, every = np.diagonal(counted.answered)[1:], counted.answered[1:].sum(axis=1)
+    return [float(one) for one in right / np.maximum(every, 1)]
+
+
+def _count(bundle: Bundle, recording: Recording) -> Tally:
+    known = know(recording, bundle.labels, "own")
+    felt = feel(recording.frames, bundle.preprocess)
+    answers = Batched(bundle).probabilities(felt.windows)
+    return tally(answered(known, felt, answers, bundle.labels, bundle.debounce), bundle.labels)
+
+
+def _taught(path: Path, shown: list[adapt.Example]) -> Bundle:
+    """Return a bundle whose gesture network is the person's own."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "taught.orb"
+        adapt.teach(path.read_bytes(), shown).write(out)
+        made = bundles.read(out)
+    return dataclasses.replace(made, gesture_onnx=made.heads[WHO])
+
+
+def _figures(tallies: list[Tally], numbers: list[int]) -> dict[str, Figure]:
+    rows = [one.answered[number] for one, number in zip(tallies, numbers, strict=True)]
+    right = [int(row[number]) for row, number in zip(rows, numbers, strict=True)]
+    return {
+        "recall": intervals.share(right, [int(row.sum()) for row in rows]),
+        "f1": intervals.f1(
+            [one.hits for one in tallies], [int(one.answers.sum()) for one in tallies],
+            [one.events for one in tallies],
+        ),
+        "false_alarms_per_min": intervals.rate(
+            [one.false_alarms for one in tallies], [one.idle_minutes for one in tallies]
+        ),
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bundle", type=Path, default=bundles.default_path())
+    parser.add_argument("--quick", action="store_true", help="one person of each kind")
+    parser.add_argument("--preset", choices=tuple(PRESETS), help="default: all")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    rows = []
+    for preset in [options.preset] if options.preset else PRESETS:
+        rows += measure(options.bundle, preset, 1 if options.quick else 8)
+    if options.json:
+        print(json.dumps({"benchmark": "recognition_own", "results": rows}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,24 @@
+"""Processes that work beside each other have one thread each, unless somebody said otherwise."""
+
+import os
+
+import pytest
+
+from models import processes
+
+
+@pytest.mark.parametrize("variable", ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"])
+def test_a_process_has_one_thread(variable: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The names are those that OpenMP, OpenBLAS and MKL read."""
+    for name in processes.THREADS:
+        monkeypatch.setenv(name, "")  # so that it is undone
+        monkeypatch.delenv(name)
+    processes.spare()
+    assert os.environ[variable] == "1"
+
+
+def test_what_somebody_said_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in processes.THREADS:
+        monkeypatch.setenv(name, "3")
+    with processes.pool(1) as pool:
+        assert pool.submit(os.getenv, "OMP_NUM_THREADS").result() == "3"
