@@ -33,7 +33,7 @@ from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
 from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
-from controller.shelf.shelf import Shelf
+from controller.shelf.shelf import Shelf, name_of
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -102,7 +102,7 @@ class Parts:
 def prepare(options: Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
-    bundle, engine, mapping = _deployed(options)
+    bundle, engine, mapping, proved = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
@@ -110,7 +110,7 @@ def prepare(options: Namespace) -> Parts:
 
         plan = taping.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine)
+    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
         runs = taping.runs(options)
@@ -166,25 +166,35 @@ def renew(parts: Parts) -> Parts:
         BundleError, MappingError, ...: One of our errors; the old parts are as they were.
     """
     options = parts.options
-    bundle, engine, mapping = _deployed(options)
+    bundle, engine, mapping, proved = _deployed(options)
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine)
+    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     if isinstance(parts.link, Renewable):
         parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
 
-def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping]:
-    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean."""
-    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
-    bundle = bundles.read(path)
+def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
+    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean.
+
+    At last whether these very bytes were asked all golden questions before: by `controller install`
+    if they are the shelf's, by those who released the program if it is the bundle that ships.
+    """
+    if options.bundle is not None:
+        path, engine, proved = options.bundle, "", False
+        bundle = bundles.read(path)
+    else:
+        shelf = Shelf()
+        path, engine = shelf.current()
+        bundle = bundles.read(path)
+        proved = path.parent != shelf.folder or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
         own = mappings.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own))
-    return bundle, engine, mapping
+    return bundle, engine, mapping, proved
 
 
 def _exclude(options: Namespace) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from controller import bundle as bundles
+from controller import options, parts
 from controller.__main__ import main
 from controller.bundle import Bundle, BundleError
 from controller.shelf import install, models, proof, rollback
@@ -71,6 +72,38 @@ def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
         (tmp_path / RECORD).write_text(text)
         with pytest.raises(BundleError, match="remove it to go back"):
             shelf.current()
+
+
+def test_a_file_that_changes_while_it_is_proved_is_not_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, other = variant(tmp_path, 1), variant(tmp_path, 2)
+
+    def prove(path: Path) -> list[proof.Proof]:
+        path.write_bytes(other.read_bytes())
+        return [proof.Proof("numpy", 50.0, 60.0)]
+
+    monkeypatch.setattr(install.proofs, "prove", prove)
+    shelf = Shelf(tmp_path / "shelf")
+    with pytest.raises(BundleError, match="has changed while it was proved"):
+        install.install(path, shelf, other_sensor=False, tell=lambda _: None)
+    assert shelf.current() == (SHIPPED, "")
+
+
+@pytest.mark.parametrize(("words", "asked"), [((), True), (("--bundle", str(SHIPPED)), False)])
+def test_what_was_installed_or_ships_is_not_asked_everything_again(
+    words: tuple[str, ...], asked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path)
+
+    def proved() -> bool:
+        return parts._deployed(options.parser().parse_args(words))[-1]
+
+    assert proved() is asked
+    name = put(Shelf(tmp_path), variant(tmp_path, 1))
+    assert proved() is asked
+    (tmp_path / f"{name}.orb").write_bytes(SHIPPED.read_bytes())  # another under its name
+    assert not proved()
 
 
 class PowerCutError(Exception):

@@ -1,6 +1,7 @@
 """`controller install`: prove a bundle on this device and take it into use."""
 
 import argparse
+import hashlib
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -71,8 +72,11 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
             f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
             f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
         )
+    data = path.read_bytes()
+    if hashlib.sha256(data).hexdigest() != fresh.hash:
+        raise BundleError(f"{path} has changed while it was proved; install it once more")
     entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
-    record = shelf.install(path.read_bytes(), entry)
+    record = shelf.install(data, entry)
     back = called(record.previous)
     back = back and f"; `controller rollback` goes back to {back}"
     return f"{entry.name} is in use with {best.engine}{back}"
