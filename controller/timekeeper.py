@@ -13,8 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, TextIO
 
-import platformdirs
-
+from controller import folders
 from controller.ledger import HOPS, Digest, Ledger
 from controller.protocol import Hop, Pace
 from controller.quiet import Sweeper
@@ -151,7 +150,7 @@ def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
 def status_folders() -> list[Path]:
     """Return where running controllers tell how they are: the service, then the user's own."""
     own = os.environ.get("XDG_RUNTIME_DIR", "")
-    state = platformdirs.user_state_path("orbtouch", appauthor=False)
+    state = folders.state()
     return [Path("/run/orbtouch"), Path(own) / "orbtouch" if own else state]
 
 

@@ -17,9 +17,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import platformdirs
-
 from controller import bundle as bundles
+from controller import folders
 from controller.bundle import Bundle, BundleError
 from controller.record import record
 
@@ -167,7 +166,7 @@ class Shelf:
 
 def home() -> Path:
     """Return the user's own shelf; it may not exist."""
-    return platformdirs.user_data_path("orbtouch", appauthor=False) / "bundles"
+    return folders.data() / "bundles"
 
 
 def name_of(bundle: Bundle) -> str:
