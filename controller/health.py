@@ -4,7 +4,6 @@ Frame by frame: taxels that have no lead or feel nothing, rest that drifts and w
 never leaves. It only reports; what keeps play going is `controller.preprocess`. Pure.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -35,13 +34,13 @@ _FILM: Final = 0.3
 _LESS: Final = 0.7  # what was told is told until it is so much less
 
 
-@dataclass(slots=True)
 class _Told:
     """What was last said, so that it is not said and unsaid again and again."""
 
-    common: bool = False
-    lines: frozenset[tuple[str, int]] = frozenset()
-    film: frozenset[int] = frozenset()
+    def __init__(self) -> None:
+        self.common = False
+        self.lines: frozenset[tuple[str, int]] = frozenset()
+        self.film: frozenset[int] = frozenset()
 
 
 class Health:

@@ -398,26 +398,24 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    same = isinstance(sensor, RecordedSensor) and sensor.source.origin.bundle == bundle.hash
-    if isinstance(sensor, RecordedSensor) and same:
-        user = sensor.source.origin.user  # as it was said then
-    pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
-    if isinstance(sensor, RecordedSensor) and same:
-        state = sensor.source.state
-        if set(state) | set(LATER) != set(pipeline.state()):
-            _log.warning("another version of this program recorded this: it is replayed from rest")
-            return pipeline
-        try:
-            pipeline.restore(state)
-        except ValueError as error:
-            raise Mistake(f"the recording cannot be replayed: {error}") from None
+    if not isinstance(sensor, RecordedSensor):
+        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
+    source = sensor.source
+    if source.origin.bundle != bundle.hash:
+        return Pipeline(bundle, recognizer, mapping, None, user)
+    pipeline = Pipeline(bundle, recognizer, mapping, None, source.origin.user)  # as it was said
+    if set(source.state) | set(LATER) != set(pipeline.state()):
+        _log.warning("another version of this program recorded this: it is replayed from rest")
+        return pipeline
+    try:
+        pipeline.restore(source.state)
+    except ValueError as error:
+        raise Mistake(f"the recording cannot be replayed: {error}") from None
     return pipeline
 
 
 def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
-    """Return what a calibration of this sensor found; a recording begins as it began."""
-    if isinstance(sensor, RecordedSensor):
-        return None
+    """Return what a calibration of this sensor found."""
     from controller import calibration
 
     kept = calibration.load(sensor.device_id)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the two that count and the newest others
-_NAME: Final = re.compile(r"[0-9a-f]{16}")
+_NAME: Final = r"[0-9a-f]{16}"
 
 
 @record
@@ -208,6 +208,6 @@ def _parse(text: str) -> Record:
 
 
 def _entry(name: str, values: dict[str, Any]) -> Entry:
-    if not _NAME.fullmatch(name):
+    if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
     return Entry(name, str(values["engine"]), float(values["step_us"]), str(values["installed"]))

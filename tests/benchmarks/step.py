@@ -55,7 +55,7 @@ Rows = dict[str, Array | str]
 PAPER: Final = Path(str(files("models") / "paper.orb"))
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 ROUND: Final = 1000  # calls of one peer before the next has its turn
-STARTS: Final = 9
+STARTS: Final = 21
 COLUMNS: Final = ("frames", "t", "sequence", *LABELLERS, "excluded", "touch")  # one row a frame
 GOALS: Final = {
     "inference_ratio_ort": 0.15,
