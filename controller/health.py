@@ -76,21 +76,34 @@ class Health:
             prepared: By the preprocessor.
             rest: Its rest image; None: not known yet.
         """
+        self.notice(prepared)
+        return self.look(prepared.dead, rest)
+
+    def notice(self, prepared: Prepared) -> None:
+        """Count what the next frame became; the first half of `step`."""
         self._frame += 1
         self._ready |= prepared.ready
         self._busy_run = self._busy_run + 1 if prepared.ready and not prepared.quiet else 0
-        self._notice(prepared.lost, prepared.image.shape)
+        self._count(prepared.lost, prepared.image.shape)
+
+    def look(self, dead: Mask | None, rest: Map | None) -> tuple[str, ...]:
+        """Return what is found, looked for once a second; the second half of `step`.
+
+        Args:
+            dead: Taxels that do not answer to touch.
+            rest: As in `step`.
+        """
         if self._frame % max(1, round(_EVERY_S * self._rate_hz)) == 0:
             told = [
                 *self._leads(),
-                *self._silent(prepared.dead),
+                *self._silent(dead),
                 *self._hands(),
                 *self._drift(rest),
             ]
             self.found = tuple(line[:LETTERS] for line in told[:MOST])
         return self.found
 
-    def _notice(self, lost: Mask | None, shape: tuple[int, ...]) -> None:
+    def _count(self, lost: Mask | None, shape: tuple[int, ...]) -> None:
         """Count for how long leads have been off, and how often."""
         if self._lost_run is None:
             self._lost_run = np.zeros(shape, dtype=np.int64)

@@ -18,9 +18,18 @@ def median(values: NDArray[np.floating], axis: int | None = None) -> Any:
         axis: Along which; None: of all together.
     """
     if axis is None:
-        values, axis = values.ravel(), 0
+        return _of_all(values)
     ordered = np.sort(values, axis=axis)  # NaN comes last
     count = ordered.shape[axis]
     low, high = ordered.take((count - 1) // 2, axis), ordered.take(count // 2, axis)
     last = ordered.take(-1, axis)
     return np.where(np.isnan(last), last, (low + high) / 2)[()]
+
+
+def _of_all(values: NDArray[np.floating]) -> Any:
+    """Return the median of all: a control step asks for two, of numbers in one list."""
+    ordered = np.sort(values, axis=None)
+    count = len(ordered)
+    if np.isnan(ordered[-1]):
+        return ordered[-1]
+    return (ordered[(count - 1) // 2] + ordered[count // 2]) / 2

@@ -194,6 +194,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         os.write(into, data)
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
+        pipeline.look()  # as the device does when the packet is out
     gc.unfreeze()
     os.close(out)
     os.close(into)
