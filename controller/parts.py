@@ -151,8 +151,10 @@ def _ledger(path: Path) -> TextIO:
     Raises:
         LinkError: It exists, or cannot be written.
     """
+    from controller.timekeeper import open_ledger
+
     try:
-        return path.open("x", encoding="utf-8")
+        return open_ledger(path)
     except FileExistsError:
         raise LinkError(f"{path} exists; name another file with --ledger") from None
     except OSError as error:

@@ -86,7 +86,9 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
         heart.stopping()
         sweeper.close()
         if parts.ledger is not None:
-            parts.ledger.close()
+            from controller.timekeeper import close_ledger
+
+            close_ledger(parts.ledger)
 
 
 def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart) -> bool:

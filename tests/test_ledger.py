@@ -2,12 +2,14 @@
 
 import gc
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller import quiet
-from controller.ledger import Digest, Ledger
+from controller.ledger import HOPS, Digest, Ledger
+from controller.timekeeper import Timekeeper, close_ledger, open_ledger
 
 
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
@@ -76,3 +78,37 @@ def test_real_time_is_asked_for_this_thread_alone() -> None:
     asked: list[tuple[int, int]] = []
     assert quiet.real_time(lambda process, policy, parameter: asked.append((process, policy)))
     assert asked == [(0, os.SCHED_FIFO)]
+
+
+def test_a_ledgers_file_has_one_heading_and_a_line_for_each_frame_of_all_sessions(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "ledger.csv"
+    file = open_ledger(path)
+    for _ in range(2):  # sessions
+        keeper = Timekeeper(0.1, lambda pace: None, file=file, clock_ns=lambda: 5_000_000)
+        for frame in (1, 2):
+            keeper.start(0.001)
+            for _ in HOPS[1:]:
+                keeper.mark()
+            keeper.finish(frame)
+        keeper.close()
+    close_ledger(file)
+    heading, *lines = path.read_text().splitlines()
+    assert heading == "frame,wait_ms,scan_ms,prepare_ms,network_ms,decide_ms,send_ms"
+    assert lines == [f"{frame},1.0000" + 5 * ",0.0000" for frame in (1, 2, 1, 2)]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is full")
+def test_a_full_disk_costs_the_ledger_and_nothing_else(caplog: pytest.LogCaptureFixture) -> None:
+    with Path("/dev/full").open("w") as file:
+        keeper = Timekeeper(0.1, lambda pace: None, file=file)
+        for frame in (1, 2):
+            keeper.start(0.0)
+            for _ in HOPS[1:]:
+                keeper.mark()
+            keeper.finish(frame)
+            keeper.idle(float(frame), 0.09, missed=0)
+        keeper.close()
+        close_ledger(file)
+    assert caplog.messages == ["the ledger ends here: No space left on device"]

@@ -58,7 +58,7 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
     proofs = [_in_a_process(path, name) for name in names]
     usable = [proof for proof in proofs if not proof.problem]
     if not usable:
-        raise BundleError("; ".join(proof.problem for proof in proofs))
+        raise BundleError("; ".join(dict.fromkeys(proof.problem for proof in proofs)))
     enough_us = ALIKE * min(proof.step_us for proof in usable)
 
     def rank(proof: Proof) -> tuple[bool, float]:
