@@ -189,8 +189,13 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
     else:
         shelf = Shelf()
         path, engine = shelf.current()
-        bundle = bundles.read(path)
-        proved = path.parent != shelf.folder or path.stem == name_of(bundle)
+        installed = path.parent == shelf.folder
+        try:
+            bundle = bundles.read(path)
+        except bundles.BundleError as error:
+            way_out = "; `controller rollback` goes back to the one before" if installed else ""
+            raise bundles.BundleError(f"{error}{way_out}") from None
+        proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
         own = mappings.read(options.mapping, bundle.labels)

@@ -257,6 +257,19 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
     with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
         install.check_fits(other, shipped)
+    denser = dataclasses.replace(shipped, pitch_mm=5.0)
+    with pytest.raises(BundleError, match="5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
+        install.check_fits(denser, shipped)
+
+
+def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path / "shelf")
+    shelf = Shelf(tmp_path / "shelf")
+    shelf.path(put(shelf, variant(tmp_path, 1))).write_bytes(b"nothing")
+    assert main(["--replay", "none.npz"]) == 2
+    assert "`controller rollback` goes back to the one before" in capsys.readouterr().err
 
 
 def test_a_file_that_is_no_bundle_is_one_sentence(

@@ -31,7 +31,7 @@ def main(argv: Sequence[str]) -> int:
     grammar.add_argument(
         "--other-sensor",
         action="store_true",
-        help="allow another grid or rate than the bundle in use has",
+        help="allow another grid, pitch or rate than the bundle in use has",
     )
     options = grammar.parse_args(argv)
     try:
@@ -52,7 +52,7 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
     Args:
         path: The bundle.
         shelf: Where it will stand.
-        other_sensor: Whether it may be for another grid or rate than the bundle in use.
+        other_sensor: Whether it may be for another grid, pitch or rate than the bundle in use.
         tell: Takes what is found on the way, line by line.
 
     Raises:
@@ -86,13 +86,15 @@ def check_fits(fresh: Bundle, in_use: Bundle) -> None:
     """Refuse a bundle for another sensor.
 
     Raises:
-        BundleError: Its grid or rate is another than that of the bundle in use.
+        BundleError: Its grid, its pitch or its rate is another than that of the bundle in use.
     """
     ours = (in_use.rows, in_use.columns, in_use.rate_hz)
-    if (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
+    pitch = fresh.pitch_mm != in_use.pitch_mm
+    if pitch or (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
         raise BundleError(
-            f"the bundle is for {sensor(fresh)}, and this device has {sensor(in_use)}; "
-            "--other-sensor installs it all the same"
+            f"the bundle is for {sensor(fresh, pitch=pitch)}, and this device has "
+            f"{sensor(in_use, pitch=pitch)}; `controller install --other-sensor` takes it all the "
+            "same"
         )
 
 
