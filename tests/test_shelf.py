@@ -83,7 +83,7 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
         path.write_bytes(other.read_bytes())
         return [proof.Proof("numpy", 50.0, 60.0)]
 
-    monkeypatch.setattr(install.proofs, "prove", prove)
+    monkeypatch.setattr(proof, "prove", prove)
     shelf = Shelf(tmp_path / "shelf")
     with pytest.raises(BundleError, match="has changed while it was proved"):
         install.install(path, shelf, other_sensor=False, tell=lambda _: None)
@@ -258,7 +258,7 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
         install.check_fits(other, shipped)
     denser = dataclasses.replace(shipped, pitch_mm=5.0)
-    with pytest.raises(BundleError, match="5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
+    with pytest.raises(BundleError, match=r"5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
         install.check_fits(denser, shipped)
 
 
