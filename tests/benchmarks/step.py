@@ -17,7 +17,6 @@ bytecode, as installed packages are. Processor time says the same on a busy mach
 """
 
 import argparse
-import gc
 import json
 import os
 import subprocess
@@ -42,6 +41,7 @@ from controller.engines import Network
 from controller.pipeline import Pipeline
 from controller.preprocess import Preprocessor, Window
 from controller.protocol import Numbered, encode
+from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
@@ -175,8 +175,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
     times = np.empty(count)
     for number in range(len(frames) // 4):
         pipeline.step(frames[number], number / bundle.rate_hz)
-    gc.collect()
-    gc.freeze()
+    sweeper = Sweeper()  # garbage is what the device does between frames, too
     origin = time.perf_counter()
     for number in range(count):
         due = origin + number / rate_hz
@@ -195,7 +194,9 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
         pipeline.look()  # as the device does when the packet is out
-    gc.unfreeze()
+        now = time.perf_counter()
+        sweeper.idle(now, origin + (number + 1) / rate_hz - now)
+    sweeper.close()
     os.close(out)
     os.close(into)
     return times / 1e6
