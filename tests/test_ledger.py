@@ -2,6 +2,8 @@
 
 import gc
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import pytest
 from controller import quiet
 from controller.ledger import HOPS, Digest, Ledger
 from controller.timekeeper import Timekeeper, close_ledger, open_ledger
+
+ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 
 
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
@@ -71,6 +75,33 @@ def test_real_time_that_is_not_allowed_is_said_and_done_without(
 
     assert not quiet.real_time(refuse)
     assert "allow it with `ulimit -r 10`" in caplog.text
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="only Linux tells")
+def test_no_product_of_a_step_asks_for_memory_any_more() -> None:
+    program = """
+import sys
+import numpy as np
+from controller import quiet
+
+def pages():
+    return int(open("/proc/self/statm").read().split()[0])
+
+def product():
+    before = pages()
+    np.linalg.solve(np.eye(30) + 1.0, np.ones((30, 30)) @ np.ones((30, 30)))
+    return pages() - before
+
+if "reserved" in sys.argv:
+    quiet.reserve()
+print(product() * 4 // 1024)
+"""
+    grown = [
+        int(subprocess.check_output([sys.executable, "-c", program, word], env=ONE_THREAD))
+        for word in ("reserved", "unprepared")
+    ]
+    assert grown[0] < 2  # MiB
+    assert grown[0] <= grown[1]  # how much it would have been is the library's own affair
 
 
 @pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="this system has no SCHED_FIFO")
