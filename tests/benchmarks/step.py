@@ -12,8 +12,9 @@ the device. Peers that are not installed are reported as missing.
 written into a pipe. `startup`: from the start of the process until it has printed a first command,
 over `import onnxruntime` alone, interleaved, and the resident memory then. The session begins with
 its rest known and a hand on the orb: the command comes with the second frame. All is imported from
-bytecode, as installed packages are. Processor time says the same on a busy machine:
-`startup_cpu_ratio`.
+bytecode, as installed packages are; both have one thread for matrices, as the device has, without
+which `import onnxruntime` takes longer. `-m controller` costs what the installed command does.
+Processor time says the same on a busy machine: `startup_cpu_ratio`.
 """
 
 import argparse
