@@ -1,7 +1,7 @@
-"""The median of a few numbers.
+"""The median and the mean of a few numbers: what NumPy gives, sooner.
 
-`numpy.median` gives the same, but its first call imports all of masked arrays: 6 ms in the middle
-of a control step, at the first touch.
+The first call of `numpy.median` imports all of masked arrays: 6 ms in the middle of a control step,
+at the first touch. `ndarray.mean` goes through NumPy's Python, at three times the cost of the sum.
 """
 
 from typing import Any
@@ -33,3 +33,8 @@ def _of_all(values: NDArray[np.floating]) -> Any:
     if np.isnan(ordered[-1]):
         return ordered[-1]
     return (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
+
+
+def mean(values: NDArray[np.floating]) -> float:
+    """Return the mean of all, to the last bit that of `values.mean()`."""
+    return float(np.add.reduce(values, axis=None) / values.size)
