@@ -37,4 +37,5 @@ def _of_all(values: NDArray[np.floating]) -> Any:
 
 def mean(values: NDArray[np.floating]) -> float:
     """Return the mean of all, to the last bit that of `values.mean()`."""
-    return float(np.add.reduce(values, axis=None) / values.size)
+    total = np.add.reduce(values, axis=None)
+    return float(total.dtype.type(total / values.size))  # NumPy 1 divides to more digits

@@ -224,6 +224,21 @@ def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
     assert proof.prove(SHIPPED)[0].engine == taken
 
 
+def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = {"onnxruntime": iter([75.0, 74.0]), "numpy": iter([150.0, 73.0])}  # busy at first
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        shown = proof.Proof(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
+        return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    first, second = proof.prove(SHIPPED)
+    assert {first.engine: first.step_us, second.engine: second.step_us} == {
+        "onnxruntime": 74.0,
+        "numpy": 73.0,
+    }
+
+
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:
     with pytest.raises(BundleError, match="no engine is named 'abacus'"):
         proof.prove(SHIPPED, ["abacus"])
