@@ -10,7 +10,7 @@ import hashlib
 import stat
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 # Records of the ZIP specification (APPNOTE.TXT 4.3): local header, central header, end.
 _LOCAL = struct.Struct("<4s5H3L2H")
@@ -28,17 +28,23 @@ class ArchiveError(ValueError):
 
 def pack(parts: Mapping[str, bytes]) -> bytes:
     """Return the one zip file that these parts make, in this order."""
-    body, directory = bytearray(), bytearray()
+    return b"".join(_pieces(parts))
+
+
+def _pieces(parts: Mapping[str, bytes]) -> Iterator[bytes]:
+    """Yield that file piece by piece: each part's header and its bytes, then the directory."""
+    directory, offset = bytearray(), 0
     for name, data in parts.items():
         title, crc, size = name.encode(), zlib.crc32(data), len(data)
         common = (_VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980, crc, size, size, len(title), 0)
-        offset = len(body)
-        body += _LOCAL.pack(b"PK\3\4", *common) + title + data
         rest = (0, 0, 0, _FILE, offset)
         directory += _CENTRAL.pack(b"PK\1\2", _UNIX | _VERSION, *common, *rest) + title
-    count = len(parts)
-    end = _END.pack(b"PK\5\6", 0, 0, count, count, len(directory), len(body), 0)
-    return bytes(body + directory + end)
+        header = _LOCAL.pack(b"PK\3\4", *common) + title
+        yield header
+        yield data
+        offset += len(header) + size
+    yield bytes(directory)
+    yield _END.pack(b"PK\5\6", 0, 0, len(parts), len(parts), len(directory), offset, 0)
 
 
 def names(data: bytes) -> tuple[str, ...]:
@@ -78,7 +84,12 @@ def unpack(data: bytes, names: Sequence[str]) -> dict[str, bytes]:
         offset, size = start, _LOCAL.unpack_from(data, offset)[_SIZE]
         parts[name] = data[start : start + size]
         offset += size
-    if pack(parts) != data:
+    at = 0
+    for piece in _pieces(parts):
+        if not data.startswith(piece, at):
+            raise _damaged()
+        at += len(piece)
+    if at != len(data):
         raise _damaged()
     return parts
 

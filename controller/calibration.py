@@ -11,9 +11,9 @@ from typing import Any, Final
 from urllib.parse import quote
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
 
+from controller import folders
 from controller.preprocess import Frame, Known
 
 VERSION: Final = 1
@@ -49,7 +49,7 @@ class Calibration:
 
 def folder() -> Path:
     """Return where calibrations are kept."""
-    return platformdirs.user_state_path("orbtouch", appauthor=False) / "calibrations"
+    return folders.state() / "calibrations"
 
 
 def path(device_id: str, where: Path | None = None) -> Path:

@@ -177,6 +177,7 @@ class Device:
         if self.timekeeper is not None:
             self.timekeeper.mark()
             self.timekeeper.finish(number)
+        self._tell(self.pipeline.look(), round(t_s * 1000))  # nobody waits for that
         return step
 
     def note(self, kind: str, text: str) -> None:
@@ -257,7 +258,6 @@ class Device:
         elif not step.held:
             self._press((), t_ms)
         self.link.send(telemetry(step, rate_hz), t_ms)
-        self._tell(step.health, t_ms)
         self._name(step, t_ms)
         if self._virtual is not None:
             for truth in self._virtual.truths():

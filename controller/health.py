@@ -4,7 +4,6 @@ Frame by frame: taxels that have no lead or feel nothing, rest that drifts and w
 never leaves. It only reports; what keeps play going is `controller.preprocess`. Pure.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -35,13 +34,13 @@ _FILM: Final = 0.3
 _LESS: Final = 0.7  # what was told is told until it is so much less
 
 
-@dataclass(slots=True)
 class _Told:
     """What was last said, so that it is not said and unsaid again and again."""
 
-    common: bool = False
-    lines: frozenset[tuple[str, int]] = frozenset()
-    film: frozenset[int] = frozenset()
+    def __init__(self) -> None:
+        self.common = False
+        self.lines: frozenset[tuple[str, int]] = frozenset()
+        self.film: frozenset[int] = frozenset()
 
 
 class Health:
@@ -77,21 +76,34 @@ class Health:
             prepared: By the preprocessor.
             rest: Its rest image; None: not known yet.
         """
+        self.notice(prepared)
+        return self.look(prepared.dead, rest)
+
+    def notice(self, prepared: Prepared) -> None:
+        """Count what the next frame became; the first half of `step`."""
         self._frame += 1
         self._ready |= prepared.ready
         self._busy_run = self._busy_run + 1 if prepared.ready and not prepared.quiet else 0
-        self._notice(prepared.lost, prepared.image.shape)
+        self._count(prepared.lost, prepared.image.shape)
+
+    def look(self, dead: Mask | None, rest: Map | None) -> tuple[str, ...]:
+        """Return what is found, looked for once a second; the second half of `step`.
+
+        Args:
+            dead: Taxels that do not answer to touch.
+            rest: As in `step`.
+        """
         if self._frame % max(1, round(_EVERY_S * self._rate_hz)) == 0:
             told = [
                 *self._leads(),
-                *self._silent(prepared.dead),
+                *self._silent(dead),
                 *self._hands(),
                 *self._drift(rest),
             ]
             self.found = tuple(line[:LETTERS] for line in told[:MOST])
         return self.found
 
-    def _notice(self, lost: Mask | None, shape: tuple[int, ...]) -> None:
+    def _count(self, lost: Mask | None, shape: tuple[int, ...]) -> None:
         """Count for how long leads have been off, and how often."""
         if self._lost_run is None:
             self._lost_run = np.zeros(shape, dtype=np.int64)

@@ -42,7 +42,11 @@ class Filler:
         square = np.square(grid[:, None] - grid[None]).sum(axis=2)
         self._kernel = np.exp(-square / (2.0 * SMOOTH**2)) + FLOOR
         self._known: dict[bytes, NDArray[np.float64]] = {}
-        self._others: NDArray[np.float64] | None = None
+        # What `_solve` gives for each taxel alone, of one inverse (Rasmussen and Williams, Gaussian
+        # Processes for Machine Learning, equation 5.12): at once, not in the step that needs it.
+        inverse = np.linalg.inv(self._kernel + NOISE * np.eye(rows * columns))
+        self._others = -inverse / np.diag(inverse)[:, None]
+        np.fill_diagonal(self._others, 0.0)
 
     def fill(self, change: Change, broken: Mask) -> Change:
         """Return the change with guesses in place of broken taxels; none where all are broken."""
@@ -54,11 +58,6 @@ class Filler:
 
     def around(self, change: Change) -> Change:
         """Return for every taxel what the others say that it feels."""
-        if self._others is None:
-            taxels = np.eye(change.size, dtype=np.bool_)
-            self._others = np.zeros((change.size, change.size))
-            for own, weights in zip(taxels, self._others, strict=True):
-                weights[~own] = self._solve(own)[0]
         return np.asarray((self._others @ change.ravel()).reshape(self._shape))
 
     def _weights(self, broken: Mask) -> NDArray[np.float64]:

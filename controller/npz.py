@@ -10,9 +10,6 @@ import math
 import os
 import re
 import stat
-import struct
-import zipfile
-import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,21 +18,18 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.unzip import DEFLATED, PIECE, STORED, Reader, ZipError, directory
+
 Arrays = dict[str, NDArray[Any]]
 Shape = tuple[tuple[int, ...], np.dtype[Any]]
 Header = tuple[tuple[int, ...], np.dtype[Any], bool]
-Member = tuple[str, IO[bytes], int]
+Member = tuple[str, Reader, int]
 
 MAX_MEMBERS: Final = 256  # arrays in one file; ours have some thirty
 MAX_HEADER: Final = 4096  # bytes of an array's header; NumPy's have 118
 MAX_DIMENSIONS: Final = 8  # weights of a 3D convolution have five
 
-# The zip directory is read in one piece, with 46 bytes and a name for each array, and so is the
-# end of the file, with a comment of up to 64 KiB; all else we ask for piece by piece.
-_PIECE: Final = 128 << 10
 _NAME: Final = re.compile(r"\w[\w.-]{0,199}")
-_LOCAL_HEADER: Final = 30  # bytes before each member's name: ZIP specification, 4.3.7
-_METHODS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # the others unpack without bounds
 _FLAGS: Final = 0x80E  # deflate's effort, sizes after the data, UTF-8: no encryption, no patches
 _HEADER: Final = re.compile(
     rb"\{\s*'descr':\s*'([^'\\]{1,16})',\s*'fortran_order':\s*(True|False),"
@@ -43,11 +37,8 @@ _HEADER: Final = re.compile(
 )
 _PLAIN: Final = re.compile(r"[<>|=]?[biufcSU][1-9][0-9]{0,9}")  # truth, numbers and texts
 
-# What zipfile, zlib and NumPy are known to raise on bytes that are no archive.
-_DAMAGE: Final = (
-    zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, RuntimeError, ValueError,
-    KeyError, IndexError, TypeError, OverflowError, EOFError,
-)  # fmt: skip
+# What NumPy is known to raise on what is no array.
+_DAMAGE: Final = (ValueError, KeyError, IndexError, TypeError, OverflowError, RuntimeError)
 
 
 class NpzError(ValueError):
@@ -103,10 +94,9 @@ def _archive(source: Path | bytes, limit_bytes: int) -> Iterator[Iterator[Member
         if size == 0:
             raise NpzError("is empty")
         try:
-            with zipfile.ZipFile(_Pieces(file)) as archive:
-                yield _members(archive, limit_bytes)
-        except NpzError:
-            raise
+            yield _members(file, limit_bytes)
+        except (NpzError, ZipError) as error:
+            raise NpzError(str(error)) from None
         except MemoryError:
             raise NpzError("needs more memory than there is") from None
         except _DAMAGE:
@@ -122,64 +112,36 @@ def _open(path: Path) -> IO[bytes]:
     return os.fdopen(handle, "rb")
 
 
-class _Pieces(io.RawIOBase):
-    """A file of which no more than a piece is read at once, whatever a zip directory claims."""
-
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
-
-    def read(self, size: int = -1) -> bytes:
-        data = self._file.read(min(size, _PIECE + 1) if size >= 0 else _PIECE + 1)
-        if len(data) > _PIECE:
-            raise NpzError(f"has a zip directory of more than the {_PIECE} bytes allowed")
-        return data
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def seekable(self) -> bool:
-        return True
-
-    def readable(self) -> bool:
-        return True
-
-
-def _members(archive: zipfile.ZipFile, limit_bytes: int) -> Iterator[Member]:
+def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
     """Yield (name, stream, size) of each array, after what the directory says of all is checked."""
-    members = archive.infolist()
-    total = sum(member.file_size for member in members)
+    members, start = directory(file)
+    total = sum(member.size for member in members)
     if total > limit_bytes or len(members) > MAX_MEMBERS:
         raise NpzError(
             f"unpacks to {total} bytes in {len(members)} arrays, more than the {limit_bytes} "
             f"bytes and {MAX_MEMBERS} arrays allowed"
         )
-    names = [member.orig_filename.removesuffix(".npy") for member in members]
+    names = [member.name.removesuffix(".npy") for member in members]
     for name, member in zip(names, members, strict=True):
         # A name never becomes a path, but it may well be printed.
-        if f"{name}.npy" != member.orig_filename or not _NAME.fullmatch(name):
-            raise NpzError(
-                f"holds {member.orig_filename[:80]!r} where arrays of plain names belong"
-            )
-        if member.compress_type not in _METHODS or member.flag_bits & ~_FLAGS:
+        if f"{name}.npy" != member.name or not _NAME.fullmatch(name):
+            raise NpzError(f"holds {member.name[:80]!r} where arrays of plain names belong")
+        if member.method not in (STORED, DEFLATED) or member.flags & ~_FLAGS:
             raise NpzError(f"holds {name!r} encrypted, or packed by another method than deflate")
     if len(set(names)) < len(names):
         raise NpzError("holds two arrays of one name")
     end = 0
-    for member in sorted(members, key=lambda member: member.header_offset):
-        if member.header_offset < end:
+    for member in sorted(members, key=lambda member: member.offset):
+        if member.offset < end:
             raise NpzError("holds arrays that share their bytes")
-        end = member.header_offset + _LOCAL_HEADER + member.compress_size
-    if end > archive.start_dir:
+        end = member.end
+    if end > start:
         raise NpzError("holds arrays that are longer than the file")
     for name, member in zip(names, members, strict=True):
-        with archive.open(member) as stream:
-            yield name, stream, member.file_size
+        yield name, Reader(file, member), member.size
 
 
-def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Header:
+def _header(name: str, stream: Reader, limit_bytes: int) -> Header:
     """Return shape, dtype, and whether columns come first; the stream is then at the data.
 
     NumPy would evaluate the header as Python's own text; ours is matched against the one form
@@ -209,17 +171,15 @@ def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Header:
     return shape, dtype, order == "True"
 
 
-def _array(name: str, stream: IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
+def _array(name: str, stream: Reader, size: int, limit_bytes: int) -> NDArray[Any]:
     """Return one array whose header and data agree in size; `size` is of both."""
     shape, dtype, fortran = _header(name, stream, limit_bytes)
     count = math.prod(shape) * dtype.itemsize
     if stream.tell() + count != size:
         raise NpzError(f"holds {name!r} with data that does not fit its shape")
     data = np.empty(count, dtype=np.uint8)
-    for start in range(0, count, _PIECE):
-        piece = stream.read(min(_PIECE, count - start))
+    for start in range(0, count, PIECE):
+        piece = stream.read(min(PIECE, count - start))
         data[start : start + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
-        if len(piece) < min(_PIECE, count - start):
-            raise NpzError("is not a whole .npz archive")
     array: NDArray[Any] = np.ndarray(shape, dtype, data, order="F" if fortran else "C")
     return array.copy() if fortran else array

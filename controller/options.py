@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import re
 import time
 from pathlib import Path
@@ -20,7 +21,7 @@ def parser() -> argparse.ArgumentParser:
         "`controller teach --help` gathers examples of your own gestures, and what was recorded is "
         "looked after by `controller recordings --help`.",
         epilog="Try it without hardware: controller --sensor virtual --link -",
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+        formatter_class=_formatter,
     )
     add = grammar.add_argument
     add(
@@ -172,6 +173,18 @@ def parser() -> argparse.ArgumentParser:
         help="ask the system to wake the loop before all ordinary programs",
     )
     return grammar  # fmt: skip
+
+
+def _formatter(prog: str) -> argparse.HelpFormatter:
+    """Return what formats help; argparse asks for one for each option that is added.
+
+    It would import what packs archives (`shutil`) to learn how wide the terminal is.
+    """
+    try:
+        columns = int(os.environ.get("COLUMNS") or os.get_terminal_size().columns)
+    except (OSError, ValueError):
+        columns = 80
+    return argparse.HelpFormatter(prog, max_help_position=18, width=max(columns, 20) - 2)
 
 
 def _seed(words: str) -> int:

@@ -33,7 +33,7 @@ from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
 from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
-from controller.shelf.shelf import Shelf
+from controller.shelf.shelf import Shelf, name_of
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -102,7 +102,7 @@ class Parts:
 def prepare(options: Namespace) -> Parts:
     """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
     _exclude(options)
-    bundle, engine, mapping = _deployed(options)
+    bundle, engine, mapping, proved = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
@@ -110,7 +110,7 @@ def prepare(options: Namespace) -> Parts:
 
         plan = taping.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine)
+    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
         runs = taping.runs(options)
@@ -151,8 +151,10 @@ def _ledger(path: Path) -> TextIO:
     Raises:
         LinkError: It exists, or cannot be written.
     """
+    from controller.timekeeper import open_ledger
+
     try:
-        return path.open("x", encoding="utf-8")
+        return open_ledger(path)
     except FileExistsError:
         raise LinkError(f"{path} exists; name another file with --ledger") from None
     except OSError as error:
@@ -166,25 +168,40 @@ def renew(parts: Parts) -> Parts:
         BundleError, MappingError, ...: One of our errors; the old parts are as they were.
     """
     options = parts.options
-    bundle, engine, mapping = _deployed(options)
+    bundle, engine, mapping, proved = _deployed(options)
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine)
+    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     if isinstance(parts.link, Renewable):
         parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
 
-def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping]:
-    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean."""
-    path, engine = (options.bundle, "") if options.bundle is not None else Shelf().current()
-    bundle = bundles.read(path)
+def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
+    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean.
+
+    At last whether these very bytes were asked all golden questions before: by `controller install`
+    if they are the shelf's, by those who released the program if it is the bundle that ships.
+    """
+    if options.bundle is not None:
+        path, engine, proved = options.bundle, "", False
+        bundle = bundles.read(path)
+    else:
+        shelf = Shelf()
+        path, engine = shelf.current()
+        installed = path.parent == shelf.folder
+        try:
+            bundle = bundles.read(path)
+        except bundles.BundleError as error:
+            way_out = "; `controller rollback` goes back to the one before" if installed else ""
+            raise bundles.BundleError(f"{error}{way_out}") from None
+        proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
         own, people = mappings.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
-    return bundle, engine, mapping
+    return bundle, engine, mapping, proved
 
 
 def _exclude(options: Namespace) -> None:
@@ -392,26 +409,24 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    same = isinstance(sensor, RecordedSensor) and sensor.source.origin.bundle == bundle.hash
-    if isinstance(sensor, RecordedSensor) and same:
-        user = sensor.source.origin.user  # as it was said then
-    pipeline = Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
-    if isinstance(sensor, RecordedSensor) and same:
-        state = sensor.source.state
-        if set(state) | set(LATER) != set(pipeline.state()):
-            _log.warning("another version of this program recorded this: it is replayed from rest")
-            return pipeline
-        try:
-            pipeline.restore(state)
-        except ValueError as error:
-            raise Mistake(f"the recording cannot be replayed: {error}") from None
+    if not isinstance(sensor, RecordedSensor):
+        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
+    source = sensor.source
+    if source.origin.bundle != bundle.hash:
+        return Pipeline(bundle, recognizer, mapping, None, user)
+    pipeline = Pipeline(bundle, recognizer, mapping, None, source.origin.user)  # as it was said
+    if set(source.state) | set(LATER) != set(pipeline.state()):
+        _log.warning("another version of this program recorded this: it is replayed from rest")
+        return pipeline
+    try:
+        pipeline.restore(source.state)
+    except ValueError as error:
+        raise Mistake(f"the recording cannot be replayed: {error}") from None
     return pipeline
 
 
 def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
-    """Return what a calibration of this sensor found; a recording begins as it began."""
-    if isinstance(sensor, RecordedSensor):
-        return None
+    """Return what a calibration of this sensor found."""
     from controller import calibration
 
     kept = calibration.load(sensor.device_id)

@@ -58,7 +58,6 @@ class Step:
         gesture: The label that fired in this frame.
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
-        health: What is not as it should be with the sensor, worst first.
         sigma: Deviation of the touch from where it truly is, of each axis, grid units; None where
             there is no touch, or nobody measured it.
         user: Who touched last, "" if that is not known.
@@ -75,7 +74,6 @@ class Step:
     gesture: str | None
     held: str
     command: CommandRecord | None
-    health: tuple[str, ...] = ()
     sigma: float | None = None
     user: str = ""
     confidence: float = 0.0
@@ -148,6 +146,7 @@ class Pipeline:
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
+        self._dead: NDArray[np.bool_] | None = None  # taxels that do not answer
         self.mark: Callable[[], None] = _unmarked  # called at the end of each stage, see `ledger`
 
     def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
@@ -183,12 +182,21 @@ class Pipeline:
         if self._witness is not None:
             self._watch(self._witness, held, window, busy=bool(probabilities[NULL] < 0.5))
         image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
-        health = self._health.step(prepared, self._preprocessor.resting)
+        self._health.notice(prepared)
+        self._dead = prepared.dead
         self.mark()
         return Step(
             self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            health, sigma, self.user, self.confidence,
+            sigma, self.user, self.confidence,
         )  # fmt: skip
+
+    def look(self) -> tuple[str, ...]:
+        """Return what is not as it should be with the sensor, worst first.
+
+        Once a second it is looked for anew, as `controller/health.py` says. That is for after a
+        frame, when what it gave is on its way: nobody waits for it.
+        """
+        return self._health.look(self._dead, self._preprocessor.resting)
 
     @property
     def user(self) -> str:

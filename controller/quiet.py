@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable
 from typing import Final
 
+import numpy as np
+
 PRIORITY: Final = 10  # of SCHED_FIFO; the kernel's own threads have 50 and more
 SWEEP_S: Final = 5.0  # between two collections
 _SLACK_S: Final = 0.02  # a collection of young objects takes less than 1 ms; there is room for 20
@@ -36,6 +38,16 @@ class Sweeper:
         """Let Python collect by itself again."""
         gc.enable()
         gc.unfreeze()
+
+
+def reserve() -> None:
+    """Let what multiplies matrices for NumPy ask for its memory: 32 MiB of addresses, once.
+
+    It does so at its first product, which would be in the middle of a step, and where they are not
+    to be had it does not raise but ends the process.
+    """
+    square = np.ones((64, 64))
+    np.matmul(square, square)
 
 
 def real_time(schedule: Schedule | None = _SCHEDULE) -> bool:

@@ -22,7 +22,7 @@ from controller.mistake import Mistake
 from controller.options import PRINT, parser
 from controller.parts import Parts, open_device, prepare, renew
 from controller.parts import clerk as parts_clerk
-from controller.quiet import Sweeper, real_time
+from controller.quiet import Sweeper, real_time, reserve
 from controller.service.notify import Heart
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
     if printing and replaying:
         _replay(open_device(parts, 1), lambda: bool(ends))
         return
+    reserve()
     if parts.options.realtime:
         real_time()
     heart = Heart()
@@ -86,7 +87,9 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
         heart.stopping()
         sweeper.close()
         if parts.ledger is not None:
-            parts.ledger.close()
+            from controller.timekeeper import close_ledger
+
+            close_ledger(parts.ledger)
 
 
 def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart) -> bool:

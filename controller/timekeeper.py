@@ -7,14 +7,14 @@ file is written. Nothing here waits, and memory does not grow.
 
 import contextlib
 import json
+import logging
 import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final, TextIO
 
-import platformdirs
-
+from controller import folders
 from controller.ledger import HOPS, Digest, Ledger
 from controller.protocol import Hop, Pace
 from controller.quiet import Sweeper
@@ -22,6 +22,8 @@ from controller.quiet import Sweeper
 TELL_S: Final = 1.0  # between two reports
 _SLACK_S: Final = 0.01  # nothing is done between frames that are nearer than this
 _LINES: Final = 256  # of the ledger's file, until they are written
+
+_log = logging.getLogger("controller")
 
 Tell = Callable[[Pace], object]
 
@@ -59,8 +61,6 @@ class Timekeeper:
         self._at = 0
         self._lines: list[str] = []
         self._told_s = 0.0
-        if file is not None:
-            file.write(f"frame,{','.join(f'{hop}_ms' for hop in HOPS)}\n")
 
     def start(self, late_s: float) -> None:
         """Begin a frame that was due so long ago."""
@@ -119,7 +119,8 @@ class Timekeeper:
             try:
                 self._file.writelines(self._lines)
                 self._file.flush()
-            except OSError:
+            except OSError as error:
+                _log.warning("the ledger ends here: %s", error.strerror or error)
                 self._file = None
         self._lines.clear()
 
@@ -143,6 +144,23 @@ class Timekeeper:
             self._status = None  # nobody can ask, and the orb goes on
 
 
+def open_ledger(path: Path) -> TextIO:
+    """Return a new file for each frame's hops, which is headed.
+
+    Raises:
+        OSError: It exists, or cannot be written.
+    """
+    file = path.open("x", encoding="utf-8")
+    file.write(f"frame,{','.join(f'{hop}_ms' for hop in HOPS)}\n")
+    return file
+
+
+def close_ledger(file: TextIO) -> None:
+    """Close it; what a full disk does not take is lost, and was told."""
+    with contextlib.suppress(OSError):
+        file.close()
+
+
 def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
     """Return a digest as the message for the host."""
     return Pace(period_s * 1000, missed, tuple(Hop(d.hop, d.p50, d.p95, d.p99) for d in digest))
@@ -151,7 +169,7 @@ def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
 def status_folders() -> list[Path]:
     """Return where running controllers tell how they are: the service, then the user's own."""
     own = os.environ.get("XDG_RUNTIME_DIR", "")
-    state = platformdirs.user_state_path("orbtouch", appauthor=False)
+    state = folders.state()
     return [Path("/run/orbtouch"), Path(own) / "orbtouch" if own else state]
 
 

@@ -30,7 +30,7 @@ from controller.record import record
 NETWORK: Final = "user.onnx"  # a part of the bundle
 MOST: Final = 32  # people in a bundle
 ANYBODY: Final = 0  # the network's output for people who are not enrolled
-_NAME: Final = re.compile(r"[A-Za-z0-9]{1,40}")  # as recordings name people, and fits a packet
+_NAME: Final = r"[A-Za-z0-9]{1,40}"  # as recordings name people, and fits a packet
 _RANGES: Final[dict[str, tuple[float, float]]] = {
     "temperature": (0.01, 100.0),
     "accept": (0.0, 1.0),
@@ -127,7 +127,7 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
             "update one"
         )
     names = _words(table, "names", None)
-    if not 1 <= len(names) <= MOST or not all(_NAME.fullmatch(name) for name in names):
+    if not 1 <= len(names) <= MOST or not all(re.fullmatch(_NAME, name) for name in names):
         raise UsersError(f"names {names!r} as users; expected are 1 to {MOST} of letters, digits")
     if len({name.lower() for name in names}) < len(names):
         raise UsersError(f"names {names!r} as users, two of them alike")

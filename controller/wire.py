@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields
 from itertools import groupby
 from math import isfinite
 from typing import Any, NamedTuple, Protocol, cast
@@ -166,11 +165,11 @@ def many(item: Field, limit: int) -> Field:
 class Record:
     """A dataclass as bytes, field by field; numbers side by side go through one struct."""
 
-    def __init__(self, make: type, kinds: Sequence[Kind]) -> None:
+    def __init__(self, make: Any, kinds: Sequence[Kind]) -> None:
         """Join the dataclass `make` with the kinds of its fields, in their order."""
         self._make = make
         self._steps: list[_Numbers | _Single] = []
-        named = zip([field.name for field in fields(make)], kinds, strict=True)
+        named = zip(make.__match_args__, kinds, strict=True)
         for are_numbers, group in groupby(named, lambda pair: isinstance(pair[1], Number)):
             if are_numbers:
                 self._steps.append(_Numbers(cast(list[tuple[str, Number]], list(group))))

@@ -12,7 +12,7 @@ import pytest
 
 from controller import bundle, npz
 from controller.bundle import BundleError
-from controller.recognizer import Recognizer
+from controller.recognizer import A_FEW, Recognizer
 from controller.touch import Spread
 
 SHIPPED = bundle.default_path()
@@ -201,6 +201,26 @@ def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -
     )
     with pytest.raises(BundleError, match="location network answers differently"):
         Recognizer(dataclasses.replace(shipped, golden=golden))
+
+
+def test_a_bundle_that_was_proved_before_is_asked_some_of_its_questions() -> None:
+    shipped = bundle.read(SHIPPED)
+
+    def wrong(first: int, last: int) -> bundle.Bundle:
+        """A bundle some of whose golden answers are not what its network says."""
+        answers = shipped.golden.probabilities.copy()
+        answers[first:last] += np.float32(2e-4)
+        golden = dataclasses.replace(shipped.golden, probabilities=answers)
+        return dataclasses.replace(shipped, golden=golden)
+
+    many = len(shipped.golden.windows)
+    assert many >= 2 * A_FEW
+    for damaged in (wrong(0, 1), wrong(many // 2, many), wrong(0, many)):
+        with pytest.raises(BundleError, match="gesture network answers differently"):
+            Recognizer(damaged, proved=True)
+    Recognizer(wrong(1, 2), proved=True)
+    with pytest.raises(BundleError, match="gesture network answers differently"):
+        Recognizer(wrong(1, 2))
 
 
 def test_a_model_that_is_none_is_refused() -> None:

@@ -1,5 +1,6 @@
 """A bundle over the link: piece by piece, through losses and cuts, proved while play goes on."""
 
+import errno
 import hashlib
 import tempfile
 from collections.abc import Callable
@@ -183,6 +184,14 @@ def test_a_bundle_that_fails_its_proof_changes_nothing_and_the_host_hears_why(
     assert "answers differently" in outcome.told
     assert not clerk.switched
     assert hand_over(clerk, b"another").state == DECLINED  # and it takes the next one
+
+
+def test_an_orb_whose_disk_is_full_says_so_in_words(tmp_path: Path) -> None:
+    def install(path: Path) -> str:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    outcome = hand_over(Clerk(Intake(tmp_path), install), b"bundle")
+    assert outcome == Delivery(DECLINED, 0, "the orb cannot keep it: No space left on device")
 
 
 def test_the_courier_says_what_the_orb_said() -> None:

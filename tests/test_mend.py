@@ -34,6 +34,24 @@ def test_a_taxel_is_filled_in_from_those_around_it() -> None:
     np.testing.assert_array_equal(filled[~mask], change[~mask])
 
 
+@pytest.mark.parametrize(("rows", "columns"), [(5, 5), (3, 7), (1, 4)])
+def test_what_all_others_say_is_what_each_taxel_would_be_filled_with(
+    rows: int, columns: int
+) -> None:
+    filler = Filler(rows, columns)
+    change = np.random.default_rng(2).normal(0.0, 0.1, (rows, columns))
+    around = filler.around(change)
+    for place in np.ndindex(rows, columns):
+        mask = np.zeros((rows, columns), dtype=np.bool_)
+        mask[place] = True
+        assert around[place] == pytest.approx(filler.fill(change, mask)[place], abs=1e-12)
+
+
+def test_a_large_sensor_is_ready_at_once() -> None:
+    """It took a minute of the first touch when each taxel was solved for by itself."""
+    assert Filler(30, 30).around(np.zeros((30, 30))).shape == (30, 30)
+
+
 def test_a_whole_row_is_filled_in_from_the_others() -> None:
     change, mask = dent(3.0, 2.5), broken(*((2, column) for column in range(5)))
     filled = Filler(5, 5).fill(np.where(mask, 0.0, change), mask)

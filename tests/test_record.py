@@ -74,6 +74,18 @@ def test_record_looks_like_the_dataclass_that_it_would_be() -> None:
     assert not hasattr(one, "__dict__")
 
 
+def test_record_and_its_heir_are_asked_for_their_fields_in_any_order() -> None:
+    for order in ((0, 1), (1, 0)):
+        base = record(type("Base", (), {"__annotations__": {"x": float}}))
+        heir = record(type("Heir", (base,), {"__annotations__": {"z": float}, "z": 1.0}))
+        asked: list[Any] = [base, heir]
+        for which in order:
+            fields(asked[which])
+        assert [f.name for f in fields(base)] == ["x"]
+        assert [f.name for f in fields(heir)] == ["x", "z"]
+        assert replace(heir(2.0), x=3.0) == heir(3.0, 1.0)
+
+
 def test_secret_is_not_shown() -> None:
     assert repr(Secret("orb", "1234")) == "Secret(name='orb')"
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from controller import bundle as bundles
+from controller import options, parts
 from controller.__main__ import main
 from controller.bundle import Bundle, BundleError
 from controller.shelf import install, models, proof, rollback
@@ -71,6 +72,38 @@ def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
         (tmp_path / RECORD).write_text(text)
         with pytest.raises(BundleError, match="remove it to go back"):
             shelf.current()
+
+
+def test_a_file_that_changes_while_it_is_proved_is_not_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, other = variant(tmp_path, 1), variant(tmp_path, 2)
+
+    def prove(path: Path) -> list[proof.Proof]:
+        path.write_bytes(other.read_bytes())
+        return [proof.Proof("numpy", 50.0, 60.0)]
+
+    monkeypatch.setattr(proof, "prove", prove)
+    shelf = Shelf(tmp_path / "shelf")
+    with pytest.raises(BundleError, match="has changed while it was proved"):
+        install.install(path, shelf, other_sensor=False, tell=lambda _: None)
+    assert shelf.current() == (SHIPPED, "")
+
+
+@pytest.mark.parametrize(("words", "asked"), [((), True), (("--bundle", str(SHIPPED)), False)])
+def test_what_was_installed_or_ships_is_not_asked_everything_again(
+    words: tuple[str, ...], asked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path)
+
+    def proved() -> bool:
+        return parts._deployed(options.parser().parse_args(words))[-1]
+
+    assert proved() is asked
+    name = put(Shelf(tmp_path), variant(tmp_path, 1))
+    assert proved() is asked
+    (tmp_path / f"{name}.orb").write_bytes(SHIPPED.read_bytes())  # another under its name
+    assert not proved()
 
 
 class PowerCutError(Exception):
@@ -191,6 +224,21 @@ def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
     assert proof.prove(SHIPPED)[0].engine == taken
 
 
+def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = {"onnxruntime": iter([75.0, 74.0]), "numpy": iter([150.0, 73.0])}  # busy at first
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        shown = proof.Proof(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
+        return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    first, second = proof.prove(SHIPPED)
+    assert {first.engine: first.step_us, second.engine: second.step_us} == {
+        "onnxruntime": 74.0,
+        "numpy": 73.0,
+    }
+
+
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:
     with pytest.raises(BundleError, match="no engine is named 'abacus'"):
         proof.prove(SHIPPED, ["abacus"])
@@ -224,6 +272,19 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
     with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
         install.check_fits(other, shipped)
+    denser = dataclasses.replace(shipped, pitch_mm=5.0)
+    with pytest.raises(BundleError, match=r"5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
+        install.check_fits(denser, shipped)
+
+
+def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path / "shelf")
+    shelf = Shelf(tmp_path / "shelf")
+    shelf.path(put(shelf, variant(tmp_path, 1))).write_bytes(b"nothing")
+    assert main(["--replay", "none.npz"]) == 2
+    assert "`controller rollback` goes back to the one before" in capsys.readouterr().err
 
 
 def test_a_file_that_is_no_bundle_is_one_sentence(

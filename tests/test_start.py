@@ -10,8 +10,8 @@ SPARED = """
     controller.recordings.writer controller.runs controller.sensors.virtual controller.shelf.clerk
     controller.shelf.files controller.shelf.install controller.simulator controller.tape
     controller.taping controller.teaching controller.timekeeper controller.vocabulary
-    importlib.metadata importlib.resources numpy.ma numpy.random socket subprocess serial
-    onnxruntime
+    importlib.metadata importlib.resources numpy.ma numpy.random onnxruntime platformdirs random
+    serial socket subprocess tempfile
 """
 PROGRAM = """
 import sys

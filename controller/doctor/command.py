@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import platformdirs
 
 from controller import bundle as bundles
-from controller import sensors
+from controller import folders, sensors
 from controller.doctor import guided, leads, loopback, machine, probe, skin
 from controller.doctor.verdict import Row, Verdict, faulty, table
 from controller.doctor.watch import Hand, OwnHand, Person, Watch
@@ -86,7 +85,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     """
     real = options.sensor == REAL
     yield from machine.libraries(options.bundle, pi=real)
-    yield machine.disk(Path(platformdirs.user_state_dir("orbtouch")))
+    yield machine.disk(folders.state())
     yield machine.clock()
     if real:
         yield from machine.permissions()

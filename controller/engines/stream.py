@@ -11,7 +11,6 @@ Everything is laid out when the network is opened; an answer allocates next to n
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from math import prod
 from typing import Final
 
@@ -61,37 +60,38 @@ def network(model: bytes, graph: Graph) -> Network:
 # --- the beginning of a network that looks at a window: convolutions, slice by slice ---
 
 
-@dataclass
 class _Layer:
     """One convolution over time, and what it remembers.
 
     Attributes:
-        weights: (maps, taps + 1); the last column is the bias.
         period: Frames after which its slices have moved by one.
-        taps: Which numbers of the input each output sees, (slices, taps + 1, places).
-        again: The slices that are computed for every frame; the others are remembered.
         relu: Whether what is negative becomes 0.
+        size: Numbers in a slice.
         memory: For each frame of a period the slices as they are, flat, then a 0 and a 1.
         filled: For each of them the frame at which that was.
     """
 
-    weights: Values
-    period: int
-    taps: Indices
-    again: Indices
-    relu: bool
-    memory: list[Values] = field(default_factory=list)
-    filled: list[int] = field(default_factory=list)
+    def __init__(
+        self, weights: Values, period: int, taps: Indices, again: Indices, *, relu: bool
+    ) -> None:
+        """Lay it out.
 
-    def __post_init__(self) -> None:
-        slices, _, places = self.taps.shape
-        self.size = len(self.weights) * places
-        self.memory = [_memory(slices * self.size) for _ in range(self.period)]
-        self.filled = [-self.period] * self.period
-        shape = (slices, len(self.weights), places)
+        Args:
+            weights: (maps, taps + 1); the last column is the bias.
+            period: As the attribute.
+            taps: Which numbers of the input each output sees, (slices, taps + 1, places).
+            again: The slices that are computed for every frame; the others are remembered.
+            relu: As the attribute.
+        """
+        self.period, self.relu = period, relu
+        slices, _, places = taps.shape
+        self.size = len(weights) * places
+        self.memory = [_memory(slices * self.size) for _ in range(period)]
+        self.filled = [-period] * period
+        shape = (slices, len(weights), places)
         self._slices = [memory[:-2].reshape(shape) for memory in self.memory]
-        self._all = _Work(self.weights, self.taps, np.arange(slices))
-        self._new = _Work(self.weights, np.ascontiguousarray(self.taps[self.again]), self.again)
+        self._all = _Work(weights, taps, np.arange(slices))
+        self._new = _Work(weights, np.ascontiguousarray(taps[again]), again)
 
     def step(self, before: Values, frame: int) -> Values:
         """Return the slices of a frame, flat, from those of the layer before."""
@@ -264,7 +264,7 @@ def _layer(
     known = set(inside) & {q - 1 for q in inside}
     again = np.array([q for q in range(out[0]) if q not in known], dtype=np.intp)
     matrix = _matrix(weights, graph, node)
-    layer = _Layer(matrix, period * stride, np.ascontiguousarray(taps), again, relu)
+    layer = _Layer(matrix, period * stride, np.ascontiguousarray(taps), again, relu=relu)
     return layer, (inside[0], inside[-1]) if inside else (0, -1)
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.events import Event
 from controller.pipeline import CommandRecord, Touch
 from controller.record import record
 from controller.recordings import meta
@@ -280,6 +279,8 @@ def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
     """Return what a simulation knew; None for a recording of the world."""
     if "true_touch" not in arrays:
         return None
+    from controller.events import Event
+
     touch = _array(arrays, "true_touch", np.float32, (count, 2))
     contact = _array(arrays, "true_contact", np.float32, (count, -1, 3))
     onset = _array(arrays, "event_onset", np.float64, (-1,))

@@ -6,8 +6,10 @@ said of the frames is kept apart by who said it: `label` is what is held for tru
 and `cue` are what the label button, the keyboard and the cues said at the time.
 """
 
+from __future__ import annotations
+
 from dataclasses import field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +17,15 @@ from numpy.typing import NDArray
 from controller import __version__
 from controller.bundle import RATE_TOLERANCE as RATE_TOLERANCE
 from controller.bundle import Bundle
-from controller.events import Event
 from controller.labelling import UNKNOWN as UNKNOWN
 from controller.median import median
 from controller.mistake import Mistake
 from controller.pipeline import CommandRecord
 from controller.preprocess import State
 from controller.record import record
+
+if TYPE_CHECKING:
+    from controller.events import Event
 
 SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
 PICOFARAD: Final = "pF"

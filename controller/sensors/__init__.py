@@ -137,7 +137,8 @@ class RecordedSensor(Sensor, Protocol):
 
 def names() -> list[str]:
     """Return the names of all sensors that there are."""
-    return sorted(file.stem for file in Path(__file__).parent.glob("[!_]*.py"))
+    files = Path(__file__).parent.iterdir()
+    return sorted(file.stem for file in files if file.suffix == ".py" and file.name[0] != "_")
 
 
 def load(name: str, options: SensorOptions) -> Sensor:

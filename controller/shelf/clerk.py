@@ -70,7 +70,10 @@ class Clerk:
     def _do(self, work: Callable[[], str]) -> None:
         try:
             told = work()
-        except (BundleError, ValueError, OSError) as error:
+        except (BundleError, ValueError) as error:
             self._outcome = Delivery(DECLINED, 0, str(error)[:400])
+        except OSError as error:
+            told = f"the orb cannot keep it: {error.strerror or error}"
+            self._outcome = Delivery(DECLINED, 0, told[:400])
         else:
             self._outcome = Delivery(IN_USE, 0, told[:400])

@@ -1,6 +1,7 @@
 """`controller install`: prove a bundle on this device and take it into use."""
 
 import argparse
+import hashlib
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -30,7 +31,7 @@ def main(argv: Sequence[str]) -> int:
     grammar.add_argument(
         "--other-sensor",
         action="store_true",
-        help="allow another grid or rate than the bundle in use has",
+        help="allow another grid, pitch or rate than the bundle in use has",
     )
     options = grammar.parse_args(argv)
     try:
@@ -51,7 +52,7 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
     Args:
         path: The bundle.
         shelf: Where it will stand.
-        other_sensor: Whether it may be for another grid or rate than the bundle in use.
+        other_sensor: Whether it may be for another grid, pitch or rate than the bundle in use.
         tell: Takes what is found on the way, line by line.
 
     Raises:
@@ -71,8 +72,11 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
             f"a step takes {best.worst_us / 1000:.1f} ms on this device, longer than the "
             f"{period_us / 1000:.1f} ms from frame to frame; train a smaller network"
         )
+    data = path.read_bytes()
+    if hashlib.sha256(data).hexdigest() != fresh.hash:
+        raise BundleError(f"{path} has changed while it was proved; install it once more")
     entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
-    record = shelf.install(path.read_bytes(), entry)
+    record = shelf.install(data, entry)
     back = called(record.previous)
     back = back and f"; `controller rollback` goes back to {back}"
     return f"{entry.name} is in use with {best.engine}{back}"
@@ -82,13 +86,15 @@ def check_fits(fresh: Bundle, in_use: Bundle) -> None:
     """Refuse a bundle for another sensor.
 
     Raises:
-        BundleError: Its grid or rate is another than that of the bundle in use.
+        BundleError: Its grid, its pitch or its rate is another than that of the bundle in use.
     """
     ours = (in_use.rows, in_use.columns, in_use.rate_hz)
-    if (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
+    pitch = fresh.pitch_mm != in_use.pitch_mm
+    if pitch or (fresh.rows, fresh.columns, fresh.rate_hz) != ours:
         raise BundleError(
-            f"the bundle is for {sensor(fresh)}, and this device has {sensor(in_use)}; "
-            "--other-sensor installs it all the same"
+            f"the bundle is for {sensor(fresh, pitch=pitch)}, and this device has "
+            f"{sensor(in_use, pitch=pitch)}; `controller install --other-sensor` takes it all the "
+            "same"
         )
 
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -23,7 +23,9 @@ from controller.pipeline import Pipeline
 from controller.recognizer import Recognizer
 
 DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
-STEPS: Final = 1000  # timed, after as many again untimed
+TURNS: Final = 2  # of each engine, one after the other: what else runs here makes both slower
+STEPS: Final = 1000  # timed together
+BLOCKS: Final = 5  # of so many steps are timed, after one untimed: the fastest one tells
 ALIKE: Final = 1.1  # steps that differ by less are equally fast; then a short start decides
 
 
@@ -33,7 +35,8 @@ class Proof:
 
     Attributes:
         engine: Its name.
-        step_us: The median control step: a frame in, a gesture out, microseconds.
+        step_us: The median control step: a frame in, a gesture out, microseconds; at its best,
+            as other programs only ever make it slower.
         worst_us: The slowest of a hundred, likewise.
         problem: Why the engine cannot be used; "" if it can.
         start_ms: Processor time from a program's start until the networks were proved.
@@ -57,8 +60,11 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
     bundles.read(path)
     proofs = [_in_a_process(path, name) for name in names]
     usable = [proof for proof in proofs if not proof.problem]
+    if len(usable) > 1:  # there is something to choose
+        for _ in range(TURNS - 1):
+            usable = [_better(proof, _in_a_process(path, proof.engine)) for proof in usable]
     if not usable:
-        raise BundleError("; ".join(proof.problem for proof in proofs))
+        raise BundleError("; ".join(dict.fromkeys(proof.problem for proof in proofs)))
     enough_us = ALIKE * min(proof.step_us for proof in usable)
 
     def rank(proof: Proof) -> tuple[bool, float]:
@@ -66,6 +72,14 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
         return not fast, proof.start_ms if fast else proof.step_us
 
     return sorted(usable, key=rank) + [proof for proof in proofs if proof.problem]
+
+
+def _better(one: Proof, other: Proof) -> Proof:
+    """Return what two runs of an engine showed at their best; the first one's if one failed."""
+    if other.problem:
+        return one
+    fast = min(one, other, key=lambda proof: proof.step_us)
+    return replace(fast, start_ms=min(one.start_ms, other.start_ms))
 
 
 def _in_a_process(path: Path, engine: str) -> Proof:
@@ -106,17 +120,18 @@ def measure(
     frames = (rest + noise * scale).astype(np.float32)
     pressed = frames + np.float32(0.2 * scale)
     quiet = round(2 * bundle.preprocess.start_s * bundle.rate_hz)
-    times = np.empty(STEPS)
+    times = np.empty((1 + BLOCKS) * STEPS)
     for number in range(quiet):  # rest is found
         pipeline.step(frames[number % len(frames)], number / bundle.rate_hz)
-    for number in range(2 * STEPS):
+    for number in range(len(times)):
         # A touch every other second, so that both networks are asked.
         touched = int(number / bundle.rate_hz) % 2
         frame = (pressed if touched else frames)[number % len(frames)]
         start = clock_ns()
         pipeline.step(frame, (quiet + number) / bundle.rate_hz)
-        times[number % STEPS] = clock_ns() - start
-    p50, p99 = np.percentile(times, [50, 99]) / 1000.0
+        times[number] = clock_ns() - start
+    blocks = times[STEPS:].reshape(BLOCKS, STEPS) / 1000.0
+    p50, p99 = np.percentile(blocks, [50, 99], axis=1).min(axis=1)
     return Proof(engine, round(float(p50), 1), round(float(p99), 1), start_ms=start_ms)
 
 

@@ -17,9 +17,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import platformdirs
-
 from controller import bundle as bundles
+from controller import folders
 from controller.bundle import Bundle, BundleError
 from controller.record import record
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the two that count and the newest others
-_NAME: Final = re.compile(r"[0-9a-f]{16}")
+_NAME: Final = r"[0-9a-f]{16}"
 
 
 @record
@@ -167,7 +166,7 @@ class Shelf:
 
 def home() -> Path:
     """Return the user's own shelf; it may not exist."""
-    return platformdirs.user_data_path("orbtouch", appauthor=False) / "bundles"
+    return folders.data() / "bundles"
 
 
 def name_of(bundle: Bundle) -> str:
@@ -209,6 +208,6 @@ def _parse(text: str) -> Record:
 
 
 def _entry(name: str, values: dict[str, Any]) -> Entry:
-    if not _NAME.fullmatch(name):
+    if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
     return Entry(name, str(values["engine"]), float(values["step_us"]), str(values["installed"]))

@@ -12,9 +12,10 @@ def about(bundle: Bundle) -> str:
     return f"{', '.join(bundle.labels[1:])}; for {sensor(bundle)}"
 
 
-def sensor(bundle: Bundle) -> str:
-    """Return the sensor that a bundle is for."""
-    return f"{bundle.rows}×{bundle.columns} taxels at {bundle.rate_hz:g} Hz"
+def sensor(bundle: Bundle, *, pitch: bool = False) -> str:
+    """Return the sensor that a bundle is for, its pitch where that is asked for."""
+    apart = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
+    return f"{bundle.rows}×{bundle.columns} taxels{apart} at {bundle.rate_hz:g} Hz"
 
 
 def called(name: str | None) -> str:

@@ -55,10 +55,12 @@ class Game:
     Attributes:
         score: By the event metric, from `since_s` on.
         steps: Of every frame.
+        found: What is said of the sensor at the end.
     """
 
     score: Score
     steps: list[Step]
+    found: tuple[str, ...]
 
 
 def play(
@@ -120,6 +122,7 @@ def play(
             continue
         step = pipeline.step(scan, t_s, frame)
         steps.append(step)
+        found = pipeline.look()
         if step.gesture is not None:
             answers.append(Answer(t_s, step.gesture))
     if finger is not None:
@@ -131,7 +134,7 @@ def play(
     events = sorted((e for e in events if e.onset_s >= since_s), key=lambda e: e.onset_s)
     first_s = min([old, *(e.onset_s for e in events)])
     answers = [a for a in answers if a.time_s >= max(since_s, first_s)]
-    return Game(judge(events, answers), steps)
+    return Game(judge(events, answers), steps, found)
 
 
 def drifting(model: OrbModel) -> OrbModel:
@@ -194,7 +197,7 @@ def _drift(model: OrbModel, seed: int, minutes: float) -> Told:
 def _cut(lead: str) -> Callable[[OrbModel, int, float], Told]:
     def run(model: OrbModel, seed: int, minutes: float) -> Told:
         game = play(model, seed, 1 + minutes, faults=[(CHANGE_S, lead)], since_s=CHANGE_S)
-        return game.score, list(game.steps[-1].health[:1])
+        return game.score, list(game.found[:1])
 
     return run
 

@@ -12,12 +12,12 @@ the device. Peers that are not installed are reported as missing.
 written into a pipe. `startup`: from the start of the process until it has printed a first command,
 over `import onnxruntime` alone, interleaved, and the resident memory then. The session begins with
 its rest known and a hand on the orb: the command comes with the second frame. All is imported from
-bytecode, as installed packages are. Processor time says the same on a busy machine:
-`startup_cpu_ratio`.
+bytecode, as installed packages are; both have one thread for matrices, as the device has, without
+which `import onnxruntime` takes longer. `-m controller` costs what the installed command does.
+Processor time says the same on a busy machine: `startup_cpu_ratio`.
 """
 
 import argparse
-import gc
 import json
 import os
 import subprocess
@@ -42,6 +42,7 @@ from controller.engines import Network
 from controller.pipeline import Pipeline
 from controller.preprocess import Preprocessor, Window
 from controller.protocol import Numbered, encode
+from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
@@ -55,7 +56,7 @@ Rows = dict[str, Array | str]
 PAPER: Final = Path(str(files("models") / "paper.orb"))
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 ROUND: Final = 1000  # calls of one peer before the next has its turn
-STARTS: Final = 9
+STARTS: Final = 21
 COLUMNS: Final = ("frames", "t", "sequence", *LABELLERS, "excluded", "touch")  # one row a frame
 GOALS: Final = {
     "inference_ratio_ort": 0.15,
@@ -175,8 +176,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
     times = np.empty(count)
     for number in range(len(frames) // 4):
         pipeline.step(frames[number], number / bundle.rate_hz)
-    gc.collect()
-    gc.freeze()
+    sweeper = Sweeper()  # garbage is what the device does between frames, too
     origin = time.perf_counter()
     for number in range(count):
         due = origin + number / rate_hz
@@ -194,7 +194,10 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         os.write(into, data)
         times[number] = time.perf_counter_ns() - begin
         os.read(out, 1 << 16)
-    gc.unfreeze()
+        pipeline.look()  # as the device does when the packet is out
+        now = time.perf_counter()
+        sweeper.idle(now, origin + (number + 1) / rate_hz - now)
+    sweeper.close()
     os.close(out)
     os.close(into)
     return times / 1e6

@@ -10,8 +10,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-import platformdirs
-
+from controller import folders
 from controller.bluetooth.hid.hosts import Known
 
 FULL: Final = 100  # percent: also what a device says that has no battery
@@ -26,7 +25,7 @@ log = logging.getLogger(__name__)
 def place() -> Path:
     """Return the file that remembers hosts; a service of systemd has a folder of its own."""
     folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
-    state = Path(folder) if folder else platformdirs.user_state_path("orbtouch", appauthor=False)
+    state = Path(folder) if folder else folders.state()
     return state / "hid-hosts.json"
 
 
