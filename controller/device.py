@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -63,42 +62,53 @@ def steady(rate_hz: float) -> Iterator[tuple[int, float]]:
         yield number, number / rate_hz
 
 
-@dataclass(eq=False, repr=False)
 class Device:
     """One session of sensing: a sensor and a pipeline from their first frame on.
 
     Attributes:
-        sensor: Where frames come from.
-        pipeline: What they become.
-        link: Where messages go.
-        schedule: When the frames are due.
-        live: Frames that are late are skipped, as their time is over; a recording's are not.
-        tape: Where the session is kept, if it is.
-        script: What the virtual orb's own hand does unasked, in order.
-        obey: Says what it does for a cue that begins at a time, if it heeds cues.
-        timekeeper: Who is told where the time goes.
-        on_long_press: Called when the orb's own button was held for long.
+        due: The frame that comes next, (number, seconds); None: the schedule has ended.
+        now_s: The latest time that the sensor has seen.
+        recent: The latest images, for whoever says what they were.
     """
 
-    sensor: Sensor
-    pipeline: Pipeline
-    link: Outlet
-    schedule: Schedule
-    live: bool = True
-    tape: Tape | None = None
-    script: Iterator[Wish] = field(default_factory=lambda: iter(()))
-    obey: Callable[[Cue, float], Wish | None] | None = None
-    on_long_press: Callable[[], None] | None = None
-    timekeeper: Timekeeper | None = None
+    def __init__(
+        self,
+        sensor: Sensor,
+        pipeline: Pipeline,
+        link: Outlet,
+        schedule: Schedule,
+        *,
+        live: bool = True,
+        tape: Tape | None = None,
+        script: Iterator[Wish] | None = None,
+        obey: Callable[[Cue, float], Wish | None] | None = None,
+        on_long_press: Callable[[], None] | None = None,
+        timekeeper: Timekeeper | None = None,
+    ) -> None:
+        """Begin before the first frame.
 
-    def __post_init__(self) -> None:
-        """Begin before the first frame."""
-        if self.timekeeper is not None:
-            self.pipeline.mark = self.timekeeper.mark
+        Args:
+            sensor: Where frames come from.
+            pipeline: What they become.
+            link: Where messages go.
+            schedule: When the frames are due.
+            live: Frames that are late are skipped, as their time is over; a recording's are not.
+            tape: Where the session is kept, if it is.
+            script: What the virtual orb's own hand does unasked, in order.
+            obey: Says what it does for a cue that begins at a time, if it heeds cues.
+            on_long_press: Called when the orb's own button was held for long.
+            timekeeper: Who is told where the time goes.
+        """
+        self.sensor, self.pipeline, self.link, self.schedule = sensor, pipeline, link, schedule
+        self.live, self.tape, self.timekeeper = live, tape, timekeeper
+        self.script = iter(()) if script is None else script
+        self.obey, self.on_long_press = obey, on_long_press
+        if timekeeper is not None:
+            pipeline.mark = timekeeper.mark
         # Asked once: to compare an object with a protocol takes longer than a network's answer.
-        self._virtual = self.sensor if isinstance(self.sensor, VirtualSensor) else None
-        self.due = next(self.schedule, None)
-        self.now_s = 0.0  # the latest time that the sensor has seen
+        self._virtual = sensor if isinstance(sensor, VirtualSensor) else None
+        self.due = next(schedule, None)
+        self.now_s = 0.0
         self._next = next(self.script, None)
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
@@ -106,8 +116,7 @@ class Device:
         self._told: tuple[str, ...] = ()  # of the sensor's health
         self._who: Who | None = None  # whom the host knows of
         self._away_s: float | None = None  # since when the sensor gives no frames
-        # The latest images, for whoever says what they were.
-        self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * self.sensor.rate_hz)))
+        self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * sensor.rate_hz)))
 
     def greet(self, t_s: float) -> None:
         """A host came: to it, nothing is held until the next gesture."""

@@ -10,7 +10,7 @@ import logging
 import os
 import platform
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TextIO, runtime_checkable
@@ -32,6 +32,7 @@ from controller.preprocess import Image, Known
 from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.quiet import Sweeper
 from controller.recognizer import Recognizer
+from controller.record import record
 from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
 from controller.shelf.shelf import Shelf, name_of
 
@@ -65,7 +66,7 @@ class Renewable(Protocol):
         """Say Bye to the host, and Welcome when it comes back."""
 
 
-@dataclass(eq=False, repr=False)
+@record
 class Parts:
     """Everything that a run needs, checked.
 
@@ -92,8 +93,8 @@ class Parts:
     owned: bool
     runs: Runs | None
     plan: Plan | None
-    ledger: TextIO | None = None
-    sweeper: Sweeper | None = None
+    ledger: TextIO | None
+    sweeper: Sweeper | None
 
 
 # --- before the first frame -----------------------------------------------------------------------
@@ -127,10 +128,10 @@ def prepare(options: Namespace) -> Parts:
         __version__, platform.python_version(), recognizer.engine, _system(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
-    parts = Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
-    if options.ledger is not None:
-        parts.ledger = _ledger(options.ledger)
-    return parts
+    ledger = None if options.ledger is None else _ledger(options.ledger)
+    return Parts(
+        options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan, ledger, None
+    )
 
 
 def _key(path: Path) -> bytes:

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -75,7 +76,8 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
         real_time()
     heart = Heart()
     heart.ready()
-    parts.sweeper = sweeper = Sweeper()
+    sweeper = Sweeper()
+    parts = replace(parts, sweeper=sweeper)
     try:
         while _sessions(parts, ends, keyboard, heart):
             ends.renew = False

@@ -1,5 +1,6 @@
 """A sweep's file: what it may say, and that a mistake in it is told with its line."""
 
+import re
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -66,6 +67,17 @@ def test_an_axis_of_the_simulation_changes_what_is_simulated() -> None:
 def test_an_example_that_is_printed_can_be_read(name: str, count: int) -> None:
     made = plan.parse(example.text(name), name, name, lambda recipe, key, value: value)
     assert len(jobs.jobs(made)) == count
+
+
+def test_the_files_in_the_documentation_can_be_read() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    blocks = [
+        "\n".join(line.removeprefix("    ") for line in part.splitlines())
+        for part in re.findall(r"(?m)(?:^    .*\n|^\n)+", text)
+        if "[data]" in part
+    ]
+    counts = [len(jobs.jobs(plan.parse(one, "", "", lambda *three: three[2]))) for one in blocks]
+    assert counts == [45, 20]
 
 
 def test_every_file_that_ships_can_be_asked_for() -> None:

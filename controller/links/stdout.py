@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import queue
 import sys
 import threading
+from collections import deque
 from collections.abc import Mapping
 from typing import TextIO
 
@@ -43,7 +43,8 @@ class StdoutLink:
         self.problem = ""
         self._spot: Spot | None = None  # the newest
         self._stream = stream
-        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._lines: deque[str] = deque()  # that wait to be written
+        self._news = threading.Condition()  # a line, or the end
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stdout", daemon=True)
         self._thread.start()
@@ -73,21 +74,24 @@ class StdoutLink:
     def close(self) -> None:
         """Print what is still to be printed, for as long as the reader reads."""
         if not self._closed.is_set():
-            self._closed.set()
-            self._lines.put(None)
+            with self._news:
+                self._closed.set()
+                self._news.notify()
         self._thread.join()
 
     def _print(self, line: str) -> None:
-        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
+        if not self.connected or self._closed.is_set() or len(self._lines) >= LINES:
             self.dropped += 1
         else:
-            self._lines.put(line)
+            with self._news:
+                self._lines.append(line)
+                self._news.notify()
 
     def _run(self) -> None:
-        while (line := self._lines.get()) is not None:
+        while line := self._next():
             try:
                 self._stream.write(line)
-                if self._lines.empty():
+                if not self._lines:
                     self._stream.flush()
             except BrokenPipeError:  # the reader has gone, as in `controller | head -1`
                 self.connected = False
@@ -97,6 +101,15 @@ class StdoutLink:
             if not self.connected:
                 let_go(self._stream)
                 return
+
+    def _next(self) -> str:
+        """Wait for the next line; "" when there will be none."""
+        with self._news:
+            while not self._lines:
+                if self._closed.is_set():
+                    return ""
+                self._news.wait()
+            return self._lines.popleft()
 
 
 def let_go(stream: TextIO) -> None:
