@@ -29,7 +29,7 @@ WORDS: Final = (
     "1.5", "pinch", '"none"', "inf", "'''", '"\\u0007"', '"\\u001b[2J" = ',
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
-    'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
+    '[users.', 'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
 )  # fmt: skip
 _GESTURES: Final = b"""pinch = "hold"
 [[press]]
@@ -37,6 +37,8 @@ command = "left"
 left_of = 2.0
 [[press]]
 command = "right"
+[users.ada]
+pinch = "drop"
 """
 DICTIONARY: tuple[bytes, ...] = ()
 _PLACE: Final = tempfile.TemporaryDirectory(prefix="orbtouch-fuzz-")
@@ -68,10 +70,11 @@ def one(data: bytes) -> None:
     _FILE.write_bytes(content)
     try:
         if kind == len(KINDS):
-            table = gestures.read(_FILE, LABELS)
-            for label in LABELS:
-                for touch in (None, (0.0, 0.0), (4.0, 4.0)):
-                    table.command(label, touch)
+            table, people = gestures.read(_FILE, LABELS)
+            for mine in (table, *people.values()):
+                for label in LABELS:
+                    for touch in (None, (0.0, 0.0), (4.0, 4.0)):
+                        mine.command(label, touch)
             return
         key_map = reading.read(_FILE, KINDS[kind])
     except (KeyMapError, gestures.MappingError) as error:
