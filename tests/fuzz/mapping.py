@@ -29,7 +29,8 @@ WORDS: Final = (
     "1.5", "pinch", '"none"', "inf", "'''", '"\\u0007"', '"\\u001b[2J" = ',
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
-    '[users.', 'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
+    'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
+    "[users.",
 )  # fmt: skip
 _GESTURES: Final = b"""pinch = "hold"
 [[press]]
