@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import median
+from controller.median import mean, median
 from controller.record import record
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
@@ -36,8 +36,8 @@ _ROUNDS: Final = 4  # of the median polish: more change nothing
 def tone(change: NDArray[np.floating]) -> float:
     """Return how lopsided a change is: below 0 few taxels lose much, above 0 few gain much."""
     square = np.square(change)
-    power = float(square.mean())
-    return float((square * change).mean()) / power**1.5 if power > 0.0 else 0.0
+    power = mean(square)
+    return mean(square * change) / power**1.5 if power > 0.0 else 0.0
 
 
 def unevenness(change: Change) -> float:
