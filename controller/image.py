@@ -8,6 +8,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.median import mean
 from controller.record import record
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
@@ -90,4 +91,4 @@ def z_image(
 
 def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return which taxels have no lead, now or at rest; shapes as in `z_image`."""
-    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * float(rest.mean())))
+    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * mean(rest)))

@@ -20,6 +20,7 @@ from controller.image import (
     leadless,
     z_image,
 )
+from controller.median import mean
 from controller.mend import Answers, Filler
 from controller.record import record
 from controller.rest import Known, Rest
@@ -135,7 +136,7 @@ class Preprocessor:
         """Return the latest images, (window, rows, columns), oldest first; None until full."""
         if len(self._images) < self.settings.window:
             return None
-        return np.stack(self._images)
+        return np.array(self._images)
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
@@ -166,13 +167,13 @@ class Preprocessor:
         found = self._rest.image is not None
         if found:
             self._images.extend(image.astype(np.float32) for image in images)
-        deviation = float(np.abs(images[-1] - 1.0).mean())
+        deviation = mean(np.abs(images[-1] - 1.0))
         return Prepared(images[-1].astype(np.float32), found, deviation, found)
 
     def _try(self, values: NDArray[np.float64], known: NDArray[np.float64]) -> Prepared:
         """Take one of the first frames of a sensor that was calibrated."""
         image = z_image(values, known, self.settings).astype(np.float32)
-        prepared = Prepared(image, False, float(np.abs(image - 1.0).mean()), False)
+        prepared = Prepared(image, False, mean(np.abs(image - 1.0)), False)
         frames = self._rest.try_known(values)
         if frames:
             untouched = np.ones(self.shape, dtype=np.float32)
@@ -197,7 +198,7 @@ class Preprocessor:
         if dead is not None:
             z = 1.0 + self._filler.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
-        deviation = float(np.abs(image - 1.0).mean())
+        deviation = mean(np.abs(image - 1.0))
         quiet = deviation < self._rest.gate
         if self._mend:
             self._answers.learn(felt - 1.0, self._filler, quiet=quiet)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controller import drift
 from controller.image import LEAST_REST, Frame, Image, PreprocessSettings, State, z_image
-from controller.median import median
+from controller.median import mean, median
 from controller.record import record
 from controller.returns import Returns, still_frames
 
@@ -102,11 +102,11 @@ class Rest:
         """
         self._frames.append(values)
         stack = np.array(self._frames)
-        mean = stack.mean(axis=0)
-        images = z_image(stack, mean, self.settings)
+        middle = stack.mean(axis=0)
+        images = z_image(stack, middle, self.settings)
         noise = float(np.abs(images - 1.0).mean(axis=(1, 2)).mean())
         if len(stack) == self._start and self._still(images, len(stack) // 2, noise):
-            self.image, self._recent = mean, mean.copy()
+            self.image, self._recent = middle, middle.copy()
             self.idle = noise
             self.seen = self._quiet_run = len(stack)
             self._frames.clear()
@@ -123,17 +123,17 @@ class Rest:
         self._frames.append(values)
         if len(self._frames) < self._still_frames:
             return []
-        mean = np.mean(self._frames, axis=0)
+        here = np.mean(self._frames, axis=0)
         # What all taxels have in common is air or warmth: that may well have changed since.
-        z = z_image(mean, known, self.settings)
+        z = z_image(here, known, self.settings)
         common = float(median(z)) if self._soft else 1.0
         rest = known * common
-        change = z_image(mean, rest, self.settings) - 1.0
-        still = float(np.abs(change).mean()) < self.gate
+        change = z_image(here, rest, self.settings) - 1.0
+        still = mean(np.abs(change)) < self.gate
         if not still and (not self._soft or drift.shape(z - 1.0) != "touch"):
             self.image, self.idle = None, 0.0  # another sensor, or much has changed: begin anew
             return []
-        self.image, self._recent = rest, mean.copy()
+        self.image, self._recent = rest, here.copy()
         self.seen = self._start if still else 1
         frames = list(self._frames)
         self._frames.clear()
@@ -145,7 +145,7 @@ class Rest:
         Where a lead is there now that was not there at rest, its first reading becomes its rest.
         """
         rest = self.certain
-        level = LEAST_REST * float(rest.mean())
+        level = LEAST_REST * mean(rest)
         back = lost & (values > level)
         rest[back] = self._recent[back] = values[back]
         return np.where(lost, rest, values)
@@ -167,7 +167,7 @@ class Rest:
             self._quiet_run += 1
             self._steady_run = 0
             if self._quiet_run > self._settle:
-                low = self._soft and 1.0 - float(image.mean()) > _LOW * self.gate
+                low = self._soft and 1.0 - mean(image) > _LOW * self.gate
                 pace = _WARY if low else 1.0
                 rest += pace * max(self._follow, 1.0 / (self.seen + 1)) * (values - rest)
                 self.idle += pace * 0.2 * self._follow * (deviation - self.idle)
@@ -175,7 +175,7 @@ class Rest:
             return
         self._quiet_run = 0
         change = z_image(values, self._recent, self.settings) - 1.0
-        steady = float(np.abs(change).mean()) < self.gate
+        steady = mean(np.abs(change)) < self.gate
         self._steady_run = self._steady_run + 1 if steady else 0
         if self._steady_run >= self._adopt:
             self._steady_run = 0

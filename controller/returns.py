@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from controller import drift
 from controller.image import PreprocessSettings, z_image
+from controller.median import mean
 
 STILL_S: Final = 0.3  # so long it must stay there
 _BUSY: Final = 1 / 3  # of `adopt_s`
@@ -98,7 +99,7 @@ class Returns:
         return found if not self._soft or drift.unevenness(change) < _LOCAL else None
 
     def _differ(self, one: Reading, other: Reading) -> float:
-        return float(np.abs(z_image(one, other, self._settings) - 1.0).mean())
+        return mean(np.abs(z_image(one, other, self._settings) - 1.0))
 
 
 def still_frames(settings: PreprocessSettings) -> int:
