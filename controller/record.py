@@ -33,7 +33,9 @@ def record(written: _Class) -> _Class:
     }
     if hasattr(written, "__post_init__"):
         body["__init__"] = _init_checked
-    bases = written.__bases__ if issubclass(written, _Record) else (_Record,)
+    bases = tuple(base for base in written.__bases__ if base is not object)
+    if not issubclass(written, _Record):
+        bases += (_Record,)
     made: Any = type(written)(written.__name__, bases, body)
     made._put = tuple([getattr(made, name).__set__ for name in names])
     return made  # type: ignore[no-any-return]
