@@ -10,6 +10,7 @@ compares itself at the same speed.
 from __future__ import annotations
 
 from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, fields
+from inspect import get_annotations
 from operator import attrgetter
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
@@ -19,7 +20,7 @@ _Class = TypeVar("_Class", bound=type)
 @dataclass_transform(frozen_default=True)
 def record(written: _Class) -> _Class:
     """Return the class as a frozen dataclass with slots."""
-    own = tuple(written.__annotations__)
+    own = tuple(get_annotations(written))  # without those of its bases
     names: tuple[str, ...] = getattr(written, "__match_args__", ()) + own
     # A class gets its slots when it is made, so it is made once more, of what was written.
     body = {name: value for name, value in vars(written).items() if name not in own + _NO_SLOTS}

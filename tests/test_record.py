@@ -106,6 +106,16 @@ def test_record_keeps_the_classes_that_it_is_made_of() -> None:
     assert replace(Described(1.0), x=2.0) == Described(2.0)
 
 
+def test_heir_without_fields_of_its_own_has_those_of_its_base() -> None:
+    @record
+    class Same(Point):
+        """A place by another name."""
+
+    assert Same.__match_args__ == ("x", "y")
+    assert repr(Same(1.0)).endswith("Same(x=1.0, y=0.0)")
+    assert Same(1.0) == Same(1.0, 0.0)
+
+
 def test_secret_is_not_shown() -> None:
     assert repr(Secret("orb", "1234")) == "Secret(name='orb')"
 
