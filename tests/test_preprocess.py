@@ -139,6 +139,31 @@ def test_short_touches_never_add_up_to_a_new_sensor() -> None:
     assert all(left)
 
 
+def test_a_light_hand_on_a_noisy_skin_takes_less_of_rest_along() -> None:
+    """Nearly all that it touches is quiet; followed at the usual pace it leaves rest at 0.978."""
+    stage, quiet = fresh(), 0
+    for frame in idle(5.0, noise=0.066):
+        stage.step(frame)
+    for touch in range(40):
+        for frame in idle(0.6, seed=2 * touch, noise=0.066) * np.float32(0.93):
+            quiet += stage.step(frame).quiet
+        for frame in idle(0.7, seed=2 * touch + 1, noise=0.066):
+            stage.step(frame)
+    assert quiet > 0.9 * 240
+    assert stage.rest is not None
+    assert float((stage.rest / REST_PF).mean()) > 0.982
+
+
+def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up() -> None:
+    for way in (-1.0, 1.0):
+        stage = fresh()
+        drift = 1.0 + way * np.linspace(0.0, 0.2, 600)[:, None, None]  # 20 % in a minute
+        for frame in (idle(60.0, noise=0.066) * drift).astype(np.float32):
+            stage.step(frame)
+        assert stage.rest is not None
+        assert abs(float((stage.rest / (REST_PF * drift[-1])).mean()) - 1.0) < 0.015
+
+
 def test_drift_is_followed_again_after_a_touch() -> None:
     stage = fresh()
     for frame in np.concatenate([idle(5.0), pressed(3.0)]):
