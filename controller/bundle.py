@@ -228,7 +228,7 @@ def _content(path: Path) -> bytes:
         if info.st_size > MAX_BYTES:
             raise BundleError(f"has {info.st_size} bytes, more than the {MAX_BYTES} allowed")
         with path.open("rb") as file:
-            return file.read(MAX_BYTES)
+            return file.read(info.st_size)  # memory for all that is asked for is taken first
     except FileNotFoundError:
         raise BundleError("does not exist; check its name") from None
     except (OSError, ValueError) as error:

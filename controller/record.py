@@ -10,6 +10,7 @@ compares itself at the same speed.
 from __future__ import annotations
 
 from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, fields
+from inspect import get_annotations
 from operator import attrgetter
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
@@ -19,7 +20,7 @@ _Class = TypeVar("_Class", bound=type)
 @dataclass_transform(frozen_default=True)
 def record(written: _Class) -> _Class:
     """Return the class as a frozen dataclass with slots."""
-    own = tuple(written.__annotations__)
+    own = tuple(get_annotations(written))  # without those of its bases
     names: tuple[str, ...] = getattr(written, "__match_args__", ()) + own
     # A class gets its slots when it is made, so it is made once more, of what was written.
     body = {name: value for name, value in vars(written).items() if name not in own + _NO_SLOTS}
@@ -33,7 +34,9 @@ def record(written: _Class) -> _Class:
     }
     if hasattr(written, "__post_init__"):
         body["__init__"] = _init_checked
-    bases = written.__bases__ if issubclass(written, _Record) else (_Record,)
+    bases = tuple(base for base in written.__bases__ if base is not object)
+    if not issubclass(written, _Record):
+        bases += (_Record,)
     made: Any = type(written)(written.__name__, bases, body)
     made._put = tuple([getattr(made, name).__set__ for name in names])
     return made  # type: ignore[no-any-return]

@@ -4,6 +4,7 @@ import dataclasses
 import io
 import pickle
 import re
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -201,6 +202,16 @@ def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -
     )
     with pytest.raises(BundleError, match="location network answers differently"):
         Recognizer(dataclasses.replace(shipped, golden=golden))
+
+
+def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
+    tracemalloc.start()
+    try:
+        bundle.read(SHIPPED)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8 * SHIPPED.stat().st_size
 
 
 def test_a_bundle_that_was_proved_before_is_asked_some_of_its_questions() -> None:

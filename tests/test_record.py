@@ -86,6 +86,36 @@ def test_record_and_its_heir_are_asked_for_their_fields_in_any_order() -> None:
         assert replace(heir(2.0), x=3.0) == heir(3.0, 1.0)
 
 
+class Describes:
+    """A class that is no record."""
+
+    def described(self) -> str:
+        return f"this is {self!r}"
+
+
+@record
+class Described(Describes):
+    """A record of another family."""
+
+    x: float
+
+
+def test_record_keeps_the_classes_that_it_is_made_of() -> None:
+    assert Described(1.0).described() == "this is Described(x=1.0)"
+    assert isinstance(Described(1.0), Describes)
+    assert replace(Described(1.0), x=2.0) == Described(2.0)
+
+
+def test_heir_without_fields_of_its_own_has_those_of_its_base() -> None:
+    @record
+    class Same(Point):
+        """A place by another name."""
+
+    assert Same.__match_args__ == ("x", "y")
+    assert repr(Same(1.0)).endswith("Same(x=1.0, y=0.0)")
+    assert Same(1.0) == Same(1.0, 0.0)
+
+
 def test_secret_is_not_shown() -> None:
     assert repr(Secret("orb", "1234")) == "Secret(name='orb')"
 

@@ -160,9 +160,9 @@ SEEN: Final = np.dtype(
 class Witness(Device):
     """A device that keeps what each stage said during the latest hour, in memory of one size."""
 
-    def __post_init__(self) -> None:
+    def __init__(self, *parts: Any, **more: Any) -> None:
         """Begin with nothing seen."""
-        super().__post_init__()
+        super().__init__(*parts, **more)
         self.seen = np.zeros(HOUR, SEEN)
 
     def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
