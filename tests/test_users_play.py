@@ -143,8 +143,12 @@ def test_a_mapping_file_has_rules_for_single_people(
     asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
     assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
     for text, why in (
-        ('[users.zoe]\npinch = "drop"', "[users.zoe] has rules, but the bundle knows ann, bob"),
+        (
+            '[users.zoe]\npinch = "drop"',
+            "for 'zoe', but the bundle knows ann, bob",
+        ),
         ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
+        ('[users."\\u001b"]', r"rules for '\x1b'"),
         ("users = 3", "[users] holds anything but a table for each name"),
     ):
         file.write_text(text)
