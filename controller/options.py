@@ -49,8 +49,8 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME[:DAY]",
         type=_hand_of,
         default=("", ""),
-        help="whose hand the virtual orb has, as `controller teach --user NAME` has it; with a DAY "
-        "as that person comes on another day (default: nobody's)",
+        help="whose hand the virtual orb has, as `controller teach --user NAME --session DAY` has "
+        "it; another DAY is another mood of that person's (default: nobody's hand)",
     )
     add(
         "--preset",

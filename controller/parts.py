@@ -255,7 +255,7 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             faults,
             _gestures(options),
             user=options.hand_of[0],
-            day=options.hand_of[1],
+            day=_day(*options.hand_of),
             wiring=options.wiring,
         ),
     )
@@ -268,6 +268,15 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             f"{bundle.rows}×{bundle.columns}; choose another with --bundle"
         )
     return sensor
+
+
+def _day(name: str, day: str) -> str:
+    """Return the day on which somebody comes, as `controller teach --session DAY` calls it."""
+    if not day:
+        return ""
+    from controller.recordings import naming
+
+    return naming.first(name, day)
 
 
 def _gestures(options: Namespace) -> tuple[Path, ...]:

@@ -88,7 +88,7 @@ class Users:
         for name, own in people.items():
             if name not in self.names:
                 known = ", ".join(self.names) or "nobody (docs/users.md)"
-                raise MappingError(f"[users.{name}] has rules, but the bundle knows {known}")
+                raise MappingError(f"[users] has rules for {name!r}, but the bundle knows {known}")
             made[name] = made.get(name, Mapping()).overridden(own)
         return replace(self, mappings=made)
 

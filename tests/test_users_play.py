@@ -44,7 +44,8 @@ def felt(*words: str) -> list[Frame]:
 def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    taught = sensors.load("virtual", SensorOptions(10.0, user="ada", day="6"))  # as `teach` does
+    as_taught = SensorOptions(10.0, user="ada", day="sub-ada_ses-6_run-01")  # `teach` names it so
+    taught = sensors.load("virtual", as_taught)
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     frames = [taught.read(k / 10) for k in range(1, 25)]
@@ -143,8 +144,12 @@ def test_a_mapping_file_has_rules_for_single_people(
     asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
     assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
     for text, why in (
-        ('[users.zoe]\npinch = "drop"', "[users.zoe] has rules, but the bundle knows ann, bob"),
+        (
+            '[users.zoe]\npinch = "drop"',
+            "for 'zoe', but the bundle knows ann, bob",
+        ),
         ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
+        ('[users."\\u001b"]', r"rules for '\x1b'"),
         ("users = 3", "[users] holds anything but a table for each name"),
     ):
         file.write_text(text)

@@ -187,7 +187,7 @@ def test_people_s_own_rules_are_kept_in_the_bundle(
     file.write_text('[users.zoe]\npinch = "hold"\n')
     capsys.readouterr()
     error = refused(capsys, data, tmp_path / "x.orb", "--mapping", str(file))
-    assert "the bundle knows 01, 02" in error
+    assert "for 'zoe', but the bundle knows 01, 02" in error
 
 
 def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> None:

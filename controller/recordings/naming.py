@@ -17,6 +17,11 @@ LONGEST: Final = 64  # characters of an ID: three parts fit any file system's 25
 _RUN: Final = re.compile(r"(.*_run-)(\d{1,9})")
 
 
+def first(user: str, session: str) -> str:
+    """Return the name of a session's first run, without its ending."""
+    return f"{_stem(user, session)}01"
+
+
 def next_free(folder: Path, user: str, session: str) -> Path:
     """Return the file of the next run: after every recording and journal of this session.
 
@@ -29,13 +34,17 @@ def next_free(folder: Path, user: str, session: str) -> Path:
                 f"the {what} {name!r} names files, so it must be 1 to {LONGEST} letters (a to z) "
                 "and digits; choose another"
             )
-    stem = f"sub-{user}_ses-{session}_run-"
+    stem = _stem(user, session)
     runs = [0]
     for path in folder.iterdir() if folder.is_dir() else ():
         match = _RUN.match(path.name.lower())  # some file systems take A for a
         if match and match[1] == stem.lower():
             runs.append(int(match[2]))
     return folder / f"{stem}{max(runs) + 1:02d}{SEALED}"
+
+
+def _stem(user: str, session: str) -> str:
+    return f"sub-{user}_ses-{session}_run-"
 
 
 def alternatives(path: Path) -> Iterator[Path]:

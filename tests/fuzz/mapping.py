@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import mapping as gestures
+from controller.users import Users
 from host.keys import reading
 from host.keys.mapping import KeyMap, KeyMapError, Kind
 from host.keys.pressed import Pressed
@@ -19,6 +20,7 @@ from host.keys.pressed import Pressed
 from .choices import Choices
 
 LABELS: Final = ("null", "press", "pinch", "twist_cw")
+TWO: Final = Users(names=("ann", "bob"))
 KINDS: Final[tuple[Kind, ...]] = ("keyboard", "gamepad")
 WORDS: Final = (
     "\n", " = ", "{ ", " }", ", ", '"', "[everywhere]\n", "[profile.game]\n", "[profile.", "]\n",
@@ -30,7 +32,7 @@ WORDS: Final = (
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
     'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
-    "[users.",
+    "[users.ann]\n", "[users.", "[[users.bob.press]]\n", "users",
 )  # fmt: skip
 _GESTURES: Final = b"""pinch = "hold"
 [[press]]
@@ -38,7 +40,7 @@ command = "left"
 left_of = 2.0
 [[press]]
 command = "right"
-[users.ada]
+[users.ann]
 pinch = "drop"
 """
 DICTIONARY: tuple[bytes, ...] = ()
@@ -72,10 +74,11 @@ def one(data: bytes) -> None:
     try:
         if kind == len(KINDS):
             table, people = gestures.read(_FILE, LABELS)
-            for mine in (table, *people.values()):
+            TWO.overridden(table, people)
+            for own in (table, *people.values()):
                 for label in LABELS:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
-                        mine.command(label, touch)
+                        own.command(label, touch)
             return
         key_map = reading.read(_FILE, KINDS[kind])
     except (KeyMapError, gestures.MappingError) as error:
