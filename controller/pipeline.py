@@ -193,9 +193,11 @@ class Pipeline:
     def look(self) -> tuple[str, ...]:
         """Return what is not as it should be with the sensor, worst first.
 
-        Once a second it is looked for anew, as `controller/health.py` says. That is for after a
-        frame, when what it gave is on its way: nobody waits for it.
+        Once a second it is looked for anew, as `controller/health.py` says, and what only the next
+        frame needs is learned. All that is for after a frame, when what it gave is on its way:
+        nobody waits for it.
         """
+        self._preprocessor.settle()
         return self._health.look(self._dead, self._preprocessor.resting)
 
     @property

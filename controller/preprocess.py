@@ -5,6 +5,7 @@ nothing are filled in; and the latest images queue for the network.
 """
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +107,7 @@ class Preprocessor:
         self._mend = mend and self._soft
         self._filler = Filler(rows, columns)
         self._answers = Answers(rows, columns, settings.rate_hz)
+        self._owed: tuple[Any, ...] = ()  # what `settle` learns from
 
     def step(self, frame: Frame) -> Prepared:
         """Take the next frame, (rows, columns) in picofarads, and return what it became.
@@ -115,12 +117,27 @@ class Preprocessor:
         """
         if frame.shape != self.shape:
             raise ValueError(f"the frame is {frame.shape}, the sensor {self.shape}; check --sensor")
+        self.settle()
         values = frame.astype(np.float64)
         if self._rest.image is None:
             return self._begin(values)
         if self._rest.seen == 0:
             return self._try(values, self._rest.image)
         return self._go_on(frame, values)
+
+    def settle(self) -> None:
+        """Learn from the latest frame what only the next one needs: rest, and which taxels answer.
+
+        Whoever is in a hurry calls it when the frame's answer is out; the next step does at last.
+        """
+        if not self._owed:
+            return
+        (felt, lost, values, image, deviation, quiet), self._owed = self._owed, ()
+        if self._mend:
+            self._answers.learn(felt - 1.0, self._filler, quiet=quiet)
+        if lost is not None:
+            values = self._rest.without(lost, values)
+        self._rest.step(values, image, deviation, quiet=quiet)
 
     @property
     def rest(self) -> Frame | None:
@@ -130,6 +147,7 @@ class Preprocessor:
     @property
     def resting(self) -> NDArray[np.float64] | None:
         """The same as it is kept, not to be changed."""
+        self.settle()
         return self._rest.image if self._rest.seen else None
 
     def window(self) -> Window | None:
@@ -140,6 +158,7 @@ class Preprocessor:
 
     def state(self) -> State:
         """Return everything remembered, for an exact continuation elsewhere."""
+        self.settle()
         images = np.array(self._images, dtype=np.float64).reshape(-1, *self.shape)
         return {
             **self._rest.state(),
@@ -156,6 +175,7 @@ class Preprocessor:
         """
         if state["recent"].shape != self.shape:
             raise ValueError(f"the state is for {state['recent'].shape}, the sensor {self.shape}")
+        self._owed = ()
         self._rest.restore(state)
         images = (image.astype(np.float32) for image in state["images"])
         self._images = deque(images, maxlen=self.settings.window)
@@ -179,6 +199,7 @@ class Preprocessor:
             untouched = np.ones(self.shape, dtype=np.float32)
             self._images.extend([untouched] * self.settings.window)
         for frame in frames:
+            self.settle()
             prepared = self._go_on(frame.astype(np.float32), frame)
         return prepared
 
@@ -200,11 +221,7 @@ class Preprocessor:
         image = z.astype(np.float32)
         deviation = mean(np.abs(image - 1.0))
         quiet = deviation < self._rest.gate
-        if self._mend:
-            self._answers.learn(felt - 1.0, self._filler, quiet=quiet)
-        if lost is not None:
-            values = self._rest.without(lost, values)
-        self._rest.step(values, image, deviation, quiet=quiet)
+        self._owed = felt, lost, values, image, deviation, quiet
         self._images.append(image)
         return Prepared(image, True, deviation, quiet, self._rest.idle, lost, dead)
 

@@ -189,6 +189,26 @@ def test_a_restored_stage_continues_exactly(cut: int) -> None:
         assert (got.ready, got.quiet) == (wanted.ready, wanted.quiet)
 
 
+def test_learning_from_a_frame_at_once_or_with_the_next_one_is_the_same() -> None:
+    prompt, late, asked = fresh(), fresh(), fresh()
+    frames = [idle(3.0), pressed(1.0), idle(2.0), pressed(1.0, depth=0.2), idle(0.5)]
+    frames[3][:, 1, :] = 0.0  # a lead is off
+    for frame in np.concatenate(frames):
+        one, other = prompt.step(frame), late.step(frame)
+        prompt.settle()
+        prompt.settle()  # there is nothing left to learn
+        assert one.quiet == other.quiet == asked.step(frame).quiet
+        np.testing.assert_array_equal(one.image, other.image)
+        rest = asked.rest  # who asks for it gets what the frame made of it
+        assert (rest is None) == (prompt.rest is None)
+        if rest is not None:
+            np.testing.assert_array_equal(rest, prompt.rest)
+    ends = [stage.state() for stage in (prompt, late, asked)]
+    for name, array in ends[0].items():
+        np.testing.assert_array_equal(array, ends[1][name])
+        np.testing.assert_array_equal(array, ends[2][name])
+
+
 def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
     stage = fresh()
     for frame in idle(2.0):
