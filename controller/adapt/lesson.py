@@ -222,10 +222,10 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
         if one.label == NULL_LABEL:
             found: Example | None = replace(one, span=(0.0, float(len(one.images))))
         else:
-            found = one.found()
+            found = one.found(loaded.rate_hz)
         if found is None:
             raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
-        kept = rehearsal.from_bytes(rehearsal.to_bytes(one.images))
+        kept = rehearsal.from_bytes(rehearsal.to_bytes(found.images))
         # A gesture that is new is everybody's: all networks of a bundle have the same classes.
         user = one.user if one.label in loaded.labels else EVERYBODY
         fresh.append(replace(found, images=kept, user=user))
