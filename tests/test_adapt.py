@@ -10,7 +10,7 @@ import pytest
 from controller import adapt, engines, graph
 from controller import bundle as bundles
 from controller.adapt import AdaptError, Example, lesson, network, rehearsal
-from controller.adapt.examples import touched, vary
+from controller.adapt.examples import paced, touched, vary
 from controller.bundle import Bundle, BundleError
 from controller.preprocess import Preprocessor
 from controller.recognizer import Recognizer
@@ -228,6 +228,20 @@ def test_a_stray_after_the_touch_is_not_meant() -> None:
     one = Example("tap", images).found()
     assert one is not None
     assert one.span == pytest.approx((9.3, 15.7), abs=0.35)
+
+
+def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
+    time = np.arange(20.0)
+    depth = 0.3 * np.exp(-0.5 * np.square((time - 10.0) / 1.2))  # a knock at 10 Hz
+    images = np.repeat(1.0 - depth, 25).reshape(20, 5, 5).astype(np.float32)
+    rng, worst = np.random.default_rng(0), np.zeros(2)
+    for _ in range(30):
+        seen, at = paced(images, rng)
+        true = 1.0 - 0.3 * np.exp(-0.5 * np.square((at - 10.0) / 1.2))
+        line = np.interp(at, time, images[:, 0, 0])
+        off = [np.abs(one - true).max() for one in (seen[:, 0, 0], line)]
+        worst = np.maximum(worst, off)
+    assert worst[0] < 0.5 * worst[1]
 
 
 def test_examples_are_turned_only_as_they_declare() -> None:
