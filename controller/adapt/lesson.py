@@ -20,8 +20,8 @@ GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # windows' worth of copies of a label's examples together
 REHEARSED: Final = 3  # copies of what is rehearsed
-SHARE: Final = 0.05  # what a label's examples weigh, all that is rehearsed being 1
-AROUND: Final = 0.5  # what surrounds them, times that
+SHARE: Final = 0.16  # what a label's examples weigh, all that is rehearsed being 1
+AROUND: Final = 1.0  # what surrounds them, times that
 LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
