@@ -1,5 +1,6 @@
 """A new gesture from a few examples is learned, the old ones stay, and a bundle comes of it."""
 
+import math
 from functools import cache
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from controller import adapt, engines, graph
 from controller import bundle as bundles
 from controller.adapt import AdaptError, Example, lesson, network, rehearsal
-from controller.adapt.examples import touched, vary
+from controller.adapt.examples import paced, touched, vary
 from controller.bundle import Bundle, BundleError
 from controller.preprocess import Preprocessor
 from controller.recognizer import Recognizer
@@ -178,13 +179,69 @@ def test_a_rehearsal_of_another_sensor_is_refused() -> None:
         adapt.teach(written(made), examples("squeeze", 1))
 
 
+def images_touched(*touches: tuple[int, int], frames: int = 40, firm: float = 0.5) -> np.ndarray:
+    images = np.ones((frames, 5, 5), np.float32)
+    for first, end in touches:
+        images[first:end, 2, 2] -= firm
+    return images
+
+
 def test_a_touch_is_found_with_the_pause_of_a_double_tap_in_it() -> None:
-    images = np.ones((30, 5, 5), np.float32)
-    images[10:13, 2, 2] = images[15:18, 2, 2] = 0.5
-    found = touched(images)
-    assert found is not None
-    assert found == pytest.approx((9.3, 17.7), abs=0.35)
-    assert touched(np.ones((30, 5, 5), np.float32)) is None
+    one = Example("double_tap", images_touched((10, 13), (15, 18))).found()
+    assert one is not None
+    assert one.span == pytest.approx((9.3, 17.7), abs=0.35)
+    assert len(one.images) == 40
+    assert touched(np.ones((30, 5, 5), np.float32)) == []
+
+
+def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_before() -> None:
+    one = Example("tap", images_touched((3, 9), (20, 26), (35, 36))).found()
+    assert one is not None
+    assert one.span is not None
+    begin, end = (math.ceil(edge) for edge in one.span)
+    assert end - begin == 6
+    assert (one.images[begin:end, 2, 2] == 0.5).all()
+    around = np.concatenate([one.images[:begin], one.images[end:]])
+    assert len(around) > 5
+    assert (around == 1.0).all()
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
+def test_how_long_a_pause_parts_touches_is_a_time_not_a_number_of_frames(rate_hz: float) -> None:
+    def at(*seconds: float) -> tuple[int, ...]:
+        return tuple(round(rate_hz * s) for s in seconds)
+
+    def found(pause_s: float) -> float:
+        touches = (at(1.0, 1.3), at(1.3 + pause_s, 1.6 + pause_s))
+        images = images_touched(*touches, frames=round(4 * rate_hz))  # type: ignore[arg-type]
+        one = Example("tap", images).found(rate_hz)
+        assert one is not None
+        assert one.span is not None
+        return (one.span[1] - one.span[0]) / rate_hz
+
+    assert found(0.3) == pytest.approx(0.9, abs=0.1)
+    assert found(0.6) == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_stray_after_the_touch_is_not_meant() -> None:
+    images = images_touched((10, 16)) + images_touched((30, 32), firm=0.2) - 1.0
+    one = Example("tap", images).found()
+    assert one is not None
+    assert one.span == pytest.approx((9.3, 15.7), abs=0.35)
+
+
+def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
+    time = np.arange(20.0)
+    depth = 0.3 * np.exp(-0.5 * np.square((time - 10.0) / 1.2))  # a knock at 10 Hz
+    images = np.repeat(1.0 - depth, 25).reshape(20, 5, 5).astype(np.float32)
+    rng, worst = np.random.default_rng(0), np.zeros(2)
+    for _ in range(30):
+        seen, at = paced(images, rng)
+        true = 1.0 - 0.3 * np.exp(-0.5 * np.square((at - 10.0) / 1.2))
+        line = np.interp(at, time, images[:, 0, 0])
+        off = [np.abs(one - true).max() for one in (seen[:, 0, 0], line)]
+        worst = np.maximum(worst, off)
+    assert worst[0] < 0.5 * worst[1]
 
 
 def test_examples_are_turned_only_as_they_declare() -> None:

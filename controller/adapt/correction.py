@@ -49,7 +49,7 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
     if cut is None:
         raise AdaptError(f"nothing touched the orb in the last {LATEST_S:g} s; correct it sooner")
     one = Example(label, cut)
-    if one.found() is None:
+    if one.found(rate_hz) is None:
         raise AdaptError("that touch is too weak to learn from")
     return one
 
@@ -58,8 +58,8 @@ def latest(images: Images, rate_hz: float) -> Images | None:
     """Return the images of the latest touch with what is around it; None: there was none."""
     if len(images) < 3:
         return None
-    span = touched(images)
-    if span is None or span[1] < len(images) - LATEST_S * rate_hz:
+    touches = touched(images)
+    if not touches or touches[0].span[1] < len(images) - LATEST_S * rate_hz:
         return None
     energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
     idle = float(np.quantile(energy, 0.1))

@@ -4,7 +4,7 @@ A hand never does a thing twice alike. So each example is made faster and slower
 weaker, read at other instants and with other noise, and turned and mirrored as it declares.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,8 @@ TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarters
 # its share is about this (models/labels.py finds the same on simulated gestures).
 SHARE: Final = 0.3
 FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
+PAUSE_S: Final = 0.45  # between two touches; a double tap's is shorter
+WHOLE: Final = 0.5  # of the firmest of several touches: one that is less is noise or a stray
 LEAST: Final = 2.5  # a touch is so many times as firm as idle frames are restless
 TELLING: Final = 0.8  # of a touch: before, it may still become another gesture, and counts less
 CLEAR: Final = 0.05  # of a frame: closer to an edge, a window may be either
@@ -49,20 +51,51 @@ class Example:
     mirrored: bool = False
     span: tuple[float, float] | None = None
 
-    def found(self) -> "Example | None":
-        """Return the example with its touch found, or None where nothing touches."""
+    def found(self, rate_hz: float = 10.0) -> "Example | None":
+        """Return the example with its touch found, or None where nothing touches.
+
+        Of several touches the last is meant; what lies beyond the pauses around it is cut off, so
+        that nobody learns the touch before as what comes ahead of this one.
+
+        Args:
+            rate_hz: Frames per second.
+        """
         if self.span is not None:
             return self
-        span = touched(self.images)
-        if span is None:
+        touches = touched(self.images, PAUSE_S * rate_hz)
+        if not touches:
             return None
-        return Example(self.label, self.images, self.user, self.rotations, self.mirrored, span)
+        weight = [one.weight for one in touches]
+        at = max(i for i, one in enumerate(weight) if one >= WHOLE * max(weight))
+        # Where a pause is quietest the example begins and ends.
+        first = touches[at - 1].quiet if at else 0
+        end = touches[at].quiet + 1 if at + 1 < len(touches) else len(self.images)
+        span = (touches[at].span[0] - first, touches[at].span[1] - first)
+        return replace(self, images=self.images[first:end], span=span)
 
 
-def touched(images: Images) -> tuple[float, float] | None:
-    """Return where the touch in some images begins and ends, in frames; None: there is none.
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """One touch in some images.
 
-    Between two touches, as of a double tap, it goes on.
+    Attributes:
+        span: Where it begins and ends, frames.
+        weight: How firm and long it is.
+        quiet: The quietest frame between it and the next one; the last image after the last.
+    """
+
+    span: tuple[float, float]
+    weight: float
+    quiet: int
+
+
+def touched(images: Images, pause: float = np.inf) -> list[Touch]:
+    """Return the touches in some images, in order; none may be there.
+
+    Args:
+        images: z, (frames, rows, columns).
+        pause: Between two touches there are more frames without one than so many: in a double
+            tap's pause the touch goes on.
     """
     energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
     idle = float(np.quantile(energy, 0.1))
@@ -70,16 +103,23 @@ def touched(images: Images) -> tuple[float, float] | None:
     loud = energy[energy > idle + 0.5 * (energy.max() - idle)]
     firm = float(np.quantile(loud, FIRM)) if len(loud) else idle
     if firm - idle < max(LEAST * restless, 0.01):
-        return None
+        return []
     share = (energy - idle) / (firm - idle)
     above = np.flatnonzero(share >= SHARE)
-    first, last = int(above[0]), int(above[-1])
-    begin, end = float(first), float(last)
-    if first > 0:
-        begin -= (share[first] - SHARE) / (share[first] - share[first - 1])
-    if last + 1 < len(share):
-        end += (share[last] - SHARE) / (share[last] - share[last + 1])
-    return begin, max(end, begin + 1e-3)
+    parts = np.split(above, np.flatnonzero(np.diff(above) > pause + 1.0) + 1)
+    ends = [*(int(part[0]) for part in parts[1:]), len(images)]
+    found = []
+    for part, after in zip(parts, ends, strict=True):
+        first, last = int(part[0]), int(part[-1])
+        begin, end = float(first), float(last)
+        if first > 0:
+            begin -= (share[first] - SHARE) / (share[first] - share[first - 1])
+        if last + 1 < len(share):
+            end += (share[last] - SHARE) / (share[last] - share[last + 1])
+        quiet = last + int(energy[last:after].argmin())
+        weight = float(share[part].sum())
+        found.append(Touch((begin, max(end, begin + 1e-3)), weight, quiet))
+    return found
 
 
 def vary(
@@ -133,7 +173,26 @@ def paced(images: Images, rng: np.random.Generator) -> tuple[Images, NDArray[np.
     at = np.minimum(at, len(images) - 1.0 - 1e-6 * np.arange(count, 0, -1))
     low = np.minimum(at.astype(np.intp), len(images) - 2)
     part = (at - low).astype(np.float32)[:, None, None]
-    return np.asarray(images[low] * (1.0 - part) + images[low + 1] * part, np.float32), at
+    return _between(images, low, part), at
+
+
+def _between(images: Images, low: NDArray[np.intp], part: NDArray[np.float32]) -> Images:
+    """Return the images a part of the way from one to the next, on a cubic through both.
+
+    Its slope at an image is that from the one before to the one after (Catmull and Rom 1974). A
+    straight line cut the tip off a touch of three images: what it made were softer touches.
+
+    Args:
+        images: (frames, rows, columns).
+        low: The images before, (n,); each has one after it.
+        part: 0 ... 1, (n, 1, 1).
+    """
+    here, there = images[low], images[low + 1]
+    slope = 0.5 * (there - images[np.maximum(low - 1, 0)])
+    later = 0.5 * (images[np.minimum(low + 2, len(images) - 1)] - here)
+    way = there - here
+    bend = (3.0 * way - 2.0 * slope - later) + part * (slope + later - 2.0 * way)
+    return np.asarray(here + part * (slope + part * bend), dtype=np.float32)
 
 
 def _turned(

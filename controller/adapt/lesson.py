@@ -20,8 +20,8 @@ GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # windows' worth of copies of a label's examples together
 REHEARSED: Final = 3  # copies of what is rehearsed
-SHARE: Final = 0.05  # what a label's examples weigh, all that is rehearsed being 1
-AROUND: Final = 0.5  # what surrounds them, times that
+SHARE: Final = 0.16  # what a label's examples weigh, all that is rehearsed being 1
+AROUND: Final = 1.0  # what surrounds them, times that
 LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
@@ -222,10 +222,10 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
         if one.label == NULL_LABEL:
             found: Example | None = replace(one, span=(0.0, float(len(one.images))))
         else:
-            found = one.found()
+            found = one.found(loaded.rate_hz)
         if found is None:
             raise AdaptError(f"example {number} of {one.label} shows no touch; make it again")
-        kept = rehearsal.from_bytes(rehearsal.to_bytes(one.images))
+        kept = rehearsal.from_bytes(rehearsal.to_bytes(found.images))
         # A gesture that is new is everybody's: all networks of a bundle have the same classes.
         user = one.user if one.label in loaded.labels else EVERYBODY
         fresh.append(replace(found, images=kept, user=user))

@@ -152,7 +152,7 @@ def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]
             rotations=entry.rotations,
             mirrored=entry.mirror == SELF,
         )
-        if example.found() is not None:
+        if example.found(loaded.rate_hz) is not None:
             yield example
 
 

@@ -161,7 +161,7 @@ def examples(
         if event.kind != label or first == 0 or not steps[first].ready:
             continue
         example = adapt.Example(label, images[first:end], rotations="all", mirrored=True)
-        if example.found() is not None:  # else the cue would ask for it again
+        if example.found(loaded.rate_hz) is not None:  # else the cue would ask for it again
             yield example
 
 
