@@ -78,23 +78,10 @@ def _entries(data: bytes, count: int) -> list[Member]:
     for _ in range(count):
         if len(data) - at < _ENTRY.size:
             raise ZipError("is not a whole .npz archive")
-        (
-            magic,
-            _,
-            version,
-            flags,
-            method,
-            _,
-            _,
-            crc,
-            packed,
-            size,
-            name,
-            extra,
-            comment,
-            *_,
-            offset,
-        ) = _ENTRY.unpack_from(data, at)
+        fields = _ENTRY.unpack_from(data, at)
+        magic, _, version, flags, method = fields[:5]
+        crc, packed, size, name, extra, comment = fields[7:13]
+        offset = fields[-1]
         at += _ENTRY.size
         title = data[at : at + name]
         at += name + extra + comment
