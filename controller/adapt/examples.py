@@ -77,7 +77,7 @@ class Example:
     def noise(self) -> float:
         """Return how much a taxel changes from frame to frame where least happens, z."""
         change = np.abs(np.diff(self.images, axis=0)).mean(axis=(1, 2))
-        return float(np.quantile(change, STILL))
+        return float(np.quantile(change, STILL)) if len(change) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
