@@ -230,6 +230,17 @@ def test_a_stray_after_the_touch_is_not_meant() -> None:
     assert one.span == pytest.approx((9.3, 15.7), abs=0.35)
 
 
+def test_examples_of_a_noisy_orb_weigh_less() -> None:
+    def weight(noise: float) -> float:
+        rng = np.random.default_rng(0)
+        images = images_touched((10, 16)) + noise * rng.normal(size=(40, 5, 5))
+        return lesson.weight_of(Example("tap", images.astype(np.float32)))
+
+    assert weight(0.0) == pytest.approx(lesson.SHARE)
+    # Normal noise changes by 2/sqrt(pi) of its deviation from frame to frame, on average.
+    assert weight(lesson.NOISY * np.sqrt(np.pi) / 2) == pytest.approx(lesson.SHARE / 2, rel=0.1)
+
+
 def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
     time = np.arange(20.0)
     depth = 0.3 * np.exp(-0.5 * np.square((time - 10.0) / 1.2))  # a knock at 10 Hz

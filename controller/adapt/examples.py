@@ -23,6 +23,7 @@ FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
 PAUSE_S: Final = 0.45  # between two touches; a double tap's is shorter
 WHOLE: Final = 0.5  # of the firmest of several touches: one that is less is noise or a stray
 LEAST: Final = 2.5  # a touch is so many times as firm as idle frames are restless
+STILL: Final = 0.2  # of an example's frames: surely nothing touches there
 TELLING: Final = 0.8  # of a touch: before, it may still become another gesture, and counts less
 CLEAR: Final = 0.05  # of a frame: closer to an edge, a window may be either
 PACE: Final = 0.2  # deviations, relative: how long it takes, how strong it is
@@ -72,6 +73,11 @@ class Example:
         end = touches[at].quiet + 1 if at + 1 < len(touches) else len(self.images)
         span = (touches[at].span[0] - first, touches[at].span[1] - first)
         return replace(self, images=self.images[first:end], span=span)
+
+    def noise(self) -> float:
+        """Return how much a taxel changes from frame to frame where least happens, z."""
+        change = np.abs(np.diff(self.images, axis=0)).mean(axis=(1, 2))
+        return float(np.quantile(change, STILL)) if len(change) else 0.0
 
 
 @dataclass(frozen=True, slots=True)

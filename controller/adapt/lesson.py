@@ -20,7 +20,8 @@ GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
 COPIES: Final = 240  # windows' worth of copies of a label's examples together
 REHEARSED: Final = 3  # copies of what is rehearsed
-SHARE: Final = 0.16  # what a label's examples weigh, all that is rehearsed being 1
+SHARE: Final = 0.185  # what a label's examples weigh without noise, all that is rehearsed being 1
+NOISY: Final = 0.03  # as much noise halves it: the old gestures are nearer to any other then
 AROUND: Final = 1.0  # what surrounds them, times that
 LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
@@ -175,7 +176,7 @@ class _Lesson:
                 target.append(_one_hot(kind, len(self.labels)))
                 each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
                                 AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-                weight.append(SHARE * each / len(alike))
+                weight.append(weight_of(one) * each / len(alike))
                 spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
         material = fit.Material(
@@ -194,6 +195,11 @@ class _Lesson:
         inside_ = np.concatenate([inside for _, inside in spoken])
         learned = _share((said[len(old) :].argmax(axis=1) == kinds)[inside_])
         return taken.widened(units), (taken.hidden, taken.classes), (kept, learned)
+
+
+def weight_of(example: Example) -> float:
+    """Return what an example weighs if it is the only one, all that is rehearsed being 1."""
+    return SHARE / (1.0 + example.noise() / NOISY)
 
 
 def _rehearsal(loaded: Bundle, parts: Mapping[str, bytes]) -> Rehearsal:
