@@ -24,7 +24,8 @@ _LEAST: Final = 6
 # A light finger on a noisy skin stays below the gate, and so its touches take rest along: at a
 # press every 1.3 s, two of five frames that rest follows are touched. But noise cancels over the
 # skin, and a finger only takes away: where the mean of a quiet frame is this low, rest follows it
-# more slowly. A quarter of the pace, or none, helps light hands more, but loses fast drift.
+# more slowly. A quarter of the pace, or none, helps light hands more, but loses fast drift. Where
+# noise is not most of the gate, it hides no finger, and rest follows as fast as ever.
 _LOW: Final = 0.4  # of the gate
 _WARY: Final = 0.5  # of the usual pace
 
@@ -167,8 +168,8 @@ class Rest:
             self._quiet_run += 1
             self._steady_run = 0
             if self._quiet_run > self._settle:
-                low = self._soft and 1.0 - mean(image) > _LOW * self.gate
-                pace = _WARY if low else 1.0
+                hidden = self._soft and self.gate > 2.0 * self.settings.gate
+                pace = _WARY if hidden and 1.0 - mean(image) > _LOW * self.gate else 1.0
                 rest += pace * max(self._follow, 1.0 / (self.seen + 1)) * (values - rest)
                 self.idle += pace * 0.2 * self._follow * (deviation - self.idle)
                 self.seen += 1

@@ -1,5 +1,7 @@
 """Rest, images and windows."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -152,6 +154,17 @@ def test_a_light_hand_on_a_noisy_skin_takes_less_of_rest_along() -> None:
     assert quiet > 0.9 * 240
     assert stage.rest is not None
     assert float((stage.rest / REST_PF).mean()) > 0.982
+
+
+def test_a_quiet_skin_is_followed_at_the_usual_pace_wherever_it_goes() -> None:
+    """A step is followed to within 1/e in the time constant: there noise hides no finger."""
+    for to in (0.99, 1.01):
+        stage = fresh()
+        for frame in np.concatenate([idle(5.0, noise=0.002), idle(2.0, noise=0.002) * to]):
+            stage.step(frame.astype(np.float32))
+        assert stage.rest is not None
+        followed = (float((stage.rest / REST_PF).mean()) - 1.0) / (to - 1.0)
+        assert followed == pytest.approx(1.0 - 1.0 / math.e, abs=0.05)
 
 
 def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up() -> None:
