@@ -8,14 +8,11 @@ no particular bytes.
 
 import hashlib
 import stat
-import struct
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 
-# Records of the ZIP specification (APPNOTE.TXT 4.3): local header, central header, end.
-_LOCAL = struct.Struct("<4s5H3L2H")
-_CENTRAL = struct.Struct("<4s6H3L5H2L")
-_END = struct.Struct("<4s4H2LH")
+from controller.unzip import CENTRAL, END, LOCAL
+
 _SIZE, _LENGTH = 7, 9  # fields of the local header: of the part, of its name
 _MOST = 64  # parts
 _VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980 = 20, 0, 0, 0, 0x21
@@ -38,13 +35,13 @@ def _pieces(parts: Mapping[str, bytes]) -> Iterator[bytes]:
         title, crc, size = name.encode(), zlib.crc32(data), len(data)
         common = (_VERSION, _NO_FLAGS, _STORED, _MIDNIGHT, _1980, crc, size, size, len(title), 0)
         rest = (0, 0, 0, _FILE, offset)
-        directory += _CENTRAL.pack(b"PK\1\2", _UNIX | _VERSION, *common, *rest) + title
-        header = _LOCAL.pack(b"PK\3\4", *common) + title
+        directory += CENTRAL.pack(b"PK\1\2", _UNIX | _VERSION, *common, *rest) + title
+        header = LOCAL.pack(b"PK\3\4", *common) + title
         yield header
         yield data
         offset += len(header) + size
     yield bytes(directory)
-    yield _END.pack(b"PK\5\6", 0, 0, len(parts), len(parts), len(directory), offset, 0)
+    yield END.pack(b"PK\5\6", 0, 0, len(parts), len(parts), len(directory), offset, 0)
 
 
 def names(data: bytes) -> tuple[str, ...]:
@@ -55,10 +52,10 @@ def names(data: bytes) -> tuple[str, ...]:
     """
     found: list[str] = []
     offset = 0
-    while data[offset : offset + 4] == b"PK\3\4" and len(data) >= offset + _LOCAL.size:
-        header = _LOCAL.unpack_from(data, offset)
+    while data[offset : offset + 4] == b"PK\3\4" and len(data) >= offset + LOCAL.size:
+        header = LOCAL.unpack_from(data, offset)
         size, length = header[_SIZE], header[_LENGTH]
-        offset += _LOCAL.size
+        offset += LOCAL.size
         title = data[offset : offset + length]
         if not title.isascii() or len(found) == _MOST:
             break
@@ -78,10 +75,10 @@ def unpack(data: bytes, names: Sequence[str]) -> dict[str, bytes]:
     parts: dict[str, bytes] = {}
     offset = 0
     for name in names:
-        start = offset + _LOCAL.size + len(name.encode())
+        start = offset + LOCAL.size + len(name.encode())
         if len(data) < start:
             raise _damaged()
-        offset, size = start, _LOCAL.unpack_from(data, offset)[_SIZE]
+        offset, size = start, LOCAL.unpack_from(data, offset)[_SIZE]
         parts[name] = data[start : start + size]
         offset += size
     at = 0

@@ -18,9 +18,11 @@ from controller.record import record
 STORED, DEFLATED = 0, 8
 PIECE: Final = 128 << 10  # bytes that the directory may have, and that are unpacked at once
 
-_END: Final = struct.Struct("<4s4H2LH")
-_ENTRY: Final = struct.Struct("<4s6H3L5H2L")
-_LOCAL: Final = struct.Struct("<4s5H3L2H")
+# The records: a member's local header, its entry in the directory, the end.
+LOCAL: Final = struct.Struct("<4s5H3L2H")
+CENTRAL: Final = struct.Struct("<4s6H3L5H2L")
+END: Final = struct.Struct("<4s4H2LH")
+
 _COMMENT: Final = 0xFFFF  # bytes at the most, behind the end record
 _VERSION: Final = 45  # of the specification: what `numpy.savez` asks of a reader
 _UTF_8: Final = 0x800  # a flag; without it a name is ASCII, or none of ours
@@ -45,7 +47,7 @@ class Member:
     @property
     def end(self) -> int:
         """The least offset at which the next member can begin."""
-        return self.offset + _LOCAL.size + self.packed
+        return self.offset + LOCAL.size + self.packed
 
 
 def directory(file: IO[bytes]) -> tuple[list[Member], int]:
@@ -55,16 +57,16 @@ def directory(file: IO[bytes]) -> tuple[list[Member], int]:
         ZipError: There is none, or one that is larger than `PIECE`.
     """
     length = file.seek(0, io.SEEK_END)
-    file.seek(max(0, length - _END.size - _COMMENT))
+    file.seek(max(0, length - END.size - _COMMENT))
     tail = file.read()
     at = tail.rfind(b"PK\5\6")
-    if at < 0 or len(tail) - at < _END.size:
+    if at < 0 or len(tail) - at < END.size:
         raise ZipError("is not a whole .npz archive")
-    _, disk, first_disk, here, count, size, start, comment = _END.unpack_from(tail, at)
+    _, disk, first_disk, here, count, size, start, comment = END.unpack_from(tail, at)
     if size > PIECE:
         raise ZipError(f"has a zip directory of more than the {PIECE} bytes allowed")
     end = length - len(tail) + at
-    if (disk, first_disk, here, comment) != (0, 0, count, len(tail) - at - _END.size):
+    if (disk, first_disk, here, comment) != (0, 0, count, len(tail) - at - END.size):
         raise ZipError("is not a whole .npz archive")
     if start + size != end:
         raise ZipError("is not a whole .npz archive")
@@ -76,13 +78,13 @@ def _entries(data: bytes, count: int) -> list[Member]:
     """Return what a directory of so many entries says."""
     members, at = [], 0
     for _ in range(count):
-        if len(data) - at < _ENTRY.size:
+        if len(data) - at < CENTRAL.size:
             raise ZipError("is not a whole .npz archive")
-        fields = _ENTRY.unpack_from(data, at)
+        fields = CENTRAL.unpack_from(data, at)
         magic, _, version, flags, method = fields[:5]
         crc, packed, size, name, extra, comment = fields[7:13]
         offset = fields[-1]
-        at += _ENTRY.size
+        at += CENTRAL.size
         title = data[at : at + name]
         at += name + extra + comment
         if magic != b"PK\1\2" or version > _VERSION:
@@ -104,10 +106,10 @@ class Reader:
             ZipError: It is not where the directory says.
         """
         file.seek(member.offset)
-        header = file.read(_LOCAL.size)
-        if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
+        header = file.read(LOCAL.size)
+        if len(header) < LOCAL.size or not header.startswith(b"PK\3\4"):
             raise ZipError("is not a whole .npz archive")
-        name, extra = _LOCAL.unpack(header)[-2:]
+        name, extra = LOCAL.unpack(header)[-2:]
         title = file.read(name)
         if title.decode("utf-8" if member.flags & _UTF_8 else "ascii", "replace") != member.name:
             raise ZipError("is not a whole .npz archive")
