@@ -69,29 +69,19 @@ class Health:
         self._was_lost = False
         self._ready = False
 
-    def step(self, prepared: Prepared, rest: Map | None) -> tuple[str, ...]:
-        """Take what the next frame became, and return what is found.
-
-        Args:
-            prepared: By the preprocessor.
-            rest: Its rest image; None: not known yet.
-        """
-        self.notice(prepared)
-        return self.look(prepared.dead, rest)
-
     def notice(self, prepared: Prepared) -> None:
-        """Count what the next frame became; the first half of `step`."""
+        """Take what the next frame became, which the preprocessor says."""
         self._frame += 1
         self._ready |= prepared.ready
         self._busy_run = self._busy_run + 1 if prepared.ready and not prepared.quiet else 0
         self._count(prepared.lost, prepared.image.shape)
 
     def look(self, dead: Mask | None, rest: Map | None) -> tuple[str, ...]:
-        """Return what is found, looked for once a second; the second half of `step`.
+        """Return what is found; once a second it is looked for anew.
 
         Args:
             dead: Taxels that do not answer to touch.
-            rest: As in `step`.
+            rest: The preprocessor's rest image; None: not known yet.
         """
         if self._frame % max(1, round(_EVERY_S * self._rate_hz)) == 0:
             told = [

@@ -24,7 +24,9 @@ class Session:
 
     def feel(self, frames: NDArray[np.floating]) -> tuple[str, ...]:
         for frame in frames.astype(np.float32):
-            found = self.health.step(self.stage.step(frame), self.stage.resting)
+            prepared = self.stage.step(frame)
+            self.health.notice(prepared)
+            found = self.health.look(prepared.dead, self.stage.resting)
         return found
 
 
