@@ -23,10 +23,10 @@ from typing import Any, TypeVar
 from controller import archive, users
 from controller import golden as goldens
 from controller.debounce import DebounceSettings
+from controller.errors import UserError
 from controller.golden import Golden, GoldenError
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
-from controller.mistake import Mistake
 from controller.preprocess import PreprocessSettings
 from controller.record import record
 from controller.touch import Spread
@@ -56,7 +56,7 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
 _Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
 
 
-class BundleError(Mistake, ValueError):
+class BundleError(UserError, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 

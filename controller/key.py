@@ -14,14 +14,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from controller.mistake import Mistake
+from controller.errors import UserError
 
 SIZE: Final = 32  # bytes that are drawn; SHA-256 takes no more strength from a longer key
 LEAST: Final = 16  # bytes of a key that somebody made otherwise
 _LONGEST: Final = 4096  # bytes of a file that can be a key
 
 
-class KeyFileError(Mistake, ValueError):
+class KeyFileError(UserError, ValueError):
     """A key file cannot be used or made; the message is one sentence for the user."""
 
 

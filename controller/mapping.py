@@ -22,7 +22,7 @@ from dataclasses import field
 from pathlib import Path
 from typing import Any
 
-from controller.mistake import Mistake
+from controller.errors import UserError
 from controller.protocol import COMMANDS
 from controller.record import record
 
@@ -34,7 +34,7 @@ _MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")
 
 
-class MappingError(Mistake, ValueError):
+class MappingError(UserError, ValueError):
     """The table cannot be used; the message says where, and what belongs there."""
 
 

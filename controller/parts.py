@@ -23,9 +23,9 @@ from controller import mapping as mappings
 from controller.bluetooth.button import WINDOW_S
 from controller.bundle import RATE_TOLERANCE, Bundle
 from controller.device import Device, Wish, steady
+from controller.errors import UserError
 from controller.links import Link, LinkError, open_link
 from controller.mapping import Mapping
-from controller.mistake import Mistake
 from controller.options import PRINT
 from controller.pipeline import LATER, Pipeline
 from controller.preprocess import Image, Known
@@ -209,19 +209,19 @@ def _exclude(options: Namespace) -> None:
     """Refuse options that have no meaning together."""
     if options.replay is not None:
         if options.record is not None:
-            raise Mistake("a replay is a recording already; leave out --record")
+            raise UserError("a replay is a recording already; leave out --record")
         if options.rate is not None:
-            raise Mistake("a recording has its own rate; leave out --rate")
+            raise UserError("a recording has its own rate; leave out --rate")
     if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
-        raise Mistake("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
+        raise UserError("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
     if options.link == PRINT and (options.key is not None or options.unprotected):
-        raise Mistake("--key and --unprotected are for hosts; say with --link where they come")
+        raise UserError("--key and --unprotected are for hosts; say with --link where they come")
     if options.key is not None and options.unprotected:
-        raise Mistake("an orb with a key is protected; leave out --key or --unprotected")
+        raise UserError("an orb with a key is protected; leave out --key or --unprotected")
     if options.record is None:
         for name in ("label", "cues"):
             if getattr(options, name):
-                raise Mistake(f"--{name} is for recordings; add --record")
+                raise UserError(f"--{name} is for recordings; add --record")
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
@@ -229,7 +229,7 @@ def _check_user(options: Namespace, bundle: Bundle) -> None:
     if options.user and options.record is None and options.user not in bundle.users.names:
         known = ", ".join(bundle.users.names)
         whom = f"the bundle knows {known}" if known else "the bundle knows nobody (docs/users.md)"
-        raise Mistake(
+        raise UserError(
             f"--user {options.user} is for recordings, and for people whom the bundle knows; "
             f"{whom}; add --record"
         )
@@ -431,7 +431,7 @@ def _pipeline(
     try:
         pipeline.restore(source.state)
     except ValueError as error:
-        raise Mistake(f"the recording cannot be replayed: {error}") from None
+        raise UserError(f"the recording cannot be replayed: {error}") from None
     return pipeline
 
 

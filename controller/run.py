@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 from controller.device import Device
 from controller.ends import Ends, complain, signals
+from controller.errors import UserError
 from controller.links import LinkError
 from controller.links.stdout import let_go
 from controller.loop import ORPHAN_S, Loop
-from controller.mistake import Mistake
 from controller.options import PRINT, parser
 from controller.parts import Parts, open_device, prepare, renew
 from controller.parts import clerk as parts_clerk
@@ -39,14 +39,14 @@ def main(words: Sequence[str]) -> int:
     with signals() as ends:
         try:
             parts = prepare(options)
-        except Mistake as error:
+        except UserError as error:
             return complain(error, 2)
         if parts.owned:
             threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
             with _keyboard(parts) as keys:
                 _run(parts, ends, keys)
-        except Mistake as error:
+        except UserError as error:
             return complain(error, 1)
         finally:
             parts.link.close()
@@ -83,7 +83,7 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
             ends.renew = False
             try:
                 parts = renew(parts)
-            except Mistake as error:
+            except UserError as error:
                 _log.error("going on as before: %s", error)
     finally:
         heart.stopping()

@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller import mapping as mappings
+from controller.errors import UserError
 from controller.mapping import Mapping, MappingError
-from controller.mistake import Mistake
 
 FILE: Final = "gestures.toml"  # its name beside recordings
 ROTATIONS: Final = ("none", "half", "all")  # fewest first
@@ -39,7 +39,7 @@ _LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a pa
 _MAX_SAY: Final = 80  # one line of a terminal
 
 
-class VocabularyError(Mistake, ValueError):
+class VocabularyError(UserError, ValueError):
     """The file is no vocabulary; the message says where, and what belongs there."""
 
 

@@ -8,14 +8,14 @@ import re
 from dataclasses import field
 from typing import Any, Protocol
 
-from controller.mistake import Mistake
+from controller.errors import UserError
 from controller.protocol import Message, ProtocolError, Welcome
 from controller.record import record
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
 
-class LinkError(Mistake, OSError):
+class LinkError(UserError, OSError):
     """A link cannot be opened; the message says why and what to do, in one sentence."""
 
 

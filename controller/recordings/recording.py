@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from controller import __version__
 from controller.bundle import RATE_TOLERANCE as RATE_TOLERANCE
 from controller.bundle import Bundle
+from controller.errors import UserError
 from controller.labelling import UNKNOWN as UNKNOWN
 from controller.median import median
-from controller.mistake import Mistake
 from controller.pipeline import CommandRecord
 from controller.preprocess import State
 from controller.record import record
@@ -31,7 +31,7 @@ SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
 PICOFARAD: Final = "pF"
 
 
-class RecordingError(Mistake, ValueError):
+class RecordingError(UserError, ValueError):
     """The recording cannot be read, used or written; the message says why, in one sentence."""
 
 

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from controller.mistake import Mistake
+from controller.errors import UserError
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
 from controller.record import record
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from controller.recordings.recording import Recording
 
 
-class SensorError(Mistake, ValueError):
+class SensorError(UserError, ValueError):
     """The sensor cannot be used; the message says why, in one sentence."""
 
 

@@ -1,0 +1,128 @@
+"""Parse TOML and JSON from files that strangers may have written, at a bounded cost.
+
+Python's `tomllib` takes time and memory quadratic in the parts of one dotted key (a line of 30,000
+parts costs gigabytes), and both parsers recurse into nested values. So size, dots and nesting are
+checked before, and whole numbers after, since some are too large to become a float.
+"""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+from controller.errors import UserError, reason
+from controller.files import read_text
+
+MAX_BYTES: Final = 64 << 10
+MAX_PARTS: Final = 16  # of one key, between dots
+MAX_NESTING: Final = 16  # brackets
+_INTEGERS: Final = range(-(2**63), 2**63)  # what the TOML specification asks readers to take
+
+# Strings and comments, as TOML has them; one without an end goes on to the end of its line, or of
+# the text, so that no text is looked at twice.
+_QUOTED: Final = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"""|\\?\Z)' r"|'''.*?(?:'''|\Z)"
+    r'|"(?:[^"\\\n]|\\[^\n])*(?:"|$)' r"|'[^'\n]*(?:'|$)" r"|\#[^\n]*",
+    re.DOTALL | re.MULTILINE,
+)  # fmt: skip
+_DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_PARTS}}}")
+_PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+
+
+class ConfigError(UserError, ValueError):
+    """A text is not valid TOML or JSON, or exceeds a limit; the message begins with the line."""
+
+
+def read_toml(path: Path, limit_bytes: int = MAX_BYTES) -> dict[str, Any]:
+    """Return the table in a TOML file.
+
+    Raises:
+        ConfigError: It cannot be read or parsed; a sentence that names the file.
+    """
+    try:
+        return parse_toml(read_text(path, limit_bytes), limit_bytes)
+    except OSError as error:
+        raise ConfigError(f"cannot read {path}: {reason(error)}") from None
+    except ConfigError as error:
+        raise ConfigError(f"{path}, {error}") from None
+
+
+def parse_toml(text: str | bytes, limit_bytes: int = MAX_BYTES) -> dict[str, Any]:
+    """Return the table in a text of TOML.
+
+    Raises:
+        ConfigError: It is not TOML, or exceeds a limit of size, dots, nesting or whole numbers.
+    """
+    whole = _decoded(text, limit_bytes)
+    _check_cost(whole.replace("\r\n", "\n"))
+    try:
+        table = tomllib.loads(whole)
+    except tomllib.TOMLDecodeError as error:
+        place = _PLACE.search(str(error))
+        line = int(place[1]) if place and place[1] else whole.rstrip().count("\n") + 1
+        raise ConfigError(f"line {line}: {_PLACE.sub('', str(error)).lower()}") from None
+    except (ValueError, RecursionError):  # Python refuses numbers of thousands of digits
+        raise ConfigError("a number has too many digits") from None
+    _check_numbers(table, "")
+    return table
+
+
+def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
+    """Return the value in a text of JSON.
+
+    Raises:
+        ConfigError: It is not JSON, or exceeds a limit of size, nesting or whole numbers.
+    """
+    whole = _decoded(text, limit_bytes)
+    try:
+        return json.loads(whole, parse_int=_integer)
+    except json.JSONDecodeError as error:
+        raise ConfigError(f"line {error.lineno}: {error.msg.lower()}") from None
+    except RecursionError:
+        raise ConfigError("values are nested too deeply") from None
+    except ValueError:
+        raise ConfigError("a whole number does not fit 64 bits") from None
+
+
+def _decoded(text: str | bytes, limit_bytes: int) -> str:
+    if len(text) > limit_bytes:
+        raise ConfigError(f"the text has more than {limit_bytes} bytes")
+    if isinstance(text, str):
+        return text
+    try:
+        return text.decode()
+    except UnicodeDecodeError:
+        raise ConfigError("the text is not UTF-8") from None
+
+
+def _check_cost(text: str) -> None:
+    """Raise if a key has too many parts, or brackets are nested too deeply."""
+    bare = _QUOTED.sub(lambda match: "_" + "\n" * match[0].count("\n"), text)
+    if long := _DOTTED.search(bare):
+        line = bare.count("\n", 0, long.start()) + 1
+        raise ConfigError(f"line {line}: a key has more than {MAX_PARTS} parts")
+    depth = 0
+    for bracket in re.finditer(r"[\[\]{}]", bare):
+        depth += 1 if bracket[0] in "[{" else -1
+        if depth > MAX_NESTING:
+            line = bare.count("\n", 0, bracket.start()) + 1
+            raise ConfigError(f"line {line}: values are nested more than {MAX_NESTING} deep")
+
+
+def _check_numbers(value: Any, key: str) -> None:
+    """Raise if a whole number needs more than 64 bits."""
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            _check_numbers(inner, name)
+    elif isinstance(value, list):
+        for inner in value:
+            _check_numbers(inner, key)
+    elif isinstance(value, int) and value not in _INTEGERS:
+        raise ConfigError(f"{key!r} is a whole number that does not fit 64 bits")
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > 20 or int(digits) not in _INTEGERS:
+        raise ValueError(digits[:20])
+    return int(digits)

@@ -1,0 +1,72 @@
+"""Standard output and error: printable text, readers that go away, and exit statuses."""
+
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final, TextIO
+
+from controller.errors import UserError, reason
+
+TROUBLE: Final = 1
+USAGE: Final = 2
+INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
+
+
+def run(program: str, command: Callable[[], int]) -> int:
+    """Run a command; return its exit status. Expected errors become one sentence.
+
+    A character that the terminal cannot show is printed as an escape. A reader that has gone
+    (`| head`) ends the command without a word, with status 1.
+
+    Args:
+        program: The name that a message begins with.
+        command: Returns the exit status.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if (adapt := getattr(stream, "reconfigure", None)) is not None:
+            adapt(errors="backslashreplace")
+    try:
+        status = command()
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except UserError as error:
+        return complain(program, error, USAGE)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        let_go(sys.stdout)
+        return TROUBLE
+    except OSError as error:
+        if error.filename is not None:
+            return complain(program, f"{error.filename}: {reason(error)}", TROUBLE)
+        let_go(sys.stdout)
+        return complain(program, f"cannot write the output: {reason(error)}", TROUBLE)
+    return status
+
+
+def complain(program: str, problem: Exception | str, status: int) -> int:
+    """Print what is wrong on standard error; return the exit status."""
+    with suppress(OSError, ValueError):  # standard error may be closed; the status remains
+        print(f"{program}: {printable(str(problem))}", file=sys.stderr)
+    return status
+
+
+def printable(text: str) -> str:
+    """Return a text in which whatever a terminal would act on is an escape; line breaks stay.
+
+    Such are control characters, colours, and marks that turn the direction of writing.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        sign if sign.isprintable() or sign == "\n" else repr(sign)[1:-1] for sign in text
+    )
+
+
+def let_go(stream: TextIO) -> None:
+    """Point a stream that cannot be written at nothing: Python flushes it once more at exit."""
+    with suppress(OSError, ValueError):  # under a test it may be no stream of the system
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

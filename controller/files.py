@@ -1,0 +1,126 @@
+"""Read and replace files: regular files only, of bounded size, and never half written.
+
+Every error is an `OSError` whose `strerror` completes the sentence "cannot read FILE: ...".
+"""
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+from pathlib import Path
+from typing import IO, Final
+
+_NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_KINDS: Final = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+def open_regular(path: Path) -> IO[bytes]:
+    """Open a regular file for reading. Pipes and devices are refused, since they may never end.
+
+    Raises:
+        OSError: It cannot be opened, or is not a regular file.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | _NO_WAITING)
+    except ValueError as error:  # a zero byte in the name
+        raise OSError(errno.EINVAL, str(error), str(path)) from None
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(handle)
+        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+    return os.fdopen(handle, "rb")
+
+
+def read_bytes(path: Path, limit_bytes: int) -> bytes:
+    """Return the content of a regular file.
+
+    Raises:
+        OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
+    """
+    with open_regular(path) as file:
+        data = file.read(limit_bytes + 1)
+    if len(data) > limit_bytes:
+        raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
+    return data
+
+
+def read_text(path: Path, limit_bytes: int) -> str:
+    """Return the text of a regular file in UTF-8; a byte order mark is left out.
+
+    Raises:
+        OSError: As `read_bytes`, or it is not UTF-8.
+    """
+    try:
+        return read_bytes(path, limit_bytes).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise OSError(errno.EILSEQ, "it is not text in UTF-8", str(path)) from None
+
+
+def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: bool = True) -> None:
+    """Write a file so that its name never stands for half of it, whatever ends the program.
+
+    The data goes to a new file in the same folder, to the disk, and then to its name. Folders
+    that are missing are made. The file's permissions follow the user's umask.
+
+    Args:
+        path: Its name.
+        data: Its whole content.
+        private: Only the user may read it.
+        replace: Whether it may take the place of an older file.
+
+    Raises:
+        FileExistsError: The name is taken, and `replace` is false.
+        OSError: It cannot be written; an older file is as it was. `filename` is `path`.
+    """
+    beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if replace:
+            beside.replace(path)
+        else:
+            _name_once(beside, path)
+    except OSError as error:
+        error.filename, error.filename2 = str(path), None
+        raise
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
+    sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Put a folder's names on the disk, where the system can do that."""
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError:
+        pass  # some network drives refuse; the file itself is on the disk
+    finally:
+        os.close(handle)
+
+
+def _name_once(beside: Path, path: Path) -> None:
+    """Give a file a name that is free."""
+    try:
+        os.link(beside, path)  # unlike a rename, never replaces
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+        beside.rename(path)

@@ -1,0 +1,130 @@
+"""TOML and JSON of strangers: the parsers' own answers, at a bounded cost."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.config import MAX_BYTES, ConfigError, parse_json, parse_toml, read_toml
+
+TEXTS = st.lists(
+    st.sampled_from(
+        [
+            *[
+                "a",
+                ".",
+                "b",
+                "=",
+                "1",
+                "[",
+                "]",
+                "{",
+                "}",
+                ",",
+                '"',
+                "'",
+                "#",
+                "\\",
+                "\n",
+                "\t",
+                "2.5",
+                "true",
+            ],
+            '"""',
+            "'''",
+            "a.b = 1\n",
+        ]
+    ),
+    max_size=60,
+).map("".join)
+
+
+@given(TEXTS)
+def test_what_is_taken_is_what_the_parser_reads(text: str) -> None:
+    try:
+        table = parse_toml(text)
+    except ConfigError:
+        return
+    assert table == tomllib.loads(text)
+
+
+@pytest.mark.parametrize(
+    "text", ['x."a.b.c" = 1', "# a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r", 'x = "[[[[[[[[[[[[[[[[[["']
+)
+def test_dots_and_brackets_in_strings_and_comments_are_text(text: str) -> None:
+    assert parse_toml(text) == tomllib.loads(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x" + ".a" * 30_000 + " = 1",
+        "x" + " . 'a'" * 10_000 + " = 1",
+        "[x" + '."a"' * 10_000 + "]",
+        "y = { x" + ".a" * 30_000 + " = 1 }",
+        "'''\n'''\nx" + ".a" * 17 + " = 1",
+        "x = " + "[" * 60_000,
+        "x = " + "{a=" * 20_000,
+        "x = " + "[" * 17 + "]" * 17,
+        "x = " + "1" * 5000,
+        "x = 0x" + "f" * 400,
+        "a" * 70_000,
+        '"""' * 20_000 + "\\",
+        "'" * 60_000,
+        "x" * 60_000,
+    ],
+)
+def test_a_costly_text_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        parse_toml(text)
+    assert len(str(caught.value)) < 100
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a = 1\nb = \n", "line 2: invalid value"),
+        ("a = 1\nb =", "line 2: invalid value"),
+        ("a = 1\na = 2", "line 2: cannot overwrite a value"),
+        ("a = 1\nb" + ".c" * 16 + " = 2", "line 2: a key has more than 16 parts"),
+        ("a = 1\nb = " + "[" * 17, "line 2: values are nested more than 16 deep"),
+        ("[t]\na = 9223372036854775808", "'a' is a whole number that does not fit 64 bits"),
+    ],
+)
+def test_a_mistake_is_told_with_its_line(text: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        parse_toml(text)
+
+
+def test_a_file_is_named_in_its_mistake(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    for content, message in (
+        (b"a = ", f"{file}, line 1: invalid value"),
+        (b"\xff", f"cannot read {file}: it is not text in utf-8"),
+        (b" " * (MAX_BYTES + 1), f"cannot read {file}: it has more than 65536 bytes"),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(ConfigError) as caught:
+            read_toml(file)
+        assert str(caught.value) == message
+
+
+@given(st.recursive(st.integers(-(2**63), 2**63 - 1) | st.text() | st.booleans(), st.lists))
+def test_json_is_read_up_to_64_bits(value: Any) -> None:
+    assert parse_json(json.dumps(value)) == value
+
+
+@pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 10**400])
+def test_larger_numbers_in_json_are_refused(number: int) -> None:
+    with pytest.raises(ConfigError, match="does not fit 64 bits"):
+        parse_json(json.dumps([number]))
+
+
+@pytest.mark.parametrize("text", ["[" * 60_000, "1" * 5000, "{", "\x00", '{"a": 1e5'])
+def test_broken_json_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(ConfigError):
+        parse_json(text)

@@ -1,0 +1,93 @@
+"""Files: only regular ones are read, and none is ever half written."""
+
+import errno
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from controller import files
+from controller.files import atomic_write, read_bytes, read_text
+
+
+@pytest.fixture
+def specials(tmp_path: Path) -> Iterator[list[Path]]:
+    """A pipe, a socket, a folder and devices that never end."""
+    pipe, name = tmp_path / "pipe", tmp_path / "socket"
+    os.mkfifo(pipe)
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(name))
+        yield [pipe, name, tmp_path, Path("/dev/zero"), Path("/dev/full"), Path("/dev/null")]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no such files")
+def test_special_files_are_refused_at_once(specials: list[Path]) -> None:
+    for path in specials:
+        with pytest.raises(OSError) as caught:
+            read_bytes(path, 100)
+        assert caught.value.strerror
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_bytes(b"12345")
+    assert read_bytes(file, 5) == b"12345"
+    with pytest.raises(OSError, match="it has more than 4 bytes"):
+        read_bytes(file, 4)
+
+
+def test_a_sparse_file_costs_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "sparse"
+    with file.open("wb") as made:
+        made.truncate(8 << 30)
+    with pytest.raises(OSError, match="more than 100 bytes"):
+        read_bytes(file, 100)
+
+
+def test_text_is_utf_8_with_or_without_a_mark(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_bytes("\ufeffé".encode())
+    assert read_text(file, 100) == "é"
+    file.write_bytes(b"\xff")
+    with pytest.raises(OSError, match="not text in UTF-8"):
+        read_text(file, 100)
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "file"
+    atomic_write(file, b"old")
+
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files.os, "fsync", full)
+    with pytest.raises(OSError, match="No space left") as caught:
+        atomic_write(file, b"new")
+    assert caught.value.filename == str(file)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert file.read_bytes() == b"old"
+
+
+def test_a_name_that_is_taken_stays_where_asked(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "file"
+    atomic_write(file, b"old", replace=False)
+    with pytest.raises(FileExistsError):
+        atomic_write(file, b"new", replace=False)
+    assert file.read_bytes() == b"old"
+    assert [path.name for path in file.parent.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no permissions of this kind")
+def test_permissions_follow_the_umask(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        atomic_write(tmp_path / "shared", b"")
+        atomic_write(tmp_path / "own", b"", private=True)
+    finally:
+        os.umask(before)
+    assert (tmp_path / "shared").stat().st_mode & 0o777 == 0o640
+    assert (tmp_path / "own").stat().st_mode & 0o777 == 0o600
