@@ -11,35 +11,9 @@ from hypothesis import strategies as st
 
 from controller.config import MAX_BYTES, ConfigError, parse_json, parse_toml, read_toml
 
+PIECES = ["a", "b", ".", "=", "1", "[", "]", "{", "}", ",", "'", "#", "\\", '"', "2.5", "true"]
 TEXTS = st.lists(
-    st.sampled_from(
-        [
-            *[
-                "a",
-                ".",
-                "b",
-                "=",
-                "1",
-                "[",
-                "]",
-                "{",
-                "}",
-                ",",
-                '"',
-                "'",
-                "#",
-                "\\",
-                "\n",
-                "\t",
-                "2.5",
-                "true",
-            ],
-            '"""',
-            "'''",
-            "a.b = 1\n",
-        ]
-    ),
-    max_size=60,
+    st.sampled_from([*PIECES, "\n", "\t", " ", '"""', "'''", "a.b = 1\n"]), max_size=60
 ).map("".join)
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from controller import files
 from controller.files import atomic_write, read_bytes, read_text
 
 
@@ -64,7 +63,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
     def full(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(files.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space left") as caught:
         atomic_write(file, b"new")
     assert caught.value.filename == str(file)
