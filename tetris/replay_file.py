@@ -15,9 +15,9 @@ from typing import Final
 
 from tetris import rules
 from tetris.events import Action, GravityCap, Input
+from tetris.files import read_bytes, write_beside
 from tetris.replay import Moment, Outcome, Replay
 from tetris.rules import Config
-from tetris.safe_file import write_beside
 
 SUFFIX: Final = ".tetris"
 FORM: Final = 1  # of the file, not of the rules
@@ -76,8 +76,7 @@ def load(path: Path) -> Replay:
         ReplayError: The file cannot be read, or is foreign, damaged or of other rules.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(_MOST_BYTES + 1)
+        content = read_bytes(path, _MOST_BYTES)
     except OSError as error:
         raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
     try:
