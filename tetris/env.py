@@ -8,10 +8,17 @@ docs/tetris.md "environment" has the observations, actions and rewards.
 
 from typing import Any, Final, Literal, cast
 
-import gymnasium
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "tetris.env needs Gymnasium, which is not installed; pip install 'orbtouch[gym]'",
+        name=error.name,
+    ) from error
 
 from tetris.board import EMPTY, row_shift
 from tetris.engine import Action, Config, Game, Phase
