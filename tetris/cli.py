@@ -95,7 +95,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
     if options.record:
         try:
             save(options.record, recorder.replay())
-        except OSError as error:
+        except (OSError, ReplayError) as error:
             return _unwritten(options.record, error)
     return _report(recorder.game, options.json)
 
@@ -132,8 +132,9 @@ def _film(options: argparse.Namespace) -> int:
     return say("tetris", ("\r" if shown >= 0 else "") + printable(str(options.film)))
 
 
-def _unwritten(path: Path, error: OSError) -> int:
-    return complain("tetris", f"cannot write {path}: {error.strerror or error}", 1)
+def _unwritten(path: Path, error: OSError | ReplayError) -> int:
+    reason = getattr(error, "strerror", None) or error
+    return complain("tetris", f"cannot write {path}: {reason}", 1)
 
 
 def _version() -> str:
