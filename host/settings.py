@@ -26,7 +26,7 @@ from typing import Any, Final
 
 import platformdirs
 
-from tetris.safe_file import put_aside, write_beside
+from tetris.files import put_aside, write_beside
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024

@@ -22,7 +22,7 @@ from host.targets import TargetOptions
 from host.touch import Pad, Touch
 from tetris.engine import Action, Config, Event, Game, Phase
 from tetris.events import Paused
-from tetris.folders import config_folder
+from tetris.files import config_folder
 from tetris.window import bindings
 from tetris.window.keys import Keys
 from tetris.window.look import Look
