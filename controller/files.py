@@ -31,11 +31,11 @@ def open_regular(path: Path) -> IO[bytes]:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
         raise OSError(errno.EINVAL, str(error), str(path)) from None
-    mode = os.fstat(handle).st_mode
-    if not stat.S_ISREG(mode):
+    try:
+        _check_regular(path, os.fstat(handle).st_mode)
+    except OSError:
         os.close(handle)
-        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
-        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+        raise
     return os.fdopen(handle, "rb")
 
 
@@ -83,6 +83,8 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
     beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists():
+            _check_regular(path, path.stat().st_mode)  # a device is never replaced
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
             file.write(data)
@@ -112,6 +114,12 @@ def sync_folder(folder: Path) -> None:
         pass  # some network drives refuse; the file itself is on the disk
     finally:
         os.close(handle)
+
+
+def _check_regular(path: Path, mode: int) -> None:
+    if not stat.S_ISREG(mode):
+        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
 
 
 def _name_once(beside: Path, path: Path) -> None:
