@@ -8,7 +8,8 @@ from pathlib import Path
 
 from controller import bundle as bundles
 from controller.bundle import Bundle, BundleError
-from controller.ends import complain
+from controller.console import TROUBLE, complain, printable, run
+from controller.errors import reason
 from controller.shelf import proof as proofs
 from controller.shelf.shelf import Entry, Shelf, name_of
 from controller.shelf.words import about, called, sensor
@@ -20,6 +21,10 @@ class TooSlowError(BundleError):
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller install` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    return run("controller", lambda: _install(argv))
+
+
+def _install(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller install",
         description="Prove a bundle on this device and take it into use: its hash, its golden "
@@ -35,15 +40,17 @@ def main(argv: Sequence[str]) -> int:
     )
     options = grammar.parse_args(argv)
     try:
-        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=print)
+        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=_tell)
     except TooSlowError as error:
-        return complain(error, 1)
-    except BundleError as error:
-        return complain(error, 2)
+        return complain("controller", error, TROUBLE)
     except OSError as error:
-        return complain(f"the bundle cannot be kept: {error.strerror or error}", 1)
-    print(told)
+        return complain("controller", f"the bundle cannot be kept: {reason(error)}", TROUBLE)
+    _tell(told)
     return 0
+
+
+def _tell(line: str) -> None:
+    print(printable(line))
 
 
 def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str], object]) -> str:
