@@ -224,10 +224,8 @@ def _parse(table: dict[str, Any]) -> Record:
 def _entry(name: str, values: Any) -> Entry:
     if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
-    if not isinstance(values, dict):
-        raise ValueError(f"bundles.{name} is no table")
-    engine, step_us, installed = (values.get(key) for key in ("engine", "step_us", "installed"))
-    timed = isinstance(step_us, int | float) and 0.0 <= step_us < 1e9
-    if not timed or not isinstance(engine, str) or not isinstance(installed, str):
-        raise ValueError(f"bundles.{name} has no engine, step_us and installed")
-    return Entry(name, engine, float(step_us), installed)
+    match values:
+        case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
+            if 0.0 <= step_us < 1e9:
+                return Entry(name, engine, float(step_us), when)
+    raise ValueError(f"bundles.{name} has no engine, step_us and installed")

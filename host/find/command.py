@@ -34,7 +34,7 @@ class Row:
 def main(argv: list[str]) -> int:
     """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
-    memory = Memory(warn=lambda words: complain("host", words, 0))
+    memory = Memory(warn=_warn)
     if options.forget is not None:
         return _forget(memory, options.forget)
     ports = search.candidates(memory, everything=options.all)
@@ -56,9 +56,9 @@ def main(argv: list[str]) -> int:
     else:
         _print(found)
     for line in remarks(answers):
-        complain("host", line, 0)
+        _warn(line)
     if not ports:
-        complain("host", _NOTHING, 0)
+        _warn(_NOTHING)
     return 0 if any(row.seen == NOW for row in found) else 1
 
 
@@ -167,6 +167,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--forget", metavar="DEVICE", help="forget what is remembered of a device")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")
     return parser
+
+
+def _warn(words: str) -> None:
+    complain("host", words, 0)
 
 
 def _seconds(words: str) -> float:
