@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-from controller import archive, protocol, users
+from controller import archive, users
 from controller import golden as goldens
 from controller.config import ConfigError, parse_toml
 from controller.console import one_line
@@ -260,7 +260,6 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     located = bool(parts["location.onnx"])
     try:
         known = users.parse(table.get("users"), labels)
-        _check_packets(labels, known.commands(mapping), rows, columns)
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
             parts[GOLDEN], (window, rows, columns), len(labels), located=located, users=known,
@@ -306,27 +305,6 @@ def _check_parts(given: set[str], known: Users) -> None:
         wanted.add(REHEARSAL)
     if odd := ", ".join(sorted(wanted ^ given)):
         raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
-
-
-def _check_packets(
-    labels: tuple[str, ...], commands: tuple[str, ...], rows: int, columns: int
-) -> None:
-    """Refuse labels and commands that the link cannot carry.
-
-    Raises:
-        BundleError: They do not fit in a packet, at the longest of what else is in it.
-    """
-    name, longest = "-" * protocol.MAX_TEXT, max(labels, key=len)
-    welcome = protocol.Welcome(
-        protocol.VERSION, 0, name, name, False, rows, columns, 1.0, 1.0, 1, 1, labels, commands
-    )
-    shares, image = (0.0,) * len(labels), bytes(rows * columns)
-    telemetry = protocol.Telemetry(0, image, shares, (0.0, 0.0), longest, True, 1.0)
-    try:
-        for message in (welcome, telemetry):
-            protocol.encode(message, session=0, sequence=0, t_ms=0)
-    except protocol.ProtocolError as error:
-        raise BundleError(f"has more or longer labels and commands than fit: {error}") from None
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:

@@ -96,9 +96,3 @@ def test_ten_thousand_users_are_refused_before_they_are_compared_with_each_other
     many = ", ".join(f'"u{number}"' for number in range(5000))
     text = hostile_bundles.TEXT.replace('["ann", "bob"]', f"[{many}]")
     assert "as users; expected are 1 to 32" in str(read(tmp_path, text.encode()))
-
-
-def test_labels_and_commands_that_no_packet_can_carry_are_refused(tmp_path: Path) -> None:
-    labels = ", ".join(f'"{"abcdefgh"[n % 8] * 30}{n}"' for n in range(50))
-    text = hostile_bundles.TEXT.replace('"twist_ccw",\n]', f'"twist_ccw",\n{labels}]', 1)
-    assert "labels and commands than fit: Welcome" in str(read(tmp_path, text.encode()))

@@ -369,6 +369,18 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
         install.check_fits(denser, shipped)
 
 
+def test_labels_and_commands_that_no_packet_can_carry_are_not_installed() -> None:
+    shipped = bundles.read(SHIPPED)
+    install.check_packets(shipped)
+    many = tuple(f"{'a' * 30}{number}" for number in range(60))
+    with pytest.raises(BundleError, match=r"Welcome has .* use fewer or shorter labels"):
+        install.check_packets(dataclasses.replace(shipped, labels=("null", *many)))
+    few = ("null", "a" * 40, *(f"a{number}" for number in range(62)))
+    large = dataclasses.replace(shipped, labels=few, rows=30, columns=30)
+    with pytest.raises(BundleError, match=r"Telemetry has .* use fewer or shorter labels"):
+        install.check_packets(large)
+
+
 def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
