@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from onnx_writer import model, node, value
 
 from controller import bundle as bundles
 from controller import options, parts
@@ -288,6 +289,13 @@ def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatc
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:
     with pytest.raises(BundleError, match="no engine is named 'abacus'"):
         proof.prove(SHIPPED, ["abacus"])
+
+
+def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
+    ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
+    odd = model(node("\x1b[2J", "x", "y"), *ends)
+    shown = proof.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
+    assert "has the operator \\x1b[2J; a device runs" in shown.problem
 
 
 # --- the commands ---
