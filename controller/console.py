@@ -64,6 +64,11 @@ def printable(text: str) -> str:
     )
 
 
+def one_line(text: str) -> str:
+    """Return a text as `printable` does, with line breaks as escapes too."""
+    return printable(text).replace("\n", "\\n")
+
+
 def let_go(stream: TextIO) -> None:
     """Point a stream that cannot be written at nothing: Python flushes it once more at exit."""
     with suppress(OSError, ValueError):  # under a test it may be no stream of the system

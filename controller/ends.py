@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from controller import console
+
 
 class Ends(list[str]):
     """Reasons to end, in their order.
@@ -47,6 +49,5 @@ def signals() -> Iterator[Ends]:
 
 
 def complain(problem: Exception | str, status: int) -> int:
-    """Say in one sentence what is wrong, and return the exit status."""
-    print(f"controller: {problem}", file=sys.stderr)
-    return status
+    """Print what is wrong in one sentence, and return the exit status."""
+    return console.complain("controller", problem, status)

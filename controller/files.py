@@ -6,7 +6,6 @@ Every error is an `OSError` whose `strerror` completes the sentence "cannot read
 import contextlib
 import errno
 import os
-import secrets
 import stat
 from pathlib import Path
 from typing import IO, Final
@@ -80,7 +79,7 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
         FileExistsError: The name is taken, and `replace` is false.
         OSError: It cannot be written; an older file is as it was. `filename` is `path`.
     """
-    beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
+    beside = path.with_name(f".{path.name[:100]}.{os.urandom(4).hex()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists():

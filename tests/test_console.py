@@ -66,3 +66,4 @@ def test_what_a_terminal_would_obey_is_printed_as_an_escape() -> None:
     assert console.printable("a\nb \x1b]0;title\x07 \u202e é 漢") == (
         "a\nb \\x1b]0;title\\x07 \\u202e é 漢"
     )
+    assert console.one_line("a\nb\x07") == "a\\nb\\x07"

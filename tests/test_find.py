@@ -336,6 +336,17 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
     assert "there is no port /dev/gone" in told.err
 
 
+def test_what_a_terminal_would_obey_is_listed_as_an_escape(
+    memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(search, "ask_all", in_process)
+    memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
+    assert command.main([]) == 1
+    told = capsys.readouterr()
+    assert "orb-1\\x1b[2J  \\u202e\\nBlue  orb   /dev/\\x07  \\x1b[31mnow" in told.out
+    assert (told.out + told.err).replace("\n", "").isprintable()
+
+
 def test_device_can_be_forgotten(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:
     memory.remember("orb-1", name="Blue", port="A")
     assert command.main(["--forget", "Blue"]) == 0

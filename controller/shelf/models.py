@@ -2,21 +2,23 @@
 
 import argparse
 import json
-import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from controller import bundle as bundles
 from controller.bundle import BundleError
-from controller.ends import complain
-from controller.links.stdout import let_go
+from controller.console import TROUBLE, complain, one_line, run
 from controller.shelf.shelf import Record, Shelf
 from controller.shelf.words import about, called
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
+    return run("controller", lambda: _models(argv))
+
+
+def _models(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
@@ -26,13 +28,13 @@ def main(argv: Sequence[str]) -> int:
     try:
         record = shelf.record()
     except BundleError as error:
-        return complain(error, 1)
+        return complain("controller", error, TROUBLE)
     rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
-    lines = [json.dumps(rows)] if options.json else [line for row in rows for line in _lines(row)]
-    try:
-        print("\n".join(lines), flush=True)
-    except BrokenPipeError:  # whoever read the lines has gone: ... | head
-        let_go(sys.stdout)
+    if options.json:
+        print(json.dumps(rows, default=str))  # TOML has times, JSON has none
+    else:
+        for line in (line for row in rows for line in _lines(row)):
+            print(one_line(line))
     return 0
 
 

@@ -11,15 +11,17 @@ has the old bundle or the new one.
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from controller import bundle as bundles
-from controller import folders
+from controller import folders, toml_text
 from controller.bundle import Bundle, BundleError
+from controller.config import parse_toml
+from controller.errors import reason
+from controller.files import read_text
 from controller.record import record
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the two that count and the newest others
 _NAME: Final = r"[0-9a-f]{16}"
+_MAX_BYTES: Final = 64 << 10  # of the record; its eight entries have some hundred each
+_MAX_MESSAGE: Final = 200  # characters of what is wrong with it
 
 
 @record
@@ -90,14 +94,17 @@ class Shelf:
         """
         path = self.folder / RECORD
         try:
-            return _parse(path.read_text(encoding="utf-8"))
+            return _parse(parse_toml(read_text(path, _MAX_BYTES)))
         except FileNotFoundError:
             return Record()
-        except (OSError, ValueError) as error:
-            raise BundleError(
-                f"{path} cannot be read ({error}); remove it to go back to the bundle that ships, "
-                "then install yours again"
-            ) from None
+        except OSError as error:
+            problem = f"cannot be read: {reason(error)}"
+        except ValueError as error:
+            problem = f"is damaged: {str(error)[:_MAX_MESSAGE]}"
+        raise BundleError(
+            f"the record {path} {problem}; remove it to go back to the bundle that ships, then "
+            "install yours again"
+        )
 
     def path(self, name: str) -> Path:
         """Return where the bundle of a name is; "" is the one that ships."""
@@ -183,31 +190,42 @@ def _kept(record: Record) -> Record:
 
 
 def _text(record: Record) -> str:
-    lines = [f'current = "{record.current}"']
+    table: dict[str, Any] = {"current": record.current}
     if record.previous is not None:
-        lines.append(f'previous = "{record.previous}"')
-    for entry in record.entries:
-        lines += [
-            "",
-            f'[bundles."{entry.name}"]',
-            f'engine = "{entry.engine}"',
-            f"step_us = {entry.step_us:.1f}",
-            f'installed = "{entry.installed}"',
-        ]
-    return "\n".join(lines) + "\n"
+        table["previous"] = record.previous
+    table["bundles"] = {
+        entry.name: {
+            "engine": entry.engine,
+            "step_us": round(entry.step_us, 1),
+            "installed": entry.installed,
+        }
+        for entry in record.entries
+    }
+    return toml_text.dumps(table)
 
 
-def _parse(text: str) -> Record:
-    table = tomllib.loads(text)
-    entries = tuple(_entry(name, values) for name, values in table.get("bundles", {}).items())
-    known = {"", *(entry.name for entry in entries)}
+def _parse(table: dict[str, Any]) -> Record:
+    """Return the record that a table describes.
+
+    Raises:
+        ValueError: It describes none.
+    """
+    listed = table.get("bundles", {})
+    if not isinstance(listed, dict):
+        raise ValueError("bundles is no table")
+    entries = tuple(_entry(name, values) for name, values in listed.items())
+    known = ["", *(entry.name for entry in entries)]
     current, previous = table.get("current"), table.get("previous")
-    if current not in known or previous not in {None, *known}:
+    if current not in known or previous not in (None, *known):
         raise ValueError(f"it names a bundle {current!r} or {previous!r} that it does not list")
     return Record(current, previous, entries)
 
 
-def _entry(name: str, values: dict[str, Any]) -> Entry:
+def _entry(name: str, values: Any) -> Entry:
     if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
-    return Entry(name, str(values["engine"]), float(values["step_us"]), str(values["installed"]))
+    match values:
+        case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
+            if 0.0 <= step_us < 1e9:
+                return Entry(name, engine, float(step_us), when)
+    raise ValueError(f"bundles.{name} has no engine, step_us and installed")
