@@ -12,7 +12,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from controller.device import Device, Outlet
+from controller.hush import Hush
 from controller.protocol import (
+    PROVING,
     Bye,
     Contacts,
     Correct,
@@ -67,6 +69,7 @@ class Loop:
         self._await_host = await_host
         self._orphan_s = orphan_s
         self._clerk = clerk
+        self._hush = Hush()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
         self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
@@ -113,6 +116,7 @@ class Loop:
         """Start anew: a fresh device whose time is 0."""
         self._end()
         self.device = device = self._open()
+        device.hush = self._hush
         self._granted = granted
         if granted:
             device.untimed()
@@ -139,9 +143,10 @@ class Loop:
             return
         elif isinstance(message, Correct):
             if self._clerk is not None:
-                self.device.note("correct", message.label or "take back")
-                images = list(self.device.recent)
-                self._link.send(self._clerk.correct(message, images), self._now_ms())
+                answer = self._clerk.correct(message, list(self.device.recent))
+                if answer.state == PROVING:  # a peer that may correct nothing leaves no marks
+                    self.device.note("correct", message.label or "take back")
+                self._link.send(answer, self._now_ms())
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped, and the next host's begins anew
                 self.device.lift(self._elapsed_s())
@@ -156,6 +161,8 @@ class Loop:
         """Step exactly to the granted time, and say so after everything that it gave."""
         until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
         while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
+            if not self._link.connected:
+                return  # of a host that has gone there may be thousands of grants left
             device.advance(device.sensor.rate_hz)
         device.now_s = max(device.now_s, until_ms / 1000)
         now_ms = round(device.now_s * 1000)

@@ -212,6 +212,8 @@ def _exclude(options: Namespace) -> None:
             raise UserError("a replay is a recording already; leave out --record")
         if options.rate is not None:
             raise UserError("a recording has its own rate; leave out --rate")
+        if options.ledger is not None:
+            raise UserError("a replay keeps no time that could be measured; leave out --ledger")
     if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
         raise UserError("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
     if options.link == PRINT and (options.key is not None or options.unprotected):

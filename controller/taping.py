@@ -65,7 +65,7 @@ def tape(
     plan, link, origin = parts.plan, parts.link, _origin(parts, sensor)
     cues = None if plan is None else Cues.of(plan)
     return Tape(
-        lambda state: Recorder(runs.next(), origin, state),
+        lambda state: runs.begin(lambda path: Recorder(path, origin, state)),
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
