@@ -50,6 +50,7 @@ class Loop:
         await_host: bool = False,
         orphan_s: float | None = None,
         clerk: Clerk | None = None,
+        exchange: Callable[[Device], bool] = lambda device: False,
     ) -> None:
         """Prepare to run.
 
@@ -59,7 +60,9 @@ class Loop:
             clock: Seconds that never go back, such as `time.monotonic`.
             await_host: Begin when a host says Hello, instead of now.
             orphan_s: End when no host was there for so long; None: never.
-            clerk: Takes new bundles from the host; once one is in use, the run ends.
+            clerk: Takes new bundles from the host.
+            exchange: Gives a device the networks of a bundle that has come into use, or returns
+                False: then the run ends.
         """
         self.missed = 0  # frames whose time was over before they could be read
         self.device: Device | None = None
@@ -68,7 +71,7 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
-        self._clerk = clerk
+        self._clerk, self._exchange = clerk, exchange
         self._hush = Hush()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
@@ -107,6 +110,8 @@ class Loop:
         outcome = clerk.poll()
         if outcome is not None:
             self._link.send(outcome, self._now_ms())
+        if clerk.switched and self.device is not None and self._exchange(self.device):
+            clerk.switched = False
         return clerk.switched
 
     def _now_ms(self) -> int:

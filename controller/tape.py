@@ -86,9 +86,18 @@ class Tape:
             RecordingError: One of them cannot be written.
         """
         if self._recorder.full:
-            self._seal()
-            self._recorder = self._begin(self._pipeline.state())
-            self._rested, self._least_s = False, 0.0
+            self.go_on(self._begin)
+
+    def go_on(self, begin: Callable[[State], Recorder]) -> None:
+        """Seal the present file and go on in a new one, as `begin` makes it.
+
+        Raises:
+            RecordingError: One of them cannot be written.
+        """
+        self._seal()
+        self._begin = begin
+        self._recorder = begin(self._pipeline.state())
+        self._rested, self._least_s = False, 0.0
 
     def take(self, frame: Frame, step: Step, label: int, button: str | None) -> Said:
         """Keep a frame, and return what was said of it.

@@ -39,10 +39,13 @@ class Correcting:
             label = ""
         elif code == pygame.K_0:
             label = NULL_LABEL
-        elif _FIRST <= code <= _LAST and code - _FIRST + 1 < len(self.labels):
-            label = self.labels[code - _FIRST + 1]
-        else:
+        elif not _FIRST <= code <= _LAST:
             return False
+        elif (number := code - _FIRST + 1) < len(self.labels):
+            label = self.labels[number]
+        else:
+            self._say(f"there is no gesture {number}", now_s, SHOWN_S)
+            return True
         self._due = [Correct(label)]
         self._say("telling the orb", now_s, SHOWN_S)
         return True
