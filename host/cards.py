@@ -107,8 +107,8 @@ def _draw_entry(
     age = unit.text("now" if age_s < 1 else f"{age_s:.0f} s", 17, dim)
     surface.blit(age, age.get_rect(topright=(row.right - unit.px(18), row.top)))
     room = row.right - unit.px(18) - column
-    name = unit.text(sprites.words(entry.command), 20, bright, room - age.get_width() - unit.px(6))
-    surface.blit(name, (column, row.top))
+    asked = unit.text(sprites.words(entry.command), 20, bright, room - age.get_width() - unit.px(6))
+    surface.blit(asked, (column, row.top))
     share = unit.text(f"{entry.probability:.2f}", 17, dim)
     label = unit.text(sprites.words(entry.label), 17, dim, room - share.get_width() - unit.px(4))
     surface.blit(label, (column, row.top + unit.px(17)))

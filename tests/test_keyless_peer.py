@@ -9,6 +9,7 @@ import pytest
 from bench import FINGER, GRANTING, HELLO, Bench, World
 
 from controller import loop as loops
+from controller.device import Device
 from controller.hush import HUSH_S, Hush
 from controller.protocol import (
     DECLINED,
@@ -126,7 +127,7 @@ def recorded(tmp_path: Path, *requests: tuple[float, Message], seconds: float) -
     bench = Bench(*requests, await_host=True)
     opened, sessions = bench.open, iter(range(1, 1000))
 
-    def open_device() -> loops.Device:
+    def open_device() -> Device:
         device = opened()
         device.tape = bench.tape(tmp_path / f"{next(sessions)}.npz", device.pipeline)
         return device
@@ -150,7 +151,7 @@ def test_sessions_of_a_moment_leave_no_recordings(
 
 def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
     class Full(Recorder):
-        full = property(lambda self: self._journal.frames >= 15)  # type: ignore[assignment]
+        full = property(lambda self: self._journal.frames >= 15)
 
     bench = Bench(await_host=True)
     device = bench.open()

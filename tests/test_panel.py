@@ -283,9 +283,9 @@ def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
     )
     felt = telemetry(np.ones((5, 5)), rate_hz=HUGE, touch=place, gesture=gesture)
     command = Command(WIDE, WIDE, 1.0, place, 1)
-    news = (felt, command, Who(WIDE, 1.0))
-    long = (Connected(said), *(Delivered(one, 0) for one in news), *end)
-    short = (Connected(WELCOME), *(Lost("gone") for _ in end))
+    news = [Delivered(one, 0) for one in (felt, command, Who(WIDE, 1.0))]
+    long: list[Received] = [Connected(said), *news, *end]
+    short: list[Received] = [Connected(WELCOME), *(Lost("gone") for _ in end)]
     health = (WIDE * 3, WIDE) if not gesture else ()
     assert whole_window(window, *long, health=health) == whole_window(window, *short)
 
