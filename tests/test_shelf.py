@@ -284,6 +284,19 @@ def test_install_models_rollback(
     assert "the shipped bundle  in use  press" in capsys.readouterr().out
 
 
+def test_models_says_what_is_a_correction_of_what(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    monkeypatch.setattr(models, "Shelf", lambda: shelf)
+    first = put(shelf, variant(tmp_path, 1), corrects="")
+    put(shelf, variant(tmp_path, 2), corrects=first)
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert "a correction of the shipped bundle" in out
+    assert f"a correction of {first}" in out
+
+
 def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     shipped = bundles.read(SHIPPED)
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
