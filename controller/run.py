@@ -21,7 +21,7 @@ from controller.links import LinkError
 from controller.links.stdout import let_go
 from controller.loop import ORPHAN_S, Loop
 from controller.options import PRINT, parser
-from controller.parts import Parts, open_device, prepare, renew
+from controller.parts import Parts, exchange, open_device, prepare, refreshed, renew
 from controller.parts import clerk as parts_clerk
 from controller.quiet import Sweeper, real_time, reserve
 from controller.service.notify import Heart
@@ -99,6 +99,20 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
     clerk = parts_clerk(parts)
+
+    def exchanged(device: Device) -> bool:
+        """Go on with the networks of the bundle now in use, if nothing else has changed."""
+        nonlocal parts
+        try:
+            changed = refreshed(parts)
+        except UserError as error:
+            _log.error("going on as before: %s", error)
+            return True
+        if changed is not None:
+            parts = changed
+            exchange(parts, device)
+        return changed is not None
+
     loop = Loop(
         parts.link,
         lambda: open_device(parts, next(sessions), keyboard),
@@ -107,6 +121,7 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
         clerk=clerk,
+        exchange=exchanged,
     )
 
     def over() -> bool:

@@ -29,7 +29,11 @@ Tell = Callable[[Pace], object]
 
 
 class Timekeeper:
-    """Keeps the ledger of one session, and its reports."""
+    """Keeps the ledger of one session, and its reports.
+
+    Attributes:
+        about: What else the status file says.
+    """
 
     def __init__(
         self,
@@ -55,7 +59,7 @@ class Timekeeper:
         """
         self.ledger = Ledger()
         self._period_s, self._tell, self._sweeper = period_s, tell, sweeper
-        self._file, self._status, self._about = file, status, about or {}
+        self._file, self._status, self.about = file, status, about or {}
         self._clock_ns = clock_ns
         self._stamps = [0] * (len(HOPS) + 1)
         self._at = 0
@@ -128,7 +132,7 @@ class Timekeeper:
         if self._status is None:
             return
         said = {
-            **self._about,
+            **self.about,
             "pid": os.getpid(),
             "frames": self.ledger.lines,
             "missed": missed,

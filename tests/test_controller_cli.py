@@ -202,6 +202,17 @@ def test_a_recording_is_not_recorded_again(
     assert "leave out --record" in complaint(capsys, *argv)
 
 
+def test_a_replay_has_no_ledger(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "ledger.csv"
+    argv = ("--replay", played[0], "--ledger", path)
+    assert "a replay keeps no time that could be measured; leave out --ledger" in complaint(
+        capsys, *argv
+    )
+    assert not path.exists()
+
+
 def test_an_existing_recording_is_refused_before_anything_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,11 +1,14 @@
 """The recorder: the loop never waits for the disk, and whatever that does, the session stays."""
 
+import contextlib
 import logging
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +23,7 @@ from controller.recordings import naming, reader, recorder, recovery, writer
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
 from controller.recordings.salvage import decode
+from controller.runs import Runs
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
 
@@ -222,6 +226,45 @@ def test_a_file_that_exists_is_refused_before_anything_is_made(tmp_path: Path) -
         refuse_taken(tmp_path / "absent" / "two.npz")
     refuse_taken(tmp_path / "two.npz")
     assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
+
+
+def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> None:
+    """All have looked for a free name before any of them has taken one."""
+    everyone = threading.Barrier(5)
+
+    def record(path: Path) -> Recorder:
+        with contextlib.suppress(threading.BrokenBarrierError):
+            everyone.wait(20.0)
+        everyone.abort()  # the second choice is made without the others
+        return Recorder(path, ORIGIN, {})
+
+    starts = [Runs(tmp_path, "ab", "20200101") for _ in range(5)]
+    with ThreadPoolExecutor(5) as pool:
+        begun = list(pool.map(lambda runs: runs.begin(record), starts))
+    for number, session in enumerate(begun):
+        add(session, 1, number + 1)
+        session.close()
+    names = [f"sub-ab_ses-20200101_run-0{number}.npz" for number in range(1, 6)]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert sorted(len(reader.load(tmp_path / name).t) for name in names) == [1, 2, 3, 4, 5]
+
+
+def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
+    runs = Runs(tmp_path / "mine.npz", "", "20200101")
+    (tmp_path / "mine-2.npz").write_text("precious")
+
+    def record(path: Path) -> Recorder:
+        return Recorder(path, ORIGIN, {})
+
+    runs.begin(record).close()  # nothing was recorded
+    made = []
+    for _ in range(2):
+        session = runs.begin(record)
+        add(session, 1, 3)
+        made.append(session.close())
+    assert made == [tmp_path / "mine.npz", tmp_path / "mine-3.npz"]
+    with pytest.raises(RecordingError, match="exists and is kept as it is"):
+        Runs(tmp_path / "mine.npz", "", "20200101")
 
 
 def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:

@@ -32,9 +32,10 @@ def variant(folder: Path, number: int) -> Path:
     return path
 
 
-def put(shelf: Shelf, path: Path) -> str:
+def put(shelf: Shelf, path: Path, corrects: str | None = None) -> str:
     name = name_of(bundles.read(path))
-    shelf.install(path.read_bytes(), Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00"))
+    entry = Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
+    shelf.install(path.read_bytes(), entry)
     return name
 
 
@@ -90,6 +91,22 @@ def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path) -> None:
     assert kept == names[-KEEP:]
     files = {path.name for path in shelf.folder.iterdir()}
     assert files == {RECORD, *(f"{name}.orb" for name in kept)}
+
+
+def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
+    tmp_path: Path,
+) -> None:
+    """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
+    shelf = Shelf(tmp_path / "shelf")
+    names = [put(shelf, variant(tmp_path, 1))]
+    for number in range(2, 12):
+        names.append(put(shelf, variant(tmp_path, number), corrects=names[-1]))
+    assert [entry.name for entry in shelf.record().entries] == [names[0], *names[-7:]]
+    went_back = [shelf.take_back().current for _ in range(7)]
+    assert went_back == [*reversed(names[-7:-1]), names[0]]
+    with pytest.raises(BundleError, match="there is no correction to take back"):
+        shelf.take_back()
+    assert shelf.rollback().current == names[-7]
 
 
 def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
@@ -365,6 +382,19 @@ def test_a_list_that_cannot_be_printed_is_one_sentence(tmp_path: Path) -> None:
         )  # fmt: skip
     assert done.returncode == 1
     assert done.stderr == "controller: cannot write the output: no space left on device\n"
+
+
+def test_models_says_what_is_a_correction_of_what(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    monkeypatch.setattr(models, "Shelf", lambda: shelf)
+    first = put(shelf, variant(tmp_path, 1), corrects="")
+    put(shelf, variant(tmp_path, 2), corrects=first)
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert "a correction of the shipped bundle" in out
+    assert f"a correction of {first}" in out
 
 
 def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:

@@ -45,7 +45,7 @@ class Link(Protocol):
 
     @property
     def connected(self) -> bool:
-        """Whether somebody is there to hear; changes only in `poll`, with Hello and Bye."""
+        """Whether the host that `poll` last told of is still there."""
 
     def send(self, message: Message, t_ms: int) -> None:
         """Say something, at once or never.

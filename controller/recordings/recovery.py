@@ -158,7 +158,10 @@ def _held(journal: Path) -> Iterator[IO[bytes]]:
 
 def _is_file(path: Path) -> bool:
     """Whether this is a plain file: nothing that waits for a writer, and no link elsewhere."""
-    return stat.S_ISREG(path.lstat().st_mode)
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:  # sealed since its name was read
+        return False
 
 
 def _read(file: IO[bytes]) -> bytes:

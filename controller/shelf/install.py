@@ -54,7 +54,14 @@ def _tell(line: str) -> None:
     print(printable(line))
 
 
-def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str], object]) -> str:
+def install(
+    path: Path,
+    shelf: Shelf,
+    *,
+    other_sensor: bool,
+    tell: Callable[[str], object],
+    corrects: str | None = None,
+) -> str:
     """Prove a bundle and take it into use; return which one is, in a sentence.
 
     Args:
@@ -62,6 +69,7 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
         shelf: Where it will stand.
         other_sensor: Whether it may be for another grid, pitch or rate than the bundle in use.
         tell: Takes what is found on the way, line by line.
+        corrects: The name of the bundle that it is a correction of; None: it is none.
 
     Raises:
         BundleError: It is damaged, does not fit, or proves to be no good here.
@@ -84,7 +92,7 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
     data = path.read_bytes()
     if hashlib.sha256(data).hexdigest() != fresh.hash:
         raise BundleError(f"{path} has changed while it was proved; install it once more")
-    entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
+    entry = Entry(name_of(fresh), best.engine, best.step_us, _now(), corrects)
     record = shelf.install(data, entry)
     back = called(record.previous)
     back = back and f"; `controller rollback` goes back to {back}"

@@ -49,6 +49,7 @@ def _row(shelf: Shelf, record: Record, name: str) -> dict[str, Any]:
         "engine": entry.engine if entry else "",
         "step_us": entry.step_us if entry else None,
         "installed": entry.installed if entry else "",
+        "corrects": called(entry.corrects) if entry else "",
         "problem": "",
     }
     try:
@@ -64,5 +65,7 @@ def _lines(row: dict[str, Any]) -> Iterator[str]:
     yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
     if row["installed"]:
         yield f"{'':28}installed {row['installed']}, {row['engine']}, {row['step_us']:.0f} µs"
+    if row["corrects"]:
+        yield f"{'':28}a correction of {row['corrects']}"
     for key, value in row.get("card", {}).items():
         yield " " * 28 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")

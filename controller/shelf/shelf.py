@@ -43,12 +43,14 @@ class Entry:
         engine: What runs it fastest here.
         step_us: Median of a control step with that engine, microseconds.
         installed: When, ISO 8601.
+        corrects: The name of the bundle that it is a correction of; None: it is none.
     """
 
     name: str
     engine: str
     step_us: float
     installed: str
+    corrects: str | None = None
 
 
 @record
@@ -142,8 +144,8 @@ class Shelf:
         after = Record(entry.name, previous, (*others, entry))
         kept = _kept(after)
         self._switch(kept)
-        for gone in set(after.entries) - set(kept.entries):
-            self._files.remove(self.path(gone.name))
+        for gone in {e.name for e in after.entries} - {e.name for e in kept.entries}:
+            self._files.remove(self.path(gone))
         return kept
 
     def rollback(self) -> Record:
@@ -156,8 +158,25 @@ class Shelf:
         record = self.record()
         if record.previous is None:
             raise BundleError("nothing was installed before this bundle, so there is no way back")
-        bundles.read(self.path(record.previous))
-        after = replace(record, current=record.previous, previous=record.current)
+        return self._use(record, record.previous)
+
+    def take_back(self) -> Record:
+        """Take the bundle into use that the present one is a correction of; others likewise.
+
+        Raises:
+            BundleError: It is no correction, or what it corrects is damaged, or the record is.
+            OSError: The record cannot be written; then nothing has changed.
+        """
+        record = self.record()
+        entry = record.entry(record.current)
+        if entry is None or entry.corrects is None:
+            raise BundleError("there is no correction to take back")
+        return self._use(record, entry.corrects)
+
+    def _use(self, record: Record, name: str) -> Record:
+        """Take a bundle of the shelf into use; the present one stays for `rollback`."""
+        bundles.read(self.path(name))
+        after = replace(record, current=name, previous=record.current)
         self._switch(after)
         return after
 
@@ -182,11 +201,21 @@ def name_of(bundle: Bundle) -> str:
 
 
 def _kept(record: Record) -> Record:
-    """Return the record without the oldest bundles that nobody goes back to."""
+    """Return the record without the oldest bundles that are spare, corrections first.
+
+    A correction of a bundle that goes becomes one of what that bundle corrects.
+    """
     needed = {record.current, record.previous}
     spare = [entry for entry in record.entries if entry.name not in needed]
-    gone = set(spare[: max(0, len(record.entries) - KEEP)])
-    return replace(record, entries=tuple(e for e in record.entries if e not in gone))
+    spare.sort(key=lambda entry: entry.corrects is None)
+    gone = {entry.name: entry for entry in spare[: max(0, len(record.entries) - KEEP)]}
+    kept = []
+    for entry in record.entries:
+        while entry.corrects in gone:
+            entry = replace(entry, corrects=gone[entry.corrects].corrects)
+        if entry.name not in gone:
+            kept.append(entry)
+    return replace(record, entries=tuple(kept))
 
 
 def _text(record: Record) -> str:
@@ -198,6 +227,7 @@ def _text(record: Record) -> str:
             "engine": entry.engine,
             "step_us": round(entry.step_us, 1),
             "installed": entry.installed,
+            **({} if entry.corrects is None else {"corrects": entry.corrects}),
         }
         for entry in record.entries
     }
@@ -218,6 +248,9 @@ def _parse(table: dict[str, Any]) -> Record:
     current, previous = table.get("current"), table.get("previous")
     if current not in known or previous not in (None, *known):
         raise ValueError(f"it names a bundle {current!r} or {previous!r} that it does not list")
+    for entry in entries:
+        if entry.corrects not in (None, *known):
+            raise ValueError(f"it names a bundle {entry.corrects!r} that it does not list")
     return Record(current, previous, entries)
 
 
@@ -226,6 +259,7 @@ def _entry(name: str, values: Any) -> Entry:
         raise ValueError(f"{name!r} is no bundle's name")
     match values:
         case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
-            if 0.0 <= step_us < 1e9:
-                return Entry(name, engine, float(step_us), when)
+            corrects = values.get("corrects")
+            if 0.0 <= step_us < 1e9 and isinstance(corrects, str | None):
+                return Entry(name, engine, float(step_us), when, corrects)
     raise ValueError(f"bundles.{name} has no engine, step_us and installed")

@@ -164,8 +164,10 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     made: list[Path] = []
 
     def record(state: dict[str, np.ndarray]) -> Recorder:
-        made.append(session.runs.next())
-        return Recorder(made[-1], _origin(session), state)
+        origin = _origin(session)
+        recorder = session.runs.begin(lambda path: Recorder(path, origin, state))
+        made.append(recorder.path)
+        return recorder
 
     tape = Tape(
         record,
