@@ -35,6 +35,7 @@ from controller.recognizer import Recognizer
 from controller.record import record
 from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
 from controller.shelf.shelf import Shelf, name_of
+from controller.wire import ProtocolError
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -173,7 +174,10 @@ def renew(parts: Parts) -> Parts:
     sensor = _sensor(options, bundle)
     recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     if isinstance(parts.link, Renewable):
-        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+        try:
+            parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+        except ProtocolError as error:
+            raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 

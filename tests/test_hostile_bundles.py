@@ -46,7 +46,7 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
         Preprocessor(found.preprocess, found.rows, found.columns)
         Debouncer(found.labels, found.debounce)
         row = {"problem": "", "about": "", "name": "", "in_use": True, "installed": "yesterday"}
-        row |= {"engine": "numpy", "step_us": 50.0, "card": found.card}
+        row |= {"engine": "numpy", "step_us": 50.0, "corrects": "", "card": found.card}
         assert list(models._lines(row))
         json.dumps(found.card, default=str)
         toml_text.dumps(bundle.manifest(manifest))  # what is written when more is learned
