@@ -1,11 +1,9 @@
 """Standard output and error: printable text, readers that go away, and exit statuses."""
 
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from types import FrameType
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Final, TextIO
 
 from controller.errors import UserError, reason
@@ -47,29 +45,6 @@ def run(program: str, command: Callable[[], int]) -> int:
         let_go(sys.stdout)
         return complain(program, f"cannot write the output: {reason(error)}", TROUBLE)
     return status
-
-
-@contextmanager
-def importing() -> Iterator[None]:
-    """Exit at once, with status 130 and no traceback, on Ctrl+C while modules are imported.
-
-    A KeyboardInterrupt is no use there: what imports a module in C turns it into an ImportError.
-    """
-
-    def leave(number: int, frame: FrameType | None) -> None:
-        os._exit(INTERRUPTED)
-
-    before = signal.getsignal(signal.SIGINT)
-    if before is not signal.default_int_handler:  # ignored, as under nohup, or somebody else's
-        yield
-        return
-    with suppress(ValueError):  # not in the main thread
-        signal.signal(signal.SIGINT, leave)
-    try:
-        yield
-    finally:
-        with suppress(ValueError):
-            signal.signal(signal.SIGINT, before)
 
 
 def complain(program: str, problem: Exception | str, status: int) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, Final
 
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_PIECE: Final = 1 << 20  # bytes that are read at once; so much memory is asked for
 _KINDS: Final = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -49,12 +50,15 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
     Raises:
         OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
     """
+    data = bytearray()
     with open_regular(path) as file:
-        large = os.fstat(file.fileno()).st_size > limit_bytes
-        data = b"" if large else file.read(limit_bytes + 1)
-    if large or len(data) > limit_bytes:
+        size = os.fstat(file.fileno()).st_size
+        while size <= limit_bytes and (piece := file.read(_PIECE)):
+            data += piece
+            size = max(size, len(data))
+    if size > limit_bytes:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
-    return data
+    return bytes(data)
 
 
 def read_text(path: Path, limit_bytes: int) -> str:

@@ -132,7 +132,7 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
 def test_an_empty_folder_is_told(tmp_path: Path, run: Run) -> None:
     status, _, err = run("check", tmp_path)
     assert status == 2
-    assert "there are no recordings there" in err
+    assert f"there are no recordings in {tmp_path}" in err
 
 
 # --- new files ------------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ def test_arrays_without_a_description_are_refused(tmp_path: Path, run: Run) -> N
 
 def test_where_no_journal_is_left_recover_says_so(tmp_path: Path, run: Run) -> None:
     status, out, _ = run("recover", tmp_path)
-    assert (status, out) == (0, "no journal is left there; nothing to recover\n")
+    assert (status, out) == (0, f"no journal is left in {tmp_path}; nothing to recover\n")
 
 
 def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run) -> None:

@@ -2,11 +2,12 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from controller.console import TROUBLE, complain, printable
+from controller.errors import reason
 from controller.recordings import (
     description,
     edit,
@@ -43,7 +44,7 @@ def info(files: Iterable[Path], as_json: bool) -> int:
     return 0
 
 
-def check(paths: Iterable[Path], as_json: bool) -> int:
+def check(paths: Sequence[Path], as_json: bool) -> int:
     """Print a verdict for each recording; return that of the worst."""
     register, reports = Register(), []
     files, journals = _found(paths)
@@ -63,7 +64,8 @@ def check(paths: Iterable[Path], as_json: bool) -> int:
     ]
     reports += [Report(path, (_left(path),)) for path in journals]
     if not reports:
-        raise RecordingError("there are no recordings there; name files, or a folder with some")
+        where = ", ".join(map(str, paths))
+        raise RecordingError(f"there are no recordings in {where}; name files, or a folder of them")
     for report in reports:
         if as_json:
             print(json.dumps(report.plain()))
@@ -75,7 +77,7 @@ def check(paths: Iterable[Path], as_json: bool) -> int:
     return int(max(report.level for report in reports))
 
 
-def recover(paths: Iterable[Path]) -> int:
+def recover(paths: Sequence[Path]) -> int:
     """Seal the journals that a crash has left, and print what became of each."""
     status, found = 0, False
     for path in paths:
@@ -89,7 +91,7 @@ def recover(paths: Iterable[Path]) -> int:
             except RecordingError as error:
                 status = complain("controller", error, TROUBLE)
     if not found:
-        print("no journal is left there; nothing to recover")
+        print(f"no journal is left in {', '.join(map(str, paths))}; nothing to recover")
     return status
 
 
@@ -222,7 +224,7 @@ def _folder(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RecordingError(
-            f"cannot write into {folder}: {error.strerror or error}; choose another --out"
+            f"cannot write into {folder}: {reason(error)}; choose another --out"
         ) from None
     return folder
 

@@ -9,6 +9,7 @@ from typing import Final
 
 from controller import vocabulary as vocabularies
 from controller.config import MAX_BYTES
+from controller.errors import reason
 from controller.files import atomic_write, read_bytes
 from controller.recordings import reader
 from controller.recordings.recording import Mark, RecordingError
@@ -75,8 +76,9 @@ def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
         if not there:
             atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
     except OSError as error:
-        problem = f"{error.strerror or error}: {error.filename}" if error.filename else str(error)
-        raise TeachError(f"cannot teach into {out}: {problem}; choose another --out") from None
+        raise TeachError(
+            f"cannot teach into {out}: {error.filename}: {reason(error)}; choose another --out"
+        ) from None
     lies = vocabularies.read(out / FILE)
     if _plain(lies) != _plain(wanted):
         if there:
@@ -123,12 +125,11 @@ def example(out: Path) -> list[Path]:
     source = files("controller.teaching") / "example"
     made = []
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for name in (FILE, "knock.toml"):
             atomic_write(out / name, (source / name).read_bytes(), replace=False)
             made.append(out / name)
     except OSError as error:
-        raise TeachError(f"cannot write {out / name}: {error.strerror or error}") from None
+        raise TeachError(f"cannot write {error.filename}: {reason(error)}") from None
     return made
 
 
