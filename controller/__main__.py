@@ -2,14 +2,14 @@
 
 import sys
 
-from controller.interrupt import Importing
+from controller.interrupt import importing
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     words = sys.argv[1:] if argv is None else argv
     name = words[0] if words and not words[0].startswith("-") else None
-    with Importing():
+    with importing():
         import gc
         import os
         from importlib import import_module

@@ -14,6 +14,7 @@ from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING
 
+from controller import console
 from controller.console import TROUBLE, complain, let_go
 from controller.device import Device
 from controller.ends import Ends, signals
@@ -117,7 +118,8 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
 
     loop.run(over)
     if loop.missed:
-        _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+        missed = console.count(loop.missed, "frame")
+        _log.info("missed %s; is the machine too busy?", missed)
     return not ends and (ends.renew or (clerk is not None and clerk.switched))
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import archive, engines, graph, npz, toml_text, users
+from controller import archive, console, engines, graph, npz, toml_text, users
 from controller import bundle as bundles
 from controller.adapt import fit, network, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
@@ -319,5 +319,5 @@ def _told(fresh: Sequence[Example]) -> str:
     for label, user in dict.fromkeys((one.label, one.user) for one in fresh):
         count = sum((one.label, one.user) == (label, user) for one in fresh)
         whose = f" of {user}" if user else ""
-        words.append(f"{label}{whose} from {count} example{'s' if count > 1 else ''}")
+        words.append(f"{label}{whose} from {console.count(count, 'example')}")
     return ", ".join(words)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from controller.console import TROUBLE, complain, printable
+from controller.console import TROUBLE, complain, count, printable
 from controller.errors import reason
 from controller.recordings import (
     description,
@@ -136,7 +136,7 @@ def take(source: Path, told: Path | None, out: Path) -> int:
         target = naming.next_free(folder, origin.user, origin.session)
         _write(target, edit.sealed(recording))
         length = summary.duration(len(recording.t) / origin.rate_hz)
-        print(f"{target}: {len(recording.t)} frames, {length}")
+        print(f"{target}: {count(len(recording.t), 'frame')}, {length}")
     return 0
 
 

@@ -15,6 +15,7 @@ from typing import Any, Final
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
 from controller.config import MAX_BYTES, parse_json
+from controller.console import count
 from controller.errors import how_to_install
 from controller.files import read_bytes
 from controller.service.unit import NAME
@@ -71,7 +72,7 @@ def running_lines(running: dict[str, Any]) -> list[str]:
     lines = [
         f"loop       {running['device']}, bundle {running['bundle'][:8]} on {running['engine']}, "
         f"link {running['link']}",
-        f"           {running['frames']} frames, {running['missed']} missed",
+        f"           {count(running['frames'], 'frame')}, {running['missed']} missed",
         f"{'':11}{'hop':12}{'p50':>9}{'p95':>9}{'p99':>9}  ms",
     ]
     for hop, *spans in running["hops"]:
@@ -106,7 +107,7 @@ def service_lines(service: dict[str, str]) -> list[str]:
     state = f"{service['ActiveState']} ({service['SubState']})"
     if since := service.get("ActiveEnterTimestamp"):
         state += f" since {since}"
-    lines = [f"service    {state}, restarted {service.get('NRestarts', '0')} times"]
+    lines = [f"service    {state}, restarted {count(int(service.get('NRestarts') or 0), 'time')}"]
     if text := service.get("StatusText"):
         lines.append(f"           {text}")
     return lines

@@ -15,6 +15,8 @@ from controller.console import INTERRUPTED, TROUBLE, complain
 from controller.ends import signals
 from controller.errors import TroubleError, UserError, reason
 from controller.labelling.terminal import keyboard
+from controller.mapping import NONE
+from controller.protocol import COMMANDS
 from controller.shelf import install
 from controller.simulator.presets import PRESETS
 from controller.teaching import TeachError, adding, after, folder, protocols, session
@@ -72,6 +74,11 @@ def _add(options: argparse.Namespace) -> int:
     (entry,) = wanted.entries
     options.protocol = protocols.FEW
     options.repetitions = options.repetitions or adding.USUAL
+    if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
+        say(
+            f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
+            "a program of yours may have it"
+        )
     home, options.out = options.out, options.out / options.add
     lesson = session.prepare(options, wanted)
     made, interrupted = _sessions(lesson, iter([options.user]))
