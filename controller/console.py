@@ -9,7 +9,7 @@ from typing import Final, TextIO
 from controller.errors import UserError, reason
 
 TROUBLE: Final = 1
-USAGE: Final = 2
+USAGE: Final = 2  # see `UserError.status`
 INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -27,11 +27,13 @@ def run(program: str, command: Callable[[], int]) -> int:
         if (adapt := getattr(stream, "reconfigure", None)) is not None:
             adapt(errors="backslashreplace")
     try:
-        status = command()
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        try:
+            status = command()
+        finally:  # argparse prints its help and raises SystemExit
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except UserError as error:
-        return complain(program, error, USAGE)
+        return complain(program, error, error.status)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -50,6 +52,11 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
     with suppress(OSError, ValueError):  # standard error may be closed; the status remains
         print(f"{program}: {printable(str(problem))}", file=sys.stderr)
     return status
+
+
+def count(number: int, noun: str) -> str:
+    """Return a number of things, as in "1 line" and "2 lines"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def printable(text: str) -> str:
