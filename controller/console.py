@@ -1,15 +1,17 @@
 """Standard output and error: printable text, readers that go away, and exit statuses."""
 
 import os
+import signal
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import Final, TextIO
 
 from controller.errors import UserError, reason
 
 TROUBLE: Final = 1
-USAGE: Final = 2
+USAGE: Final = 2  # see `UserError.status`
 INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -27,11 +29,13 @@ def run(program: str, command: Callable[[], int]) -> int:
         if (adapt := getattr(stream, "reconfigure", None)) is not None:
             adapt(errors="backslashreplace")
     try:
-        status = command()
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        try:
+            status = command()
+        finally:  # argparse prints its help and raises SystemExit
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except UserError as error:
-        return complain(program, error, USAGE)
+        return complain(program, error, error.status)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -43,6 +47,29 @@ def run(program: str, command: Callable[[], int]) -> int:
         let_go(sys.stdout)
         return complain(program, f"cannot write the output: {reason(error)}", TROUBLE)
     return status
+
+
+@contextmanager
+def importing() -> Iterator[None]:
+    """Exit at once, with status 130 and no traceback, on Ctrl+C while modules are imported.
+
+    A KeyboardInterrupt is no use there: what imports a module in C turns it into an ImportError.
+    """
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        os._exit(INTERRUPTED)
+
+    before = signal.getsignal(signal.SIGINT)
+    if before is not signal.default_int_handler:  # ignored, as under nohup, or somebody else's
+        yield
+        return
+    with suppress(ValueError):  # not in the main thread
+        signal.signal(signal.SIGINT, leave)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):
+            signal.signal(signal.SIGINT, before)
 
 
 def complain(program: str, problem: Exception | str, status: int) -> int:

@@ -31,6 +31,10 @@ def open_regular(path: Path) -> IO[bytes]:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
         raise OSError(errno.EINVAL, str(error), str(path)) from None
+    except OSError as error:
+        if error.errno == errno.ENXIO:  # so Linux answers for a socket
+            error.strerror = "it is no file"
+        raise
     mode = os.fstat(handle).st_mode
     if not stat.S_ISREG(mode):
         os.close(handle)
@@ -46,8 +50,9 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
         OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
     """
     with open_regular(path) as file:
-        data = file.read(limit_bytes + 1)
-    if len(data) > limit_bytes:
+        large = os.fstat(file.fileno()).st_size > limit_bytes
+        data = b"" if large else file.read(limit_bytes + 1)
+    if large or len(data) > limit_bytes:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
     return data
 
@@ -64,17 +69,27 @@ def read_text(path: Path, limit_bytes: int) -> str:
         raise OSError(errno.EILSEQ, "it is not text in UTF-8", str(path)) from None
 
 
-def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: bool = True) -> None:
+def atomic_write(
+    path: Path,
+    data: bytes,
+    *,
+    private: bool = False,
+    replace: bool = True,
+    folders: bool = True,
+    durable: bool = True,
+) -> None:
     """Write a file so that its name never stands for half of it, whatever ends the program.
 
-    The data goes to a new file in the same folder, to the disk, and then to its name. Folders
-    that are missing are made. The file's permissions follow the user's umask.
+    The data goes to a new file in the same folder, to the disk, and then to its name. The file's
+    permissions follow the user's umask.
 
     Args:
         path: Its name.
         data: Its whole content.
         private: Only the user may read it.
         replace: Whether it may take the place of an older file.
+        folders: Whether to make folders that are missing.
+        durable: Whether to wait for the disk, so that it survives a power cut.
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
@@ -82,12 +97,14 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
     """
     beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if folders:
+            path.parent.mkdir(parents=True, exist_ok=True)
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            if durable:
+                os.fsync(file.fileno())
         if replace:
             beside.replace(path)
         else:
@@ -98,7 +115,8 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
-    sync_folder(path.parent)
+    if durable:
+        sync_folder(path.parent)
 
 
 def sync_folder(folder: Path) -> None:

@@ -243,7 +243,7 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
         )
-    name = options.sensor if options.replay is None else "replay"
+    name = options.sensor if options.replay is None else sensors.REPLAY
     faults = tuple(options.fault)
     sensor = sensors.load(
         name,

@@ -14,11 +14,11 @@ from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING
 
+from controller.console import TROUBLE, complain, let_go
 from controller.device import Device
-from controller.ends import Ends, complain, signals
+from controller.ends import Ends, signals
 from controller.errors import UserError
-from controller.links import LinkError
-from controller.links.stdout import let_go
+from controller.links import LinkAwayError
 from controller.loop import ORPHAN_S, Loop
 from controller.options import PRINT, parser
 from controller.parts import Parts, open_device, prepare, renew
@@ -37,21 +37,20 @@ def main(words: Sequence[str]) -> int:
     options = parser().parse_args(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     with signals() as ends:
-        try:
-            parts = prepare(options)
-        except UserError as error:
-            return complain(error, 2)
+        ends.at_once = True
+        parts = prepare(options)
+        ends.at_once = False
         if parts.owned:
             threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
             with _keyboard(parts) as keys:
                 _run(parts, ends, keys)
         except UserError as error:
-            return complain(error, 1)
+            return complain("controller", error, TROUBLE)
         finally:
             parts.link.close()
         problem: str = getattr(parts.link, "problem", "")
-        return complain(problem, 1) if problem else 0
+        return complain("controller", problem, TROUBLE) if problem else 0
 
 
 def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
@@ -137,7 +136,7 @@ def _announce(url: str) -> None:
         print(json.dumps({"listening": url}), flush=True)
     except OSError as error:
         let_go(sys.stdout)
-        raise LinkError(f"cannot print where this orb listens: {error.strerror}") from None
+        raise LinkAwayError(f"cannot print where this orb listens: {error.strerror}") from None
 
 
 def _watch_host(ends: list[str]) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final, TextIO
 
 from controller import folders
+from controller.files import atomic_write
 from controller.ledger import HOPS, Digest, Ledger
 from controller.protocol import Hop, Pace
 from controller.quiet import Sweeper
@@ -135,11 +136,8 @@ class Timekeeper:
             "period_ms": round(self._period_s * 1000, 3),
             "hops": [[d.hop, d.p50, d.p95, d.p99] for d in digest],
         }
-        beside = self._status.with_suffix(f".{os.getpid()}")
         try:
-            beside.write_text(json.dumps(said) + "\n")
-            beside.chmod(0o644)
-            beside.replace(self._status)
+            atomic_write(self._status, (json.dumps(said) + "\n").encode(), durable=False)
         except OSError:
             self._status = None  # nobody can ask, and the orb goes on
 
@@ -168,9 +166,7 @@ def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
 
 def status_folders() -> list[Path]:
     """Return where running controllers tell how they are: the service, then the user's own."""
-    own = os.environ.get("XDG_RUNTIME_DIR", "")
-    state = folders.state()
-    return [Path("/run/orbtouch"), Path(own) / "orbtouch" if own else state]
+    return [Path("/run/orbtouch"), folders.runtime()]
 
 
 def status_file() -> Path | None:

@@ -10,7 +10,8 @@ import pytest
 from recorded import broken, of, origin, played
 from test_recordings_import import CAPFINGERID, screen
 
-from controller.recordings import command, reader, writer
+from controller.__main__ import main
+from controller.recordings import reader, writer
 from controller.recordings.recording import Mark, Recording
 
 Run = Callable[..., tuple[int, str, str]]
@@ -21,7 +22,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     """The command: (exit status, standard output, standard error)."""
 
     def call(*words: object) -> tuple[int, str, str]:
-        status = command.main([str(word) for word in words])
+        status = main(["recordings", *map(str, words)])
         out = capsys.readouterr()
         return status, out.out, out.err
 
@@ -58,7 +59,7 @@ def test_a_terminal_without_blocks_gets_ascii(
     path = write(tmp_path / "one.npz", played())
     raw = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
-    assert command.main(["info", str(path)]) == 0
+    assert main(["recordings", "info", str(path)]) == 0
     assert b"##" in raw.getvalue()
 
 

@@ -15,6 +15,7 @@ from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.network import FormError, Taken
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
 from controller.bundle import Bundle, BundleError
+from controller.errors import TroubleError
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -27,7 +28,7 @@ LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
 
-class AdaptError(ValueError):
+class AdaptError(TroubleError, ValueError):
     """It cannot be learned like this; the message says why, in one sentence."""
 
 

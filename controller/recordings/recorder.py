@@ -232,7 +232,12 @@ class Recorder:
         if answers:
             self._keeper.file.close()
         try:
-            kept = seal(Path(tempfile.gettempdir()) / self.path.name, recording)
+            folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a name of chance
+            try:
+                kept = seal(folder / self.path.name, recording)
+            except (OSError, RecordingError):
+                folder.rmdir()
+                raise
         except (OSError, RecordingError):
             if answers and os.path.lexists(self._place):
                 return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"

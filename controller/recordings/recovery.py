@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
+from controller.files import sync_folder
 from controller.recordings import disk, naming, salvage
 from controller.recordings.journal import BLOCK, MAX_BYTES
 from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
 from controller.recordings.recording import RecordingError
 from controller.recordings.salvage import Report
 from controller.recordings.sealing import seal
-from controller.recordings.writer import sync_folder
 
 _CHUNK: Final = 1 << 20
 

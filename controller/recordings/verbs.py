@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from controller.console import TROUBLE, complain, printable
 from controller.recordings import (
     description,
     edit,
@@ -38,7 +39,7 @@ def info(files: Iterable[Path], as_json: bool) -> int:
         if number:
             print()
         for line in summary.lines(path, recording, _shades()):
-            print(plain(line))
+            print(printable(line))
     return 0
 
 
@@ -67,7 +68,7 @@ def check(paths: Iterable[Path], as_json: bool) -> int:
         if as_json:
             print(json.dumps(report.plain()))
         else:
-            print("\n".join(plain(line) for line in _verdict(report)))
+            print("\n".join(printable(line) for line in _verdict(report)))
     if not as_json and len(reports) > 1:
         counts = [(sum(r.level is level for r in reports), level.name.lower()) for level in Level]
         print(f"{len(reports)} files: " + ", ".join(f"{n} {word}" for n, word in counts))
@@ -81,13 +82,12 @@ def recover(paths: Iterable[Path]) -> int:
         for journal in recovery.leftovers(path) if path.is_dir() else [path]:
             found = True
             try:
-                print(plain(str(recovery.recover(journal))))
+                print(printable(str(recovery.recover(journal))))
             except recovery.LockedError as error:
                 status = max(status, 0 if path.is_dir() else 1)
-                print(f"controller: {plain(str(error))}", file=sys.stderr)
+                complain("controller", error, TROUBLE)
             except RecordingError as error:
-                status = 1
-                print(f"controller: {plain(str(error))}", file=sys.stderr)
+                status = complain("controller", error, TROUBLE)
     if not found:
         print("no journal is left there; nothing to recover")
     return status
@@ -148,11 +148,6 @@ def relabel(
 ) -> int:
     """Write a recording with other labels into a new file; `what` is as for `edit.relabel`."""
     return _changed(file, out, lambda whole: edit.relabel(whole, begin_s, end_s, change, **what))
-
-
-def plain(text: str) -> str:
-    """Return a text without what could move a terminal's cursor or change its colours."""
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 # --- helpers --------------------------------------------------------------------------------------

@@ -14,6 +14,9 @@ from typing import Any, Final
 
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
+from controller.config import MAX_BYTES, parse_json
+from controller.errors import how_to_install
+from controller.files import read_bytes
 from controller.service.unit import NAME
 from controller.timekeeper import status_folders
 
@@ -48,13 +51,15 @@ def read_running() -> dict[str, Any]:
     """Return what a running controller says of itself, the service's first; {} if none runs."""
     for folder in status_folders():
         try:
-            said: dict[str, Any] = json.loads((folder / "status.json").read_text())
+            said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
+            running_lines(said)  # or it is none of ours
             os.kill(said["pid"], 0)
         except PermissionError:
-            return said  # it is there, and somebody else's
-        except (OSError, ValueError, KeyError, TypeError):
+            if said:
+                return said  # it is there, and somebody else's
+        except (OSError, ValueError, KeyError, TypeError, OverflowError):
             continue
-        return said
+        return dict(said)
     return {}
 
 
@@ -109,7 +114,7 @@ def service_lines(service: dict[str, str]) -> list[str]:
 
 async def _objects() -> Objects:
     if not bluez.available():
-        raise BluetoothError("not checked: pip install 'orbtouch[bluetooth]'")
+        raise BluetoothError(f"not checked: {how_to_install('bluetooth')}")
     bus = await Bus.connect()
     try:
         if not await bus.running():

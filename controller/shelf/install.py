@@ -8,7 +8,7 @@ from pathlib import Path
 
 from controller import bundle as bundles
 from controller.bundle import Bundle, BundleError
-from controller.ends import complain
+from controller.console import complain
 from controller.shelf import proof as proofs
 from controller.shelf.shelf import Entry, Shelf, name_of
 from controller.shelf.words import about, called, sensor
@@ -37,11 +37,11 @@ def main(argv: Sequence[str]) -> int:
     try:
         told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=print)
     except TooSlowError as error:
-        return complain(error, 1)
+        return complain("controller", error, 1)
     except BundleError as error:
-        return complain(error, 2)
+        return complain("controller", error, 2)
     except OSError as error:
-        return complain(f"the bundle cannot be kept: {error.strerror or error}", 1)
+        return complain("controller", f"the bundle cannot be kept: {error.strerror or error}", 1)
     print(told)
     return 0
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from controller import bundle as bundles
 from controller.bundle import BundleError
-from controller.ends import complain
-from controller.links.stdout import let_go
+from controller.console import complain, let_go
 from controller.shelf.shelf import Record, Shelf
 from controller.shelf.words import about, called
 
@@ -26,7 +25,7 @@ def main(argv: Sequence[str]) -> int:
     try:
         record = shelf.record()
     except BundleError as error:
-        return complain(error, 1)
+        return complain("controller", error, 1)
     rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
     lines = [json.dumps(rows)] if options.json else [line for row in rows for line in _lines(row)]
     try:

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 
 from controller.bundle import BundleError
-from controller.ends import complain
+from controller.console import complain
 from controller.shelf.shelf import Shelf
 from controller.shelf.words import called
 
@@ -19,8 +19,8 @@ def main(argv: Sequence[str]) -> int:
     try:
         record = shelf.rollback()
     except BundleError as error:
-        return complain(error, 1)
+        return complain("controller", error, 1)
     except OSError as error:
-        return complain(f"{shelf.folder} cannot be written: {error.strerror}", 1)
+        return complain("controller", f"{shelf.folder} cannot be written: {error.strerror}", 1)
     print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
     return 0
