@@ -79,6 +79,11 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
     return status
 
 
+def count(number: int, noun: str) -> str:
+    """Return a number of things, as in "1 line" and "2 lines"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def printable(text: str) -> str:
     """Return a text in which whatever a terminal would act on is an escape; line breaks stay.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import key as keys
+from controller.errors import UserError
 from host.courier import Courier
 from host.find.seek import Seeker
 from host.overheard import Orb
@@ -22,7 +23,7 @@ MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest that the courier waits for news
 
 
-class FileError(ValueError):
+class FileError(UserError, ValueError):
     """The file cannot be sent; the message says why, in one sentence."""
 
 
