@@ -1,5 +1,6 @@
 """The command line of the host."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -151,16 +152,16 @@ FILES = {  # what names a file
 PORTS = ("--link", "find PORT")  # are no files of the user's: they cannot be opened now
 # Whether a file is a bundle is for the orb to judge.
 BUNDLES = [kind for kind in special_files.KINDS if kind not in special_files.TEXTS]
+SPECIAL = {
+    **dict.fromkeys(FILES, special_files.KINDS),
+    **dict.fromkeys(("--install", "install FILE"), BUNDLES),
+    **dict.fromkeys(PORTS, ("missing", "folder", "pipe", "socket", "sparse", "endless")),
+}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
 @pytest.mark.parametrize(
-    ("option", "kind"),
-    [
-        (option, kind)
-        for option in FILES
-        for kind in (BUNDLES if "install" in option[2:] else special_files.KINDS)
-    ],
+    ("option", "kind"), [(option, kind) for option in FILES for kind in SPECIAL[option]]
 )
 def test_file_that_is_none_or_means_nothing_is_one_sentence(
     option: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -184,3 +185,20 @@ def test_picture_replaces_nothing_but_a_file(
         main(["--screenshot", str(path)])
     assert ended.value.code == 2
     assert capsys.readouterr().err.endswith("play.png is no file; name another one\n")
+
+
+def test_picture_that_a_full_disk_does_not_take_is_one_sentence_and_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr(os, "fsync", full)
+    picture = tmp_path / "play.png"
+    demo = ["--demo", "--seconds", "0.1", "--speed", "0", "--screenshot", str(picture)]
+    assert main(demo) == 1
+    told = capsys.readouterr()
+    assert told.err == f"host: cannot save the picture {picture}: no space left on device\n"
+    assert told.out == ""
+    assert list(tmp_path.iterdir()) == []
