@@ -101,7 +101,7 @@ class Player:
 
     def __init__(self, screen: Screen, orb: Orb, mapping: Path) -> None:
         command = [sys.executable, "-m", "host", "--target", "keyboard", "--headless"]
-        command += ["--backend", "x11", "--mapping", str(mapping), "--link", orb.url]
+        command += ["--backend", "x11", "--keys", str(mapping), "--link", orb.url]
         self.process = subprocess.Popen(
             command, env=screen.environment, stderr=subprocess.PIPE, text=True
         )
