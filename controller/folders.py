@@ -19,6 +19,11 @@ def state() -> Path:
     return _absolute(platformdirs.user_state_path(_NAME, appauthor=False), ".local/state")
 
 
+def config() -> Path:
+    """Return the folder of what the user chose: the host's devices."""
+    return _absolute(platformdirs.user_config_path(_NAME, appauthor=False), ".config")
+
+
 def runtime() -> Path:
     """Return the folder of what holds while a program runs; `state` if the system has none."""
     given = os.environ.get("XDG_RUNTIME_DIR", "")

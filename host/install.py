@@ -12,7 +12,7 @@ from typing import Final
 
 from controller import console
 from controller import key as keys
-from controller.console import TROUBLE, USAGE
+from controller.console import TROUBLE
 from controller.errors import UserError, reason
 from controller.files import read_bytes
 from host.courier import Courier
@@ -32,7 +32,7 @@ class FileError(UserError, ValueError):
 
 
 def main(argv: list[str]) -> int:
-    """Deliver a bundle; return 0 when it is in use, 1 if the orb declines it, 2 for wrong usage."""
+    """Deliver a bundle; return 0 when it is in use, 1 if that fails, 2 for wrong usage."""
     return console.run("host", lambda: _install(_parser().parse_args(argv)))
 
 
@@ -46,8 +46,6 @@ def _install(options: argparse.Namespace) -> int:
             deliver(courier, receiver, _Progress())
         finally:
             receiver.close()
-    except LinkError as error:
-        return console.complain("host", error, USAGE)
     except KeyboardInterrupt:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
         return console.INTERRUPTED

@@ -25,7 +25,7 @@ from typing import Final
 PATIENCE_S: Final = 20  # an upper bound; each answer takes milliseconds
 MEMORY: Final = 2 << 30  # bytes that a command may ask for on top of what the tests have
 
-_TEXTS: Final[dict[str, bytes]] = {
+TEXTS: Final[dict[str, bytes]] = {
     "empty": b"",
     "binary": b"\xff\xfe\x00\x01" * 100,
     "dots": b"x" + b".a" * 30_000 + b" = 1",  # tomllib alone takes 3.5 GB
@@ -42,7 +42,11 @@ _LINKS: Final[dict[str, str]] = {
     "loop": "special",  # to itself
     "dangling": "nowhere",
 }
-KINDS: Final = ("missing", "folder", "pipe", "socket", "sparse", "locked", *_LINKS, *_TEXTS)
+KINDS: Final = ("missing", "folder", "pipe", "socket", "sparse", "locked", *_LINKS, *TEXTS)
+
+
+class HangError(BaseException):
+    """A command did not end in time. Not an Exception: the command would report it as its own."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +85,8 @@ def make(kind: str, folder: Path, name: str = "special") -> Path:
         path.touch(0o000)
     elif kind in _LINKS:
         path.symlink_to(name if kind == "loop" else _LINKS[kind])
-    elif kind in _TEXTS:
-        path.write_bytes(_TEXTS[kind])
+    elif kind in TEXTS:
+        path.write_bytes(TEXTS[kind])
     return path
 
 
@@ -90,12 +94,12 @@ def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
     """Run a command in this process; return its answer.
 
     Raises:
-        TimeoutError: It did not end.
+        HangError: It did not end.
         MemoryError: It asked for more than `MEMORY`.
     """
 
     def late(number: int, frame: FrameType | None) -> None:
-        raise TimeoutError(f"{' '.join(words)} did not end in {PATIENCE_S} s")
+        raise HangError(f"{' '.join(words)} did not end in {PATIENCE_S} s")
 
     errors, output = io.StringIO(), io.StringIO()
     limits = resource.getrlimit(resource.RLIMIT_AS)

@@ -7,6 +7,7 @@ import dataclasses
 import itertools
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -273,6 +274,28 @@ def test_device_that_turns_out_to_be_another_one_ends_the_program(
 def test_device_that_is_nowhere_is_one_sentence(memory: Memory) -> None:
     with pytest.raises(LinkError, match="'orb-1' is not there, found no orb; see host find"):
         Seeker("orb-1", memory)
+
+
+def test_interrupt_leaves_nobody_asking(monkeypatch: pytest.MonkeyPatch) -> None:
+    asking = []
+
+    def interrupted(url: str, process: subprocess.Popen[bytes], *_: float) -> Answer:
+        asking.append(process)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "_answer", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        search.ask_all([Port("/dev/a")], command=HANGS)
+    [process] = asking
+    assert process.wait(20.0) != 0
+    assert process.stdout is not None
+    process.stdout.close()
+
+
+def test_fault_of_ours_while_a_port_is_asked_is_seen(capfd: pytest.CaptureFixture[str]) -> None:
+    [answer] = search.ask_all([Port("/dev/a")], command=(sys.executable, "-c", "1 / 0"))
+    assert answer.why == "asking /dev/a failed with status 1"
+    assert "ZeroDivisionError: division by zero" in capfd.readouterr().err
 
 
 def test_only_remembered_identified_and_bonded_ports_are_asked(
