@@ -150,7 +150,7 @@ def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
         yield name, Reader(file, member), member.size
 
 
-def _header(name: str, stream: Reader, limit_bytes: int) -> Header:
+def _header(name: str, stream: Reader | IO[bytes], limit_bytes: int) -> Header:
     """Return shape, dtype, and whether columns come first; the stream is then at the data.
 
     NumPy would evaluate the header as Python's own text; ours is matched against the one form
@@ -180,7 +180,7 @@ def _header(name: str, stream: Reader, limit_bytes: int) -> Header:
     return shape, dtype, order == "True"
 
 
-def _array(name: str, stream: Reader, size: int, limit_bytes: int) -> NDArray[Any]:
+def _array(name: str, stream: Reader | IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
     """Return one array whose header and data agree in size; `size` is of both."""
     shape, dtype, fortran = _header(name, stream, limit_bytes)
     count = math.prod(shape) * dtype.itemsize

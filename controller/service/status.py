@@ -54,14 +54,24 @@ def read_running() -> dict[str, Any]:
         try:
             said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
             running_lines(said)  # or it is none of ours
-            os.kill(said["pid"], 0)
-        except PermissionError:
-            if said:
-                return said  # it is there, and somebody else's
-        except (OSError, ValueError, KeyError, TypeError, OverflowError):
+        except (OSError, ValueError, KeyError, TypeError):
             continue
-        return dict(said)
+        if isinstance(said, dict) and _runs(said.get("pid")):
+            return said
     return {}
+
+
+def _runs(pid: object) -> bool:
+    """Return whether there is such a process, whoever's it is."""
+    if not isinstance(pid, int) or pid <= 0:
+        return False
+    try:
+        os.kill(pid, 0)
+    except PermissionError:
+        return True
+    except (OSError, OverflowError):
+        return False
+    return True
 
 
 def running_lines(running: dict[str, Any]) -> list[str]:
