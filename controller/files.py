@@ -31,11 +31,11 @@ def open_regular(path: Path) -> IO[bytes]:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
         raise OSError(errno.EINVAL, str(error), str(path)) from None
-    mode = os.fstat(handle).st_mode
-    if not stat.S_ISREG(mode):
+    try:
+        _refuse_special(os.fstat(handle).st_mode, path)
+    except OSError:
         os.close(handle)
-        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
-        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+        raise
     return os.fdopen(handle, "rb")
 
 
@@ -64,6 +64,16 @@ def read_text(path: Path, limit_bytes: int) -> str:
         raise OSError(errno.EILSEQ, "it is not text in UTF-8", str(path)) from None
 
 
+def check_target(path: Path) -> None:
+    """Check that a file may be written under a name: it is free, or that of a regular file.
+
+    Raises:
+        OSError: It is the name of a folder, a device or the like, which a rename would replace.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        _refuse_special(path.stat().st_mode, path)
+
+
 def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: bool = True) -> None:
     """Write a file so that its name never stands for half of it, whatever ends the program.
 
@@ -78,8 +88,10 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
-        OSError: It cannot be written; an older file is as it was. `filename` is `path`.
+        OSError: It cannot be written, or is no file; what was there is as it was. `filename` is
+            `path`.
     """
+    check_target(path)
     beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -112,6 +124,13 @@ def sync_folder(folder: Path) -> None:
         pass  # some network drives refuse; the file itself is on the disk
     finally:
         os.close(handle)
+
+
+def _refuse_special(mode: int, path: Path) -> None:
+    """Raise unless a mode is that of a regular file."""
+    if not stat.S_ISREG(mode):
+        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
 
 
 def _name_once(beside: Path, path: Path) -> None:

@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller.recordings.recording import software
-from models import checkpoint, folds, reading, scores, splits, trajectory
+from models import checkpoint, folds, named, reading, scores, splits, trajectory
 from models.augment import Symmetry
 from models.dataset import refuse_test_seed
 from models.fit import fit, prepare_torch
@@ -55,6 +55,7 @@ class Request:
         steps: Batches that each network learns from; 0: the recipe's.
         window: Images in a window; 0: those of a second.
         labels: Whose labels are learned.
+        every: Recordings that fail the check are taken too.
         given: Labels are taken as they were given, not moved to the touch.
         choose: Each fold chooses among its own people first.
         sound: No taxel or electrode dies in training: the sensor is not one that breaks.
@@ -70,6 +71,7 @@ class Request:
     steps: int = 0
     window: int = 0
     labels: Choice = "auto"
+    every: bool = False
     given: bool = False
     choose: bool = False
     sound: bool = False
@@ -105,11 +107,14 @@ def cross(request: Request, say: Say) -> Crossed:
     """
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
-    if not request.out.resolve().parent.is_dir():
-        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    named.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
-    data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
+    data = reading.read(
+        request.paths, recipe, request.labels, say, window=request.window, every=request.every
+    )
+    for note in data.notes:
+        say(note)
     examples = data.examples
     group = (data.user if request.by == "user" else data.session)[examples.session]
     rounds = splits.by_group(examples.ends, examples.window, group, _count(request, group, data))
@@ -129,7 +134,7 @@ def cross(request: Request, say: Say) -> Crossed:
         told = [f"{NAMES[key]} {_right(one, fold, data):.4f}" for key, one in arrays.items()]
         say(f"fold {number + 1} of {len(rounds)}: {', '.join(told)} {words['chosen']}".rstrip())
     found = _found(request, work, rounds, done, listed, reading_s)
-    request.out.write_text(found.text() + "\n", encoding="utf-8")
+    named.write_text(request.out, f"{found.text()}\n")
     shutil.rmtree(folder)
     return found
 

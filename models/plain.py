@@ -22,3 +22,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return round(value, DIGITS) if math.isfinite(value) else None
     return value
+
+
+def counted(number: int, one: str, many: str = "") -> str:
+    """Return how many of something, as in "1 recording" and "2 recordings"."""
+    return f"{number} {one if number == 1 else many or one + 's'}"

@@ -19,6 +19,7 @@ from models import (
     checkpoint,
     export,
     learn,
+    named,
     reading,
     splitting,
     touches,
@@ -52,6 +53,7 @@ class Request:
         task: What is trained; "": whatever the data teach.
         recipe: "default" or "paper".
         labels: Whose labels are learned.
+        every: Recordings that fail the check are taken too.
         base: The bundle that gives the network that is not trained; None: the one that ships,
             where it fits.
         split: "session", "user", "time", or "": what fits.
@@ -70,6 +72,7 @@ class Request:
     task: Task | Literal[""] = ""
     recipe: str = "default"
     labels: Choice = "auto"
+    every: bool = False
     base: Path | None = None
     split: str = ""
     seed: int = 0
@@ -92,12 +95,13 @@ def train(request: Request, say: Say) -> Training:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    if not request.out.resolve().parent.is_dir():
-        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    named.bundle_target(request.out)
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
     paths = (*request.paths, *request.auxiliary)
-    data = reading.read(paths, recipe, request.labels, say, window=request.window)
+    data = reading.read(
+        paths, recipe, request.labels, say, window=request.window, every=request.every
+    )
     answers = _answers(request, data.vocabulary)
     people = len({row.user for row in data.rows})
     recipe = replace(recipe, gesture=recipe.gesture.of_people(people))
@@ -255,6 +259,7 @@ def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
         *(recipe, data.digest, data.vocabulary, data.settings, software()),
         *(request.task, request.labels, request.split, request.seed, request.base),
         request.auxiliary,
+        request.every,
     )
     return checkpoint.claim(folder, "training.npz", of, "training")
 

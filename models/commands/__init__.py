@@ -7,14 +7,18 @@ A command's file has
     EXAMPLE      a first thing to try
     add(parser)  its options
     run(arguments) -> int  does it; the exit status
+    resumes(arguments) -> bool  whether the same command goes on where Ctrl-C ended it; optional
 
 and imports at its top only what every machine has: PyTorch and the like inside `run`, after
 `models.extras.require`.
 """
 
+import difflib
 import importlib
 import pkgutil
 from types import ModuleType
+
+from controller.errors import UserError
 
 
 def names() -> list[str]:
@@ -25,3 +29,17 @@ def names() -> list[str]:
 def load(name: str) -> ModuleType:
     """Return a command's file."""
     return importlib.import_module(f"{__name__}.{name}")
+
+
+def require(name: str) -> str:
+    """Return the name of a command.
+
+    Raises:
+        UserError: There is no such command; the message names the nearest.
+    """
+    known = names()
+    if name in known:
+        return name
+    close = difflib.get_close_matches(name, known, 1)
+    hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(known)}"
+    raise UserError(f"there is no command {name!r}; {hint}")

@@ -77,3 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.paper.write_text(tables.into(page, found), encoding="utf-8")
     print(tables.tables(found))
     return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

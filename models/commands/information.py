@@ -75,17 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
     kept = arguments.out / data.MEASURED if arguments.out else None
     sets = _sets(arguments)
     players = _players(arguments.games)
-    try:
-        found = study.measure(
-            sets, _wanted(arguments.only), arguments.workers, kept, options.say,
-            checked=arguments.check,
-        )  # fmt: skip
-    except KeyboardInterrupt:
-        options.say(
-            "models: interrupted; "
-            + ("the same command goes on where it was" if kept else "nothing was written")
-        )
-        return 1
+    found = study.measure(
+        sets, _wanted(arguments.only), arguments.workers, kept, options.say,
+        checked=arguments.check,
+    )  # fmt: skip
     for name, played in players.items():
         found["games"][name] = games.figures(games.gather(played))
     data.keep(kept, found)
@@ -105,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all loose files as one; without any, both presets."""
     from controller.recordings import reader
-    from models import unseen
+    from models import dataset
     from models.information.sets import RecordingSet, simulated
 
     if not arguments.data:
@@ -119,7 +112,7 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     for name, paths in zip([*short, "recordings"], [*([path] for path in folders), loose],
                            strict=True):  # fmt: skip
         if paths:
-            files = tuple(unseen.recordings(paths))
+            files = tuple(dataset.recording_files(paths))
             for file in files:
                 reader.survey(file)  # what cannot be read is told before anything is begun
             made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
@@ -152,3 +145,8 @@ def _players(paths: list[Path]) -> dict[str, list[dict[str, object]]]:
         name = path.name if path.is_dir() else "games"
         made.setdefault(name, []).extend(games.read(file) for file in files)
     return made
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return arguments.out is not None

@@ -22,7 +22,7 @@ class Sweep:
     Attributes:
         plan: The file.
         folder: Where results are.
-        digest: SHA-256 of the recordings; "" where people are simulated.
+        digest: hash of the recordings and their vocabulary; "" where people are simulated.
         places: Where the recordings are.
     """
 
@@ -55,6 +55,7 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
     _announce(named, there, missing, say)
     orders = [order(sweep, name, named[name]) for name in missing]
     failed: dict[str, str] = {}
+    noted: set[str] = set()
     began = time.monotonic()
     for count, text in enumerate(engine(orders) if orders else (), 1):
         answer = json.loads(text)
@@ -63,6 +64,10 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
             failed[answer["name"]] = answer["failed"]
         else:
             kept.keep(sweep.folder, answer)
+            for note in answer["result"].get("notes", ()):
+                if note not in noted:
+                    noted.add(note)
+                    say(note)
         left = len(missing) - count
         line = f"{len(named) - left}/{len(named)} {jobs.words(job)}: {_outcome(answer)}"
         if left:

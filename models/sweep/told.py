@@ -30,7 +30,7 @@ def table(found: Mapping[str, Any]) -> str:
         parts.append("\n".join(best(chosen, measure, len(points))))
     if doubt := few(found, points):
         parts.append(doubt)
-    if lines := failed(found):
+    if lines := [*notes(found), *failed(found)]:
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
@@ -103,6 +103,12 @@ def failed(found: Mapping[str, Any]) -> list[str]:
         f"failed ({len(where)}): {why} [{'; '.join(where[:3])}{'; ...' if len(where) > 3 else ''}]"
         for why, where in reasons.items()
     ]
+
+
+def notes(found: Mapping[str, Any]) -> list[str]:
+    """Return which recordings are left out, a sentence each."""
+    every = (note for job in found["jobs"] for note in job.get("result", {}).get("notes", ()))
+    return list(dict.fromkeys(every))
 
 
 def sure(figure: Figure, measure: Measure) -> str:
