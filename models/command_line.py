@@ -55,7 +55,8 @@ def _noting() -> Iterator[list[int]]:
     try:
         yield seen
     finally:
-        signal.signal(signal.SIGINT, before)
+        if signal.getsignal(signal.SIGINT) is note:  # else a command has made other arrangements
+            signal.signal(signal.SIGINT, before)
 
 
 def _parser(first: Sequence[str]) -> argparse.ArgumentParser:

@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 
 from controller.recordings.recording import software
-from models import checkpoint, folds, named, reading, scores, splits, trajectory
+from models import checkpoint, folds, reading, scores, splits, trajectory, user_files
 from models.augment import Symmetry
 from models.dataset import refuse_test_seed
 from models.fit import fit, prepare_torch
@@ -107,7 +107,7 @@ def cross(request: Request, say: Say) -> Crossed:
     """
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
-    named.target(request.out)
+    user_files.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
     data = reading.read(
@@ -134,7 +134,7 @@ def cross(request: Request, say: Say) -> Crossed:
         told = [f"{NAMES[key]} {_right(one, fold, data):.4f}" for key, one in arrays.items()]
         say(f"fold {number + 1} of {len(rounds)}: {', '.join(told)} {words['chosen']}".rstrip())
     found = _found(request, work, rounds, done, listed, reading_s)
-    named.write_text(request.out, f"{found.text()}\n")
+    user_files.write_text(request.out, f"{found.text()}\n")
     shutil.rmtree(folder)
     return found
 

@@ -19,11 +19,11 @@ from models import (
     checkpoint,
     export,
     learn,
-    named,
     reading,
     splitting,
     touches,
     training_card,
+    user_files,
 )
 from models.augment import Symmetry
 from models.dataset import read_training, refuse_test_seed
@@ -95,7 +95,7 @@ def train(request: Request, say: Say) -> Training:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    named.bundle_target(request.out)
+    user_files.bundle_target(request.out)
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
     paths = (*request.paths, *request.auxiliary)

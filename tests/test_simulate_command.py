@@ -227,8 +227,10 @@ def test_training_reads_folders_and_files_of_one_kind(data: Path, tmp_path: Path
     assert make(faster, "--users", "1", "--sessions", "1", "--minutes", "0.5", "--rate", "20") == 0
     with pytest.raises(ValueError, match=r"5×5 taxels at 10 Hz .* 20 Hz .* train on one kind"):
         read_training([data, faster])
-    with pytest.raises(ValueError, match="there are no recordings in nowhere or here; make some"):
-        read_training([tmp_path / "set", tmp_path])
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    with pytest.raises(ValueError, match=f"there are no recordings in {empty}; make some with"):
+        read_training([empty])
 
 
 def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:

@@ -56,12 +56,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller import bundle
-    from models import card, named
+    from models import card, user_files
     from models.evaluate import evaluate, summarise, summarise_broken
     from models.metrics import Evaluation
 
     for path in filter(None, (arguments.card, arguments.json, arguments.html)):
-        named.target(path)
+        user_files.target(path)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
@@ -88,9 +88,9 @@ def run(arguments: argparse.Namespace) -> int:
     content = card.text(found)
     print(content)
     if arguments.card:
-        named.write_text(arguments.card, f"{content}\n")
+        user_files.write_text(arguments.card, f"{content}\n")
     if arguments.json:
-        named.write_text(arguments.json, f"{found.text()}\n")
+        user_files.write_text(arguments.json, f"{found.text()}\n")
     if arguments.html:
         from models.report import page
         from models.report.data import ReportData

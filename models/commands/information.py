@@ -63,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, and draw."""
-    from models import extras
+    from models import extras, markdown, user_files
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -72,6 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out and not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
+    if arguments.paper:
+        markdown.check(arguments.paper, tables.BEGIN, tables.END)
     kept = arguments.out / data.MEASURED if arguments.out else None
     sets = _sets(arguments)
     players = _players(arguments.games)
@@ -90,8 +92,8 @@ def run(arguments: argparse.Namespace) -> int:
             options.say(f"wrote {path}")
         options.say(f"wrote {report.write(arguments.out, found)}")
     if arguments.paper:
-        page = arguments.paper.read_text(encoding="utf-8")
-        arguments.paper.write_text(tables.into(page, found), encoding="utf-8")
+        page = user_files.read_text(arguments.paper)
+        user_files.write_text(arguments.paper, tables.into(page, found))
     return 0
 
 

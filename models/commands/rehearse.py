@@ -39,11 +39,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Choose and write."""
     from controller import bundle
-    from models import extras, named, rehearse
+    from models import extras, rehearse, user_files
     from models.dataset import read_training
 
     extras.require("writing a bundle", "tomli_w")
-    named.bundle_target(arguments.out)
+    user_files.bundle_target(arguments.out)
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     chosen = rehearse.choose(loaded, recordings, arguments.frames)

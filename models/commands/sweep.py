@@ -87,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
+    from models import user_files
     from models.sweep import cluster, kept, local, report, study, told
 
     workers = arguments.workers or os.cpu_count() or 1
@@ -106,7 +107,8 @@ def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
         return 1
     print(told.table(found))
     page = sweep.folder / kept.REPORT
-    kept.replace(page, report.html(found, study.times(sweep.named(), kept.answers(sweep.folder))))
+    spent = study.times(sweep.named(), kept.answers(sweep.folder))
+    user_files.write_text(page, report.html(found, spent))
     options.say(f"wrote {sweep.folder / kept.RESULTS}, and {page} to look at")
     return int(any("failed" in job for job in found["jobs"]))
 

@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from controller import bundle
-    from models import extras, named, scatter, surely
+    from models import extras, scatter, surely, user_files
     from models.dataset import read_training
     from models.known import know
     from models.streams import Batched
@@ -93,10 +93,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out:
         extras.require("writing a bundle", "tomli_w")
-        named.bundle_target(arguments.out)
+        user_files.bundle_target(arguments.out)
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
     for path in filter(None, (arguments.json, page_of)):
-        named.target(path)
+        user_files.target(path)
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"losses below {unseen:.1%} cannot be seen in {found.events} events: record more "
               "before you make it faster")  # fmt: skip
     if arguments.json:
-        named.write_text(arguments.json, f"{found.text()}\n")
+        user_files.write_text(arguments.json, f"{found.text()}\n")
     if page_of:
         from models.report import page
         from models.report.data import ReportData

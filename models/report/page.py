@@ -4,6 +4,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
+from models import user_files
 from models.report import judged, learned, store, training, words
 from models.report.data import ReportData
 from models.results import Training
@@ -40,11 +41,12 @@ def write(path: Path, data: ReportData) -> ReportData:
         ValueError: The file is there, and is no report of this version; or there is nothing.
     """
     if path.exists():
+        page = user_files.read_text(path)
         try:
-            data = store.merged(store.unpack(path.read_text(encoding="utf-8")), data)
+            data = store.merged(store.unpack(page), data)
         except ValueError as error:
             raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
-    path.write_text(html(data), encoding="utf-8")
+    user_files.write_text(path, html(data))
     return data
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from models import user_files
 from models.report import words
 from models.sweep import jobs, kept, version
 from models.sweep.plan import Plan
@@ -48,7 +49,7 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
     Returns:
         What `results` returns.
     """
-    kept.claim(sweep.folder)
+    user_files.folder_target(sweep.folder / kept.JOBS)
     named = sweep.named()
     there = kept.answers(sweep.folder)
     missing = [name for name in named if name not in there]
@@ -78,8 +79,8 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
         if name not in there:
             failed.setdefault(name, "its process died again and again (out of memory?)")
     found = results(sweep, named, there, failed)
-    kept.replace(sweep.folder / kept.RESULTS, kept.text(found))
-    kept.replace(sweep.folder / kept.TIMES, kept.text(times(named, there)))
+    user_files.write_text(sweep.folder / kept.RESULTS, kept.text(found))
+    user_files.write_text(sweep.folder / kept.TIMES, kept.text(times(named, there)))
     return found
 
 

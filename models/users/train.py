@@ -12,7 +12,7 @@ from controller import bundle
 from controller import mapping as mappings
 from controller.bundle import Bundle
 from controller.users import Users
-from models import named, reading, splits
+from models import reading, splits, user_files
 from models.dataset import refuse_test_seed
 from models.fit import prepare_torch
 from models.networks import GestureNet
@@ -95,7 +95,7 @@ def train(request: Request, say: Say) -> Telling:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    named.bundle_target(request.out)
+    user_files.bundle_target(request.out)
     base = bundle.read(request.base or bundle.default_path())
     prepare_torch(request.seed)
     data = reading.read(

@@ -9,43 +9,47 @@ from controller.errors import UserError, reason
 MAX_BYTES: Final = 64 << 20  # of a report, a page, a list of games: ours have a few megabytes
 
 
+class UserFileError(UserError, ValueError):
+    """A file cannot be read or written; the message is one sentence that names it."""
+
+
 def read_text(path: Path, limit_bytes: int = MAX_BYTES) -> str:
     """Return the text in a file.
 
     Raises:
-        UserError: It cannot be read, is no regular file, too large, or no text in UTF-8.
+        UserFileError: It cannot be read, is no regular file, too large, or no text in UTF-8.
     """
     try:
         return files.read_text(path, limit_bytes)
     except OSError as error:
-        raise UserError(f"cannot read {path}: {reason(error)}") from None
+        raise UserFileError(f"cannot read {path}: {reason(error)}") from None
 
 
 def read_json(path: Path, limit_bytes: int = MAX_BYTES) -> Any:
     """Return the value in a JSON file.
 
     Raises:
-        UserError: As `read_text`, or it is no JSON; the message has the line.
+        UserFileError: As `read_text`, or it is no JSON; the message has the line.
     """
     try:
         return config.parse_json(read_text(path, limit_bytes), limit_bytes)
     except config.ConfigError as error:
-        raise config.ConfigError(f"{path}, {error}") from None
+        raise UserFileError(f"{path}, {error}") from None
 
 
 def target(path: Path) -> Path:
     """Return the path of a file that is going to be written.
 
     Raises:
-        UserError: No file can be written there: its folder is missing, or it is a folder or a
+        UserFileError: No file can be written there: its folder is missing, or it is a folder or a
             device itself.
     """
     try:
         files.check_target(path)
     except OSError as error:
-        raise UserError(f"cannot write {path}: {reason(error)}") from None
+        raise UserFileError(f"cannot write {path}: {reason(error)}") from None
     if not path.parent.is_dir():
-        raise UserError(f"cannot write {path}: {path.parent} is no directory; make it first")
+        raise UserFileError(f"cannot write {path}: {path.parent} is no directory; make it first")
     return path
 
 
@@ -53,11 +57,26 @@ def bundle_target(path: Path) -> Path:
     """Return the path of a bundle that is going to be written.
 
     Raises:
-        UserError: As `target`, or the name does not end in .orb.
+        UserFileError: As `target`, or the name does not end in .orb.
     """
     if path.suffix != ".orb":
-        raise UserError(f"{str(path)!r} is no name of a bundle; name one that ends in .orb")
+        raise UserFileError(f"{str(path)!r} is no name of a bundle; name one that ends in .orb")
     return target(path)
+
+
+def folder_target(path: Path) -> Path:
+    """Return the path of a folder that is going to be written into; it is made if need be.
+
+    Raises:
+        UserFileError: It cannot be made, or is something else.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserFileError(
+            f"cannot write into {path}: {reason(error)}; choose another --out"
+        ) from None
+    return path
 
 
 def write_text(path: Path, text: str) -> None:
