@@ -9,7 +9,7 @@ from typing import Final, TextIO
 from controller.errors import UserError, reason
 
 TROUBLE: Final = 1
-USAGE: Final = 2
+USAGE: Final = 2  # see `UserError.status`
 INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -27,11 +27,13 @@ def run(program: str, command: Callable[[], int]) -> int:
         if (adapt := getattr(stream, "reconfigure", None)) is not None:
             adapt(errors="backslashreplace")
     try:
-        status = command()
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        try:
+            status = command()
+        finally:  # argparse prints its help and raises SystemExit
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except UserError as error:
-        return complain(program, error, USAGE)
+        return complain(program, error, error.status)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:

@@ -31,11 +31,14 @@ def open_regular(path: Path) -> IO[bytes]:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
         raise OSError(errno.EINVAL, str(error), str(path)) from None
-    try:
-        _refuse_special(os.fstat(handle).st_mode, path)
-    except OSError:
-        os.close(handle)
+    except OSError as error:
+        if error.errno == errno.ENXIO:  # so Linux answers for a socket
+            error.strerror = "it is no file"
         raise
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(handle)
+        raise _special(mode, path)
     return os.fdopen(handle, "rb")
 
 
@@ -71,7 +74,9 @@ def check_target(path: Path) -> None:
         OSError: It is the name of a folder, a device or the like, which a rename would replace.
     """
     with contextlib.suppress(FileNotFoundError):
-        _refuse_special(path.stat().st_mode, path)
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise _special(mode, path)
 
 
 def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: bool = True) -> None:
@@ -126,11 +131,10 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _refuse_special(mode: int, path: Path) -> None:
-    """Raise unless a mode is that of a regular file."""
-    if not stat.S_ISREG(mode):
-        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
-        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+def _special(mode: int, path: Path) -> OSError:
+    """Return the error that a name is not that of a regular file."""
+    kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+    return OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
 
 
 def _name_once(beside: Path, path: Path) -> None:
