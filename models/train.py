@@ -20,6 +20,7 @@ from models import (
     export,
     learn,
     reading,
+    replayed,
     splitting,
     touches,
     training_card,
@@ -137,10 +138,14 @@ def train(request: Request, say: Say) -> Training:
         plan = replace(plan, location=placed)
         second, worst = export.location_part(place_net, _images(found, request.seed))
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
-    if gesture:
+    manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
+    if plan.gesture is not None:
+        tried = folder / "tried.orb"
+        export.write_bundle(tried, manifest, first, second)
+        answered = replayed.replay(bundle.read(tried), data, split)
+        plan = replace(plan, gesture=replace(plan.gesture, answered=answered))
         measured = request.advised and not request.auxiliary
         plan = advice.advise(plan, work, measured=measured, say=say)
-    manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
     export.write_bundle(request.out, manifest, first, second)
     plan = replace(plan, debounce=manifest["debounce"])
     training_card.write(request.out, bundle.read(request.out), plan)

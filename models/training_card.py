@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from controller.bundle import Bundle
-from models import user_files
+from models import missed, user_files
 from models.report import page
 from models.report.data import ReportData
 from models.results import Honesty, Training
@@ -70,6 +70,8 @@ def headline(result: Training) -> list[str]:
             f"{_percent(honest.random_binary)} | {_points(binary)} |"
         )
         lines.append(f"| right events | {_percent(gesture.event_accuracy)} | | |")
+        right, events = missed.right(gesture.answered)
+        lines.append(f"| answered rightly, as in play | {right} of {events} | | |")
     if (location := result.location) is not None:
         honest = location.honesty
         lines.append(

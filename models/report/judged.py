@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 from html import escape
 from typing import Final
 
+from models import missed
 from models.metrics import Broken, Evaluation, Result, Row, Tuning
 from models.report import charts, maps, words
 
@@ -19,6 +20,7 @@ def cards(found: Evaluation) -> list[str]:
     first = found.results[0]
     on = f"{escape(first.name)}, {words.several(first.events, 'event')}"
     shown = [
+        words.answered(first.labels, first.answered, f"in {first.name}"),
         words.card(words.number(first.f1.value, 4), "F1 of events in play", on),
         words.card(
             words.number(first.false_alarms_per_min.value),
@@ -36,6 +38,15 @@ def cards(found: Evaluation) -> list[str]:
             words.card(words.number(first.location.error.value), "grid units off", "per press")
         )
     return shown
+
+
+def advice(found: Evaluation) -> list[str]:
+    """Return what to do about gestures that are not answered as they should be."""
+    return [
+        f"{result.name}: {missed.advice(result.labels, result.answered, number)}"
+        for result in found.results
+        for number in missed.failing(result.answered)
+    ]
 
 
 def tuned_cards(found: Tuning) -> list[str]:

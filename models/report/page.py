@@ -62,7 +62,8 @@ def _lead(data: ReportData) -> str:
     if data.tuning is not None and found is None:
         cards = judged.tuned_cards(data.tuning)
     if trained is not None:
-        cards = training.cards(trained) + cards
+        own = training.cards(trained)
+        cards = own + cards if found is None else cards + own
     return f'<p class="lead">{" ".join(said)}</p><div class="cards">{"".join(cards)}</div>'
 
 
@@ -72,7 +73,8 @@ def _sections(data: ReportData) -> list[str]:
     grid = _grid(data)
     parts = []
     if trained is not None:
-        parts += [training.next_steps(trained), training.honesty(trained)]
+        advised = judged.advice(found) if found is not None else []
+        parts += [training.next_steps(trained, advised), training.honesty(trained)]
     if found is not None:
         parts.append(judged.play(found, _learned(trained)))
     if trained is not None:

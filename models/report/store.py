@@ -5,7 +5,7 @@ import math
 import re
 import types
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from controller import config
@@ -74,7 +74,9 @@ def _made(kind: Any, value: Any) -> Any:
         if not isinstance(value, dict):
             raise TypeError(f"{kind.__name__} needs its fields")
         hints = get_type_hints(kind)
-        return kind(**{f.name: _made(hints[f.name], value[f.name]) for f in fields(kind)})
+        # What has a default may be younger than the page.
+        own = [f.name for f in fields(kind) if f.name in value or f.default in (MISSING, None)]
+        return kind(**{name: _made(hints[name], value[name]) for name in own})
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
         if value is None:
