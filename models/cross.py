@@ -212,7 +212,7 @@ def _done(
     """Return what a fold's models answer to the people whom it leaves out, and what it cost."""
     kept = folder / f"fold-{number}.npz"
     if (found := checkpoint.load(kept)) is not None:
-        return found
+        return _checked(kept, found, fold, work)
     examples = work.data.examples
     arrays: dict[str, NDArray[Any]] = {}
     words: dict[str, Any] = {}
@@ -235,6 +235,29 @@ def _done(
     for part in folder.glob(f"fold-{number}-*.npz"):
         part.unlink()
     return arrays, words
+
+
+def _checked(
+    kept: Path, found: tuple[dict[str, NDArray[Any]], dict[str, Any]], fold: Fold, work: _Work
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Return what is kept of a fold, if it is whole.
+
+    Raises:
+        CheckpointError: It is not.
+    """
+    arrays, words = found
+    names = {"ours", *work.rows}
+    shape = len(fold.test), len(work.data.vocabulary.labels)
+    cpu_s = words.get("cpu_s")
+    if (
+        set(arrays) != names
+        or any(array.shape != shape for array in arrays.values())
+        or not isinstance(cpu_s, dict)
+        or not all(isinstance(cpu_s.get(name), float) for name in names)
+        or not isinstance(words.get("chosen"), str)
+    ):
+        raise checkpoint.damaged(kept)
+    return found
 
 
 def _choose(

@@ -1,6 +1,7 @@
 """From folders of recordings to examples: every one checked, its labels chosen, its group known."""
 
 import hashlib
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -214,7 +215,7 @@ def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
         ValueError: It is of other gestures, or there are several that differ.
     """
     folders = [path if path.is_dir() else path.parent for path in paths]
-    files = [folder / FILE for folder in folders if (folder / FILE).is_file()]
+    files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:
         return vocabularies.of(labels)
     vocabulary = vocabularies.read(files[0])

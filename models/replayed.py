@@ -7,13 +7,14 @@ where the probability rises high enough, and soon enough.
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from controller.bundle import Bundle
 from controller.recordings import reader
 from controller.recordings.recording import Recording
-from models.known import know
+from models.known import Choice, know
 from models.reading import Data
 from models.splitting import Split
 from models.streams import Batched, answered, feel
@@ -35,7 +36,7 @@ def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], .
         row = data.rows[number]
         if any(count for label, count in row.examples.items() if label not in labels):
             continue
-        known = know(recording, labels, row.path, row.labeller)
+        known = know(recording, labels, row.path, cast(Choice, row.labeller))
         felt = feel(recording.frames, loaded.preprocess)
         said = networks.probabilities(felt.windows)
         total += tally(answered(known, felt, said, labels, loaded.debounce), labels).answered

@@ -97,6 +97,8 @@ def train(request: Request, say: Say) -> Training:
     """
     refuse_test_seed(request.seed, "this training")
     user_files.bundle_target(request.out)
+    if request.base is not None:
+        bundle.read(request.base)  # before anything that takes long
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
     paths = (*request.paths, *request.auxiliary)

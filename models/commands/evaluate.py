@@ -59,9 +59,12 @@ def run(arguments: argparse.Namespace) -> int:
     from models import card, user_files
     from models.evaluate import evaluate, summarise, summarise_broken
     from models.metrics import Evaluation
+    from models.report import page
 
-    for path in filter(None, (arguments.card, arguments.json, arguments.html)):
+    for path in filter(None, (arguments.card, arguments.json)):
         user_files.target(path)
+    if arguments.html:
+        page.read(arguments.html)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
@@ -92,7 +95,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         user_files.write_text(arguments.json, f"{found.text()}\n")
     if arguments.html:
-        from models.report import page
         from models.report.data import ReportData
 
         page.write(arguments.html, ReportData(evaluation=found))
@@ -103,6 +105,7 @@ def _recorded(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
+    from controller.recordings import reader
     from models import dataset, faulty, unseen
 
     grid = loaded.rows, loaded.columns
@@ -110,6 +113,8 @@ def _recorded(
     loose = [path for path in arguments.data if not path.is_dir()]
     for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
         files = dataset.recording_files(paths)
+        for file in files:
+            reader.survey(file)  # what cannot be read is told before anything is begun
         name = str(paths[0]) if paths is not loose else "recordings"
         sets[name] = partial(unseen.named, files, grid)
     note = (

@@ -87,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models import extras, scatter, surely, user_files
     from models.dataset import read_training
     from models.known import know
+    from models.report import page
     from models.streams import Batched
     from models.streams import run as play
     from models.tune import Goal, settings_of, spread, tune, write
@@ -95,8 +96,10 @@ def run(arguments: argparse.Namespace) -> int:
         extras.require("writing a bundle", "tomli_w")
         user_files.bundle_target(arguments.out)
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
-    for path in filter(None, (arguments.json, page_of)):
-        user_files.target(path)
+    if arguments.json:
+        user_files.target(arguments.json)
+    if page_of:
+        page.read(page_of)
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
@@ -121,7 +124,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         user_files.write_text(arguments.json, f"{found.text()}\n")
     if page_of:
-        from models.report import page
         from models.report.data import ReportData
 
         page.write(page_of, ReportData(tuning=found))

@@ -40,14 +40,25 @@ def write(path: Path, data: ReportData) -> ReportData:
     Raises:
         ValueError: The file is there, and is no report of this version; or there is nothing.
     """
-    if path.exists():
-        page = user_files.read_text(path)
-        try:
-            data = store.merged(store.unpack(page), data)
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
+    if (there := read(path)) is not None:
+        data = store.merged(there, data)
     user_files.write_text(path, html(data))
     return data
+
+
+def read(path: Path) -> ReportData | None:
+    """Return what a page shows; None: there is none.
+
+    Raises:
+        ValueError: The file cannot be read or written, or is no report of this version.
+    """
+    if not user_files.target(path).exists():
+        return None
+    page = user_files.read_text(path)
+    try:
+        return store.unpack(page)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
 
 
 def _lead(data: ReportData) -> str:

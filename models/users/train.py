@@ -97,6 +97,7 @@ def train(request: Request, say: Say) -> Telling:
     refuse_test_seed(request.seed, "this training")
     user_files.bundle_target(request.out)
     base = bundle.read(request.base or bundle.default_path())
+    rules = mappings.read(request.mapping, base.labels) if request.mapping is not None else None
     prepare_torch(request.seed)
     data = reading.read(
         (*request.paths, *request.others), RECIPES["default"], request.labels, say,
@@ -107,8 +108,8 @@ def train(request: Request, say: Say) -> Telling:
     _fits(base, data)
     gestures = _gestures(request.gestures, data, base)
     names, group = _people(request, data, gestures)
-    if request.mapping is not None:  # a mistake in it is told before anything is learned
-        Users(names).overridden(*mappings.read(request.mapping, base.labels))
+    if rules is not None:  # a mistake in it is told before anything is learned
+        Users(names).overridden(*rules)
     held = _held(group, names, request.split)
     count = words.several(len(names), "person", "people")
     say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")
