@@ -24,6 +24,7 @@ from models.dataset import refuse_test_seed
 from models.fit import fit, prepare_torch
 from models.folds import Crossed, Rowed
 from models.lessons import Gestures, Parts
+from models.plain import counted
 from models.reading import Choice, Data
 from models.recipe import DEFAULT, Course, Recipe
 from models.splits import Fold
@@ -190,7 +191,7 @@ def _sentence(data: Data, listed: Rowed) -> str:
     return (
         f"{len(examples.ends)} windows of {examples.window} images of {rows}×{columns} taxels at "
         f"{settings.rate_hz:g} Hz, in {int(listed.stretch[-1]) + 1} stretches, of "
-        f"{len(listed.people)} people"
+        f"{counted(len(listed.people), 'person', 'people')}"
     )
 
 

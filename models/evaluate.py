@@ -12,6 +12,7 @@ from controller.recordings.recording import Recording
 from models import faulty, intervals, scores, surely
 from models.known import Choice, know
 from models.metrics import Broken, Calibration, ClassFigures, LocationFigures, Result, Row
+from models.plain import counted
 from models.streams import Batched, answered, feel, refuse, run
 from models.tally import Counts, Tally, tally
 
@@ -52,7 +53,7 @@ def evaluate(
             answers = networks.probabilities(felt.windows)
             stream = answered(known, felt, answers, labels, bundle.debounce)
         tallies.append(tally(stream, labels))
-        say(f"{name}: {tallies[-1].hits} of {tallies[-1].events} events")
+        say(f"{name}: {tallies[-1].hits} of {counted(tallies[-1].events, 'event')}")
     return tallies
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Final
 
+from models.metrics import Result
+
 Table = Sequence[Sequence[int]]  # events: true class by answered class; 0: nothing, no answer
 
 SHARE: Final = 0.05  # of a gesture's events that may be missed
@@ -58,6 +60,15 @@ def advice(
         f"{label} is answered rightly in {row[number]} of {sum(row)} ({how}): {first}make it "
         f"firmer or more distinct {unlike}, or let models tune choose when it counts"
     )
+
+
+def of_all(results: Sequence[Result]) -> list[str]:
+    """Return what to do about every class that is missed too often, in all sets of sessions."""
+    return [
+        f"{result.name}: {advice(result.labels, result.answered, number)}"
+        for result in results
+        for number in failing(result.answered)
+    ]
 
 
 def _taken_for(row: Sequence[int], number: int) -> int:

@@ -30,6 +30,7 @@ from models.augment import Symmetry
 from models.dataset import read_training, refuse_test_seed
 from models.fit import prepare_torch
 from models.learn import Work
+from models.plain import counted
 from models.reading import Choice, Data
 from models.recipe import RECIPES, Recipe
 from models.results import Training
@@ -232,7 +233,7 @@ def _announcement(
     count = len(plan.sessions)
     lines = [
         *plan.notes,
-        f"{count} recording{'s' if count > 1 else ''}, {minutes:.0f} minutes, "
+        f"{counted(count, 'recording')}, {counted(round(minutes), 'minute')}, "
         f"{plan.rows}×{plan.columns} taxels at {plan.rate_hz:g} Hz in {plan.unit}; "
         f"{' and '.join(labellers)} labels",
     ]
@@ -297,7 +298,7 @@ def _manifest(
     made = {
         "software": plan.software,
         "command": plan.command,
-        "data": f"{len(plan.sessions)} recordings, SHA-256 {data.digest[:16]}",
+        "data": f"{counted(len(plan.sessions), 'recording')}, SHA-256 {data.digest[:16]}",
         "split": plan.split,
     }
     if auxiliary := data.vocabulary.labels[len(plan.labels) :]:

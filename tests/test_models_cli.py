@@ -1,6 +1,7 @@
 """The command line of the training machine: one sentence for what is wrong, one way to end it."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from controller import __version__
-from models import commands
+from models import commands, options
 from models.__main__ import main
+
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
@@ -41,6 +44,16 @@ def test_no_help_shows_a_doubled_sign(command: str, capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit, match="0"):
         main([command, "--help"])
     assert "%%" not in capsys.readouterr().out
+
+
+def test_help_and_pages_say_how_long_the_recipe_trains(capsys: pytest.CaptureFixture[str]) -> None:
+    said = f"the recipe's {options.STEPS:,}"
+    with pytest.raises(SystemExit, match="0"):
+        main(["folds", "--help"])
+    assert said in " ".join(capsys.readouterr().out.split())
+    for page in ("people.md", "sweeps.md"):
+        told = (DOCS / page).read_text(encoding="utf-8")
+        assert set(re.findall(r"the recipe's [0-9]+,000", told)) == {said}
 
 
 def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(

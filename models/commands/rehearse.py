@@ -39,7 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Choose and write."""
     from controller import bundle
-    from models import extras, rehearse, user_files
+    from models import extras, plain, rehearse, user_files
     from models.dataset import read_training
 
     extras.require("writing a bundle", "tomli_w")
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = rehearse.choose(loaded, recordings, arguments.frames)
     made = rehearse.write(arguments.out, arguments.bundle, chosen)
     options.say(
-        f"{arguments.out} is written with {len(chosen.images)} frames of {len(recordings.surveys)} "
-        f"recordings to rehearse, SHA-256 {made.hash[:16]}…"
+        f"{arguments.out} is written with {len(chosen.images)} frames of "
+        f"{plain.counted(len(recordings), 'recording')} to rehearse, SHA-256 {made.hash[:16]}…"
     )
     return 0

@@ -87,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models import extras, scatter, surely, user_files
     from models.dataset import read_training
     from models.known import know
+    from models.plain import counted
     from models.report import page
     from models.streams import Batched
     from models.streams import run as play
@@ -106,12 +107,13 @@ def run(arguments: argparse.Namespace) -> int:
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
         streams.append(play(replace(loaded, spread=surely.BARE), networks, recording, known))
-        options.say(f"{survey.path.stem}: {len(known.events)} events")
+        options.say(f"{survey.path.stem}: {counted(len(known.events), 'event')}")
     goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
-    print(f"{found.events} events and {found.idle_minutes:.0f} idle minutes in {found.sessions} "
-          f"recordings; {found.tried} points, {len(found.front)} of them on the front")  # fmt: skip
+    on = f"{counted(found.sessions, 'recording')} with {counted(found.events, 'event')}"
+    idle = counted(round(found.idle_minutes), "idle minute")
+    print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
     print(scatter.draw(found))
     print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
     print(found.goal)
@@ -119,8 +121,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"places are {far.floor:.3f} grid units off without noise, and "
               f"{far.noise:.1f} times as far as their images are noisy")  # fmt: skip
     if (unseen := 3.0 / found.events) > SEEN:
-        print(f"losses below {unseen:.1%} cannot be seen in {found.events} events: record more "
-              "before you make it faster")  # fmt: skip
+        print(f"losses below {unseen:.1%} cannot be seen in {counted(found.events, 'event')}: "
+              "record more before you make it faster")  # fmt: skip
     if arguments.json:
         user_files.write_text(arguments.json, f"{found.text()}\n")
     if page_of:
@@ -128,7 +130,7 @@ def run(arguments: argparse.Namespace) -> int:
 
         page.write(page_of, ReportData(tuning=found))
     if arguments.out:
-        said = f"on {found.sessions} recordings with {found.events} events; {found.goal}"
+        said = f"on {on}; {found.goal}"
         made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

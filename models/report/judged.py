@@ -5,7 +5,6 @@ from collections.abc import Callable, Collection, Sequence
 from html import escape
 from typing import Final
 
-from models import missed
 from models.metrics import Broken, Evaluation, Result, Row, Tuning
 from models.report import charts, maps, words
 
@@ -38,15 +37,6 @@ def cards(found: Evaluation) -> list[str]:
             words.card(words.number(first.location.error.value), "grid units off", "per press")
         )
     return shown
-
-
-def advice(found: Evaluation) -> list[str]:
-    """Return what to do about gestures that are not answered as they should be."""
-    return [
-        f"{result.name}: {missed.advice(result.labels, result.answered, number)}"
-        for result in found.results
-        for number in missed.failing(result.answered)
-    ]
 
 
 def tuned_cards(found: Tuning) -> list[str]:

@@ -4,7 +4,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
-from models import user_files
+from models import missed, user_files
 from models.report import judged, learned, store, training, words
 from models.report.data import ReportData
 from models.results import Training
@@ -84,7 +84,7 @@ def _sections(data: ReportData) -> list[str]:
     grid = _grid(data)
     parts = []
     if trained is not None:
-        advised = judged.advice(found) if found is not None else []
+        advised = missed.of_all(found.results) if found is not None else []
         parts += [training.next_steps(trained, advised), training.honesty(trained)]
     if found is not None:
         parts.append(judged.play(found, _learned(trained)))

@@ -47,7 +47,7 @@ def _processes(orders: Sequence[str], workers: int, say: Say) -> Iterator[str]:
                         yield answer
             except TerminatedWorkerError:
                 deaths += 1
-                say(f"a process died (out of memory?); {len(left)} trainings are begun again")
+                say(f"a process died (out of memory?); begun again: {len(left)}")
     finally:
         with suppress(Exception):  # nothing of ours stays behind
             get_reusable_executor().shutdown(wait=True, kill_workers=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from models import user_files
+from models.plain import counted
 from models.report import words
 from models.sweep import jobs, kept, version
 from models.sweep.plan import Plan
@@ -128,9 +129,9 @@ def _announce(
 ) -> None:
     done = len(named) - len(missing)
     others = sum(name not in named for name in there)
-    say(f"{len(named)} trainings" + (f", {done} of them done already" if done else ""))
+    say(counted(len(named), "training") + (f", {done} of them done already" if done else ""))
     if others:
-        say(f"{others} finished there are of other settings or another version, and are not used")
+        say(f"of other settings or another version, and not used: {others} finished there")
 
 
 def _outcome(answer: dict[str, Any]) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from models.intervals import Figure
+from models.plain import counted
 from models.sweep import figures
 from models.sweep.choice import FEWEST, Choice, choose
 from models.sweep.figures import MEASURES, Measure, Point
@@ -38,7 +39,7 @@ def table(found: Mapping[str, Any]) -> str:
 def headline(found: Mapping[str, Any]) -> str:
     """Return what was done, in a sentence."""
     done = sum("result" in job for job in found["jobs"])
-    return f"{found['sweep']}: {done} of {len(found['jobs'])} trainings; {held(found)}"
+    return f"{found['sweep']}: {done} of {counted(len(found['jobs']), 'training')}; {held(found)}"
 
 
 def held(found: Mapping[str, Any]) -> str:
