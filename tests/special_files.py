@@ -45,6 +45,10 @@ _LINKS: Final[dict[str, str]] = {
 KINDS: Final = ("missing", "folder", "pipe", "socket", "sparse", "locked", *_LINKS, *_TEXTS)
 
 
+class LateError(BaseException):
+    """A command did not end; no `except` in the product may take it for an error of a file."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """The end of a command: its exit status, and what it printed on standard error and output."""
@@ -90,12 +94,12 @@ def answer(main: Callable[[list[str]], int], words: Sequence[str]) -> Answer:
     """Run a command in this process; return its answer.
 
     Raises:
-        TimeoutError: It did not end.
+        LateError: It did not end.
         MemoryError: It asked for more than `MEMORY`.
     """
 
     def late(number: int, frame: FrameType | None) -> None:
-        raise TimeoutError(f"{' '.join(words)} did not end in {PATIENCE_S} s")
+        raise LateError(f"{' '.join(words)} did not end in {PATIENCE_S} s")
 
     errors, output = io.StringIO(), io.StringIO()
     limits = resource.getrlimit(resource.RLIMIT_AS)
