@@ -1,5 +1,6 @@
 """What several rooms' tests share."""
 
+import signal
 import socket
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,9 @@ import pytest
 # A machine that is busy, or emulated, is no finding.
 hypothesis.settings.register_profile("orbtouch", deadline=None)
 hypothesis.settings.load_profile("orbtouch")
+
+# A run in the background ignores Ctrl+C, and the programs that it starts would, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
