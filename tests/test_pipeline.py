@@ -16,11 +16,14 @@ REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 
 
 class Certain:
-    """Networks that are sure of a press where the newest image deviates most."""
+    """Networks that are sure of one gesture where the newest image deviates most."""
+
+    def __init__(self, label: str = "press") -> None:
+        self.label = SHIPPED.labels.index(label)
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
-        pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
+        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        return np.eye(len(SHIPPED.labels), dtype=np.float32)[self.label if touched else 0]
 
     def touch(self, image: Image) -> tuple[float, float]:
         row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
@@ -48,6 +51,17 @@ def test_a_press_at_the_left_becomes_left_once() -> None:
     assert 21 <= records[0].frame <= 30
     assert records[0].t_s == records[0].frame / 10
     assert records[0].probability == 1.0
+
+
+@pytest.mark.parametrize(
+    ("label", "command"),
+    [("pinch", "drop"), ("twist_cw", "rotate_cw"), ("twist_ccw", "rotate_ccw")],
+)
+def test_every_other_gesture_becomes_its_command_too(label: str, command: str) -> None:
+    networks = Pipeline(SHIPPED, Certain(label), SHIPPED.mapping)
+    steps = played(networks, [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.gesture) for r in records] == [(command, label)]
 
 
 def test_the_gesture_is_held_until_rest() -> None:

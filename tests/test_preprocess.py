@@ -299,6 +299,18 @@ def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
 
 
+def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
+    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
+    stage = Preprocessor(PreprocessSettings(), 5, 5, Known(other.astype(np.float32), 0.003))
+    without = fresh()
+    for frame in idle(0.3):
+        assert not stage.step(frame).ready
+        assert not without.step(frame).ready
+    assert {name: value.tolist() for name, value in stage.state().items()} == {
+        name: value.tolist() for name, value in without.state().items()
+    }
+
+
 def test_a_calibration_of_another_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="calibrate anew"):
         Preprocessor(PreprocessSettings(), 4, 5, Known(REST_PF.astype(np.float32), 0.003))

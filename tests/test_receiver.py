@@ -155,6 +155,21 @@ def test_two_processes_talk_over_tcp(device: OwnDevice, ears: Callable[[Receiver
     assert ear.receiver.state == "live"
 
 
+def test_round_trip_and_clock_offset_are_known_only_while_connected(
+    device: OwnDevice, ears: Callable[[Receiver], Ear]
+) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    ear = ears(receiver)
+    assert (receiver.rtt_ms, receiver.clock_offset_ms) == (None, None)
+    receiver.connect()
+    ear.until(lambda _: receiver.rtt_ms is not None)
+    assert receiver.rtt_ms is not None
+    assert 0 <= receiver.rtt_ms < 1000 * DEADLINE_S
+    assert receiver.clock_offset_ms is not None
+    receiver.close()
+    assert (receiver.rtt_ms, receiver.clock_offset_ms) == (None, None)
+
+
 def test_granted_time_gives_the_same_messages_however_it_is_cut(
     ears: Callable[[Receiver], Ear],
 ) -> None:

@@ -22,7 +22,9 @@ def drawn(picture: "np.ndarray[tuple[int, int], np.dtype[np.uint8]]") -> str:
 @pytest.mark.parametrize("config", [Config(), Config(columns=6, rows=9, hold=False)])
 def test_gymnasium_finds_no_fault(name: str, config: Config) -> None:
     env = gymnasium.make(name, config=config, render_mode="ansi")
-    check_env(env.unwrapped)
+    check_env(env.unwrapped)  # it raises, or warns, which is an error here
+    observation, _ = env.reset(seed=1)
+    assert env.observation_space.contains(observation)
 
 
 @pytest.mark.parametrize("acts", ["inputs", "placements"])
