@@ -9,6 +9,13 @@ import pytest
 
 # A machine that is busy, or emulated, is no finding.
 hypothesis.settings.register_profile("orbtouch", deadline=None)
+# The same examples each time, and a failing one is not made smaller.
+hypothesis.settings.register_profile(
+    "mutants",
+    deadline=None,
+    derandomize=True,
+    phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
+)
 hypothesis.settings.load_profile("orbtouch")
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
