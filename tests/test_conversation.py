@@ -17,7 +17,7 @@ TABLES = [("device", DEVICE, "waiting"), ("host", HOST, "over")]
 def test_the_page_draws_the_table(name: str, table: tuple[Way, ...], first: str) -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert f"```mermaid\n{drawn(table, first)}\n```" in page
-    assert listed(table) in page
+    assert f"\n\n{listed(table)}\n\n" in page
 
 
 def test_the_page_explains_every_event() -> None:

@@ -23,7 +23,9 @@ class Certain:
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
         touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        return np.eye(len(SHIPPED.labels), dtype=np.float32)[self.label if touched else 0]
+        probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
+        probabilities[self.label if touched else 0] = 1.0
+        return probabilities
 
     def touch(self, image: Image) -> tuple[float, float]:
         row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
@@ -70,6 +72,23 @@ def test_the_gesture_is_held_until_rest() -> None:
     assert held[:20] == [""] * 20
     assert held[35] == "press"
     assert held[-1] == ""
+
+
+def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:
+    class Doubtful(Certain):
+        def probabilities(self, window: Window) -> NDArray[np.float32]:
+            return np.array([0.5, 0.5, 0, 0, 0], dtype=np.float32)
+
+    steps = played(Pipeline(SHIPPED, Doubtful(), SHIPPED.mapping), [REST] * 20)
+    assert [step.touch is not None for step in steps] == [step.ready for step in steps]
+
+
+def test_a_new_pipeline_remembers_nothing() -> None:
+    state = {name: array.tolist() for name, array in pipeline().state().items() if array.any()}
+    assert state == {
+        "debounce.mean": [1.0, 0.0, 0.0, 0.0, 0.0],
+        "preprocess.recent": np.ones((5, 5)).tolist(),
+    }
 
 
 def test_before_the_rest_image_is_taken_everything_is_null_for_certain() -> None:

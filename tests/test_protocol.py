@@ -4,6 +4,7 @@ import random
 import re
 import zlib
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from cobs import cobs as oracle
@@ -407,7 +408,7 @@ def test_a_list_fits_up_to_its_specified_length(kind: str, field: str, count: in
 
 @pytest.mark.parametrize(("kind", "field", "width"), LISTED_TEXTS)
 def test_a_text_of_a_list_fits_up_to_its_width(kind: str, field: str, width: int) -> None:
-    message = SAMPLES[kind]
+    message: Any = SAMPLES[kind]
     assert fits(replace(message, **{field: ("x" * width,)}))
     assert not fits(replace(message, **{field: ("x" * (width + 1),)}))
 

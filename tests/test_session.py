@@ -65,7 +65,7 @@ def greet(
 ) -> list[Message]:
     """Let a session hear Hello and Join; what it hears next is of sequence + 2."""
     ended = heard(session, Hello(VERSION, VERSION, "", "", False), sequence=sequence, now_ms=now_ms)
-    return ended + heard(session, join, sequence=sequence + 1, now_ms=now_ms)
+    return ended + heard(session, join, sequence=(sequence + 1) & 0xFFFF, now_ms=now_ms)
 
 
 def heard(session: DeviceSession, message: Message, *, sequence: int, now_ms: int) -> list[Message]:
@@ -116,6 +116,25 @@ def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_he
         (42, 501, welcome()),
         (42, 502, State(())),
     ]
+
+
+def test_a_new_session_has_counted_nothing() -> None:
+    device, host = DeviceSession(welcome()), HostSession("orb", 1, 0)
+    assert (device.number, device.taken_by, device.dropped, device.ignored) == (0, 0, 0, 0)
+    assert (device.granted, device.resumed, device.refused) == (False, False, "")
+    assert (host.late, host.ignored, host.past) == (0, 0, Past(1, 0, 0, 0))
+    assert (host.welcomed, host.over, host.pressed) == (False, False, ())
+
+
+@pytest.mark.parametrize(("sequence", "following"), [(500, 501), (65_535, 0)])
+def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
+    sequence: int, following: int
+) -> None:
+    session = DeviceSession(welcome(), token="secret", draw=bytes)
+    greet(session, sequence=sequence)
+    offer, refuse = said(session)
+    assert (offer.sequence, refuse.sequence) == (sequence, following)
+    assert isinstance(refuse.message, Refuse)
 
 
 def test_a_host_may_come_long_after_the_orb_was_switched_on() -> None:
@@ -442,6 +461,17 @@ def test_a_host_says_how_long_it_can_wait() -> None:
     assert pair.host.wait_ms(pair.now_ms) == 100
     assert pair.host.wait_ms(pair.now_ms + 30) == 70
     assert pair.host.wait_ms(pair.now_ms + 5_000) == 0
+
+
+def test_a_host_waits_for_an_orb_or_for_the_answer_to_a_grant_and_never_less_than_nothing() -> None:
+    host = HostSession("orb", 1, 0)
+    assert [host.wait_ms(now_ms) for now_ms in (0, 1_990, 2_010)] == [2_000, 10, 0]
+    pair = Pair(granted=True)
+    pair.exchange()
+    assert pair.host.wait_ms(pair.now_ms + 5_000) == 1_000  # a Grant may follow at any time
+    pair.host.send(Grant(100), pair.now_ms)
+    waits = [pair.host.wait_ms(pair.now_ms + later_ms) for later_ms in (0, 1_990, 2_010)]
+    assert waits == [2_000, 10, 0]
 
 
 # --- acknowledgement, resume, and what is missed ---

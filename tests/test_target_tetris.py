@@ -184,7 +184,8 @@ def test_window_of_any_size_is_painted_all_over_in_every_phase(size: tuple[int, 
     pygame.display.set_mode(size)
     target = TetrisTarget(seed=1)
     story: list[list[Received]] = [[], [Connected(WELCOME)], [FELT], [said("left")]]
-    for number, news in enumerate([*story, [Stale()], [Lost("gone")]]):
+    story += [[Stale()], [Lost("gone")]]
+    for number, news in enumerate(story):
         target.tick(number / 10, news)
         first, second = pygame.Surface(size), pygame.Surface(size)
         second.fill("magenta")  # of what was there before, nothing is left

@@ -117,6 +117,20 @@ def test_a_shift_restarts_the_lock_delay() -> None:
     assert of(game.update(1.301), Locked)
 
 
+def test_a_shift_onto_a_block_starts_the_lock_delay() -> None:
+    game = game_with("....J.....", Piece("O", 2, 1))
+    game.update(0.4, [Action.RIGHT])
+    assert not of(game.update(0.899), Locked)
+    assert of(game.update(0.901), Locked)
+
+
+def test_a_turn_onto_a_block_starts_the_lock_delay() -> None:
+    game = game_with("J.........\n..........", Piece("T", 0, 1, 1))
+    game.update(0.4, [Action.ROTATE_CW])
+    assert not of(game.update(0.899), Locked)
+    assert of(game.update(0.901), Locked)
+
+
 def shuffle(game: Game, shifts: int) -> list[Event]:
     actions = [Action.LEFT, Action.RIGHT] * 8
     return game.update(0.0, actions[:shifts])

@@ -65,19 +65,17 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=60, help="mutations (default: %(default)s)")
     parser.add_argument("--resume", type=Path, metavar="FILE", help="keep the verdicts in FILE")
     options = parser.parse_args(argv)
-    related: dict[str, list[str]] = tomllib.loads((HERE / "related.toml").read_text())
-    unknown = set(options.source) - set(related)
+    tests = related()
+    unknown = set(options.source) - set(tests)
     if unknown:
         parser.error(f"related.toml names no tests for {sorted(unknown)[0]}; add a line there")
-    found = {
-        file: mutations(file, (ROOT / file).read_bytes()) for file in options.source or related
-    }
+    found = {file: mutations(file, (ROOT / file).read_bytes()) for file in options.source or tests}
     drawn = draw([one for file in found.values() for one in file], options.seed, options.count)
     reasons = equivalent()
     results: list[Result] = []
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        results.extend(run(drawn, related, reasons, options.resume))
+        results.extend(run(drawn, tests, reasons, options.resume))
     except KeyboardInterrupt:
         print(f"interrupted after {len(results)} of {len(drawn)}", file=sys.stderr)
     print(report(results))
@@ -86,6 +84,11 @@ def main(argv: list[str] | None = None) -> int:
     if len(results) < len(drawn):
         return 130
     return 0 if score(results) >= GOAL else 1
+
+
+def related() -> dict[str, list[str]]:
+    """Return the names of the tests of each source file."""
+    return tomllib.loads((HERE / "related.toml").read_text())
 
 
 def equivalent() -> dict[Key, str]:
@@ -102,7 +105,7 @@ def stale(reasons: dict[Key, str], found: dict[str, list[Mutation]]) -> list[Key
 
 def run(
     drawn: list[Mutation],
-    related: dict[str, list[str]],
+    tests_of: dict[str, list[str]],
     reasons: dict[Key, str],
     resume: Path | None = None,
 ) -> Iterator[Result]:
@@ -116,7 +119,7 @@ def run(
             if why := reasons.get(_key(mutation)):
                 verdict = f"equivalent: {why}"
             elif not verdict.startswith("caught"):
-                tests = [f"tests/test_{name}.py" for name in related[mutation.file]]
+                tests = [f"tests/test_{name}.py" for name in tests_of[mutation.file]]
                 if mutation.file not in clean_s:
                     clean_s[mutation.file] = _clean_s(tree, tests)
                 verdict = judge(tree, mutation, tests, clean_s[mutation.file] * SLOWER + GRACE_S)
