@@ -34,7 +34,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.session import BACKLOG, DeviceSession
+from controller.session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from host.session import (
     Connected,
     Delivered,
@@ -318,6 +318,51 @@ def test_a_host_that_does_not_read_costs_no_memory() -> None:
     assert session.dropped > 1_000
 
 
+@pytest.mark.parametrize(("granted", "most"), [(False, BACKLOG), (True, GRANTED_BACKLOG)])
+def test_what_comes_on_top_of_a_full_backlog_is_dropped_and_counted(
+    granted: bool, most: int
+) -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=granted))
+    session.output[:] = bytes(most)
+    session.send(FRAME, 0, 0)
+    assert (len(session.output) > most, session.dropped) == (True, 0)
+    session.send(FRAME, 0, 0)
+    session.send(FRAME, 0, 0)
+    assert session.dropped == 2
+
+
+def test_without_a_host_messages_are_dropped_and_counted_and_commands_wait() -> None:
+    session = DeviceSession(welcome())
+    for message in (FRAME, State(("down",)), DROP):
+        session.send(message, 0, 0)
+    assert (session.dropped, len(session.outbox.posted), bytes(session.output)) == (2, 1, b"")
+
+
+def test_whatever_has_no_business_here_is_ignored_and_counted() -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1)
+    counts = [session.ignored]
+    for sequence, message in (
+        (2, ALIVE),  # not ahead of Join
+        (3, JOIN),  # a second time
+        (4, welcome()),  # which only orbs say
+        (5, Grant(100)),  # time is not granted
+    ):
+        assert heard(session, message, sequence=sequence, now_ms=0) == []
+        counts.append(session.ignored)
+    foreign = encode(ALIVE, session=session.number + 1, sequence=6, t_ms=0)
+    assert session.receive(foreign, 0) == []
+    assert [*counts, session.ignored] == [0, 1, 2, 3, 4, 5]
+    host = HostSession("orb", 1, 0)
+    host.receive(encode(State(()), session=0, sequence=1, t_ms=0), 0)
+    assert host.ignored == 1
+    pair = Pair()
+    pair.exchange()
+    pair.host.receive(encode(State(()), session=9, sequence=1, t_ms=0), pair.now_ms)
+    assert pair.host.ignored == 1
+
+
 def test_host_and_device_greet_each_other_and_stay_alive() -> None:
     pair = Pair(token="secret")
     assert pair.exchange() == [Connected(welcome()), Delivered(State(()), 0)]
@@ -529,6 +574,16 @@ def test_a_command_that_crawled_through_the_wire_is_too_late() -> None:
     pair.now_ms += 260
     assert pair.host.state == "live"  # 260 ms are no silence yet
     assert pair.host.receive(kept, pair.now_ms) == [Missed(1)]
+    assert (pair.host.late, pair.host.past.missed, pair.host.past.done) == (1, 1, 1)
+
+
+def test_a_command_of_250_ms_is_obeyed_and_an_older_one_is_not() -> None:
+    for age_ms, news in ((250, Delivered(DROP, 0)), (251, Missed(1))):
+        pair = Pair()
+        pair.exchange()
+        pair.let(500)
+        pair.device.send(DROP, 0, pair.now_ms)
+        assert pair.host.receive(bytes(pair.device.output), pair.now_ms + age_ms) == [news]
 
 
 class Again(Pair):
