@@ -360,6 +360,13 @@ def test_a_calibration_that_holds_counts_like_the_ten_frames_of_a_first_second()
     assert followed(stage, 0.01, 3) == pytest.approx([0, 1 / 11, 2 / 12], abs=1e-3)
 
 
+def test_a_known_rest_follows_with_a_time_constant_of_two_seconds() -> None:
+    stage = known()
+    for _ in range(40):
+        stage.step(REST_PF.astype(np.float32))
+    assert followed(stage, 0.01, 2) == pytest.approx([1 / 20, 1 - (19 / 20) ** 2], abs=1e-3)
+
+
 def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None:
     stage = known()
     finger = np.ones((5, 5))
