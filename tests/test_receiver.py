@@ -421,6 +421,17 @@ def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(
     link.close()
 
 
+def test_a_port_without_a_file_descriptor_gives_all_that_has_come() -> None:
+    transport = open_transport("loop://")
+    assert transport.read(0.0) == b""
+    transport.write(b"OrbTouch")
+    assert transport.read(DEADLINE_S) == b"OrbTouch"
+    transport.write(b"!")
+    assert transport.read(0.0) == b"!"
+    assert transport.read(0.0) == b""
+    transport.close()
+
+
 def test_a_port_that_pyserial_watches_carries_every_byte_once() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
