@@ -436,7 +436,7 @@ def test_a_port_that_pyserial_watches_carries_every_byte_once() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
     transport = open_transport(f"spy://{os.ttyname(slave)}")
-    sent = bytes(range(256)) * 32  # more than a pty takes at once
+    sent = bytes(range(256)) * 80  # more than a pty takes at once
     transport.write(sent)
     came = b""
     end_s = time.monotonic() + DEADLINE_S
