@@ -432,6 +432,22 @@ def test_a_port_without_a_file_descriptor_gives_all_that_has_come() -> None:
     transport.close()
 
 
+def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+
+        def wake() -> None:
+            for _ in range(5_000):  # more than fit between reader and others
+                transport.wake()
+
+        waking = threading.Thread(target=wake, daemon=True)
+        waking.start()
+        waking.join(DEADLINE_S)
+        assert not waking.is_alive()
+        assert transport.read(DEADLINE_S) == b""
+        transport.close()
+
+
 def test_a_port_that_pyserial_watches_carries_every_byte_once() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
