@@ -205,6 +205,15 @@ def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
         assert told == [False, True, True, True, False, False]
 
 
+def test_no_more_than_eight_sentences_are_told_at_once() -> None:
+    health, rest = Health(10.0, ratio=True, before=np.full((20, 20), 40.0)), np.full((20, 20), 40.0)
+    rest[:9] *= 1.2
+    for _ in range(10):
+        health.notice(FELT)
+        lines = health.look(None, rest)
+    assert [line.split(" has")[0] for line in lines] == [f"row {row}" for row in range(8)]
+
+
 def test_a_sensor_that_was_never_calibrated_drifts_from_its_first_rest() -> None:
     health = Health(10.0, ratio=True)
     for rest, lines in ((None, 0), (REST_PF, 0), (REST_PF * 0.9, 1)):

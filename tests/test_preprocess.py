@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from controller import drift
 from controller.preprocess import Known, Preprocessor, PreprocessSettings, z_image
+from controller.returns import Returns
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -245,6 +246,16 @@ def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
             deviation = stage.step(frame).deviation
         assert touch < 10 or deviation < 0.01
     assert stage.step(idle(0.1)[0]).deviation == pytest.approx(0.024, abs=0.004)
+
+
+def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> None:
+    returns = Returns(PreprocessSettings(adopt_s=0.3))  # a third of it is long
+    settled, found = REST_PF * 1.025, []
+    for _ in range(3):
+        for frame, deviation in ((REST_PF * 0.8, 0.2), *[(settled, 0.025)] * 3):
+            found.append(returns.step(frame, deviation, REST_PF, 0.015))
+    assert [one is None for one in found] == [True] * 11 + [False]
+    assert found[-1] == pytest.approx(settled)
 
 
 def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:

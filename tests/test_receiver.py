@@ -46,6 +46,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
+from controller.session import DeviceSession
 from host import receiver as receiver_module
 from host import transport as transport_module
 from host.device import OwnDevice
@@ -448,7 +449,9 @@ def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
         transport.close()
 
 
-def test_a_port_that_pyserial_watches_carries_every_byte_once() -> None:
+def test_a_port_that_pyserial_watches_carries_every_byte_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
     transport = open_transport(f"spy://{os.ttyname(slave)}")
@@ -461,9 +464,83 @@ def test_a_port_that_pyserial_watches_carries_every_byte_once() -> None:
             came += os.read(master, 4096)
         transport.read(0.01)  # sends what has to wait
     assert came == sent
+    assert "TX" in capsys.readouterr().err
     transport.close()
     os.close(slave)
     os.close(master)
+
+
+def test_pauses_grow_with_failures_and_a_connection_ends_that(
+    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome())
+    failures: list[int] = []
+
+    def pause_s(failed: int, jitter: float) -> float:
+        failures.append(failed)
+        return 0.01
+
+    monkeypatch.setattr(receiver_module, "pause_s", pause_s)
+    attempts = iter((False, False, True))
+
+    def attempt() -> Transport:
+        if next(attempts, False):
+            return open_transport(link.url)
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    ear.next(Connected)
+    link.close()
+    ear.next(Lost)
+    ear.next(Refused)
+    assert failures[:3] == [1, 2, 0]
+
+
+class LateOrb:
+    """An orb in this process: it sends one command, which is 400 ms old, and is gone."""
+
+    name = "orb"
+
+    def __init__(self) -> None:
+        self.device, self.sent = DeviceSession(welcome()), False
+
+    def read(self, timeout_s: float) -> bytes:
+        if self.device.live and not self.sent and not self.device.output:
+            command = Command("drop", "pinch", 0.5, None, 1)
+            self.device.send(command, 0, time.monotonic_ns() // 1_000_000 - 400)
+            self.sent = True
+        data = bytes(self.device.output)
+        self.device.output.clear()
+        if self.sent and not data:
+            raise LinkError("it is gone")
+        return data
+
+    def write(self, data: bytes) -> None:
+        self.device.receive(data, time.monotonic_ns() // 1_000_000)
+
+    def wake(self) -> None:
+        """Nobody waits."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_a_command_that_is_too_late_is_missed_and_counted(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    orbs = iter([LateOrb()])
+
+    def attempt() -> Transport:
+        for orb in orbs:
+            return orb
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    assert ear.next(Missed) == Missed(1)
+    ear.next(Refused)  # of the next attempt
+    assert (ear.receiver.late, ear.receiver.past.missed) == (1, 1)
 
 
 # --- ports that do not open ---
