@@ -10,6 +10,13 @@ import pytest
 
 # A machine that is busy, or emulated, is no finding.
 hypothesis.settings.register_profile("orbtouch", deadline=None)
+# The same examples each time, and a failing one is not made smaller.
+hypothesis.settings.register_profile(
+    "mutants",
+    deadline=None,
+    derandomize=True,
+    phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
+)
 hypothesis.settings.load_profile("orbtouch")
 
 # A run in the background ignores Ctrl+C, and the programs that it starts would, too.
