@@ -14,6 +14,7 @@ from fake_device import welcome
 if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
+from controller import console
 from controller.bluetooth import bluez
 from controller.bluetooth import pair as orb_pair
 from controller.links import LinkError, open_link
@@ -108,8 +109,8 @@ def test_without_its_package_bluetooth_says_what_to_install(
     monkeypatch.setattr(bluez, "available", lambda: False)
     with pytest.raises(LinkError, match=r"pip install 'orbtouch\[bluetooth\]'"):
         open_link("rfcomm:", welcome())
-    for main in (pair.main, orb_pair.main):
-        assert main([]) == 2
+    for program, main in (("host", pair.main), ("controller", orb_pair.main)):
+        assert console.run(program, lambda main=main: main([])) == 1  # type: ignore[misc]
         assert "pip install 'orbtouch[bluetooth]'" in capsys.readouterr().err
 
 
