@@ -1,46 +1,37 @@
-"""The command line: which command is meant, and nothing imported but what it needs."""
+"""The command line: dispatch to a command, and import nothing but what it needs."""
 
-import gc
-import os
 import sys
-from collections.abc import Sequence
-from importlib import import_module
-from typing import Final
 
-# What has a command line of its own: its module, whose `main` runs it.
-COMMANDS: Final = {
-    "install": "controller.shelf.install",
-    "key": "controller.key",
-    "models": "controller.shelf.models",
-    "recordings": "controller.recordings.command",
-    "rollback": "controller.shelf.rollback",
-    "teach": "controller.teaching.command",
-    "pair": "controller.bluetooth.pair",
-    "service": "controller.service.unit",
-    "status": "controller.service.status",
-    "doctor": "controller.doctor.command",
-    "calibrate": "controller.calibrate",
-}
-RUN: Final = "controller.run"  # without a command
+from controller.interrupt import importing
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: list[str] | None = None) -> int:
     """Run `controller` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
-    words = sys.argv[1:] if argv is None else list(argv)
-    named = words[:1] and words[0] in COMMANDS
-    # Our matrices are small: NumPy's threads would wait for each other five times as long.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Modules are here to stay: to look for garbage among them took a sixth of the start.
-    gc.disable()
+    words = sys.argv[1:] if argv is None else argv
+    name = words[0] if words and not words[0].startswith("-") else None
+    with importing():
+        import gc
+        import os
+        from importlib import import_module
+
+        from controller.commands import COMMANDS, RUN, unknown
+        from controller.console import USAGE, complain, run
+
+        if name is not None and name not in COMMANDS:
+            return complain("controller", unknown(name), USAGE)
+        # Our matrices are small: NumPy's threads would wait for each other five times as long.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # Modules are here to stay: to look for garbage among them took a sixth of the start.
+        gc.disable()
+        try:
+            command = import_module(RUN if name is None else COMMANDS[name][0])
+            gc.freeze()
+        finally:
+            gc.enable()
     try:
-        command = import_module(COMMANDS[words[0]] if named else RUN)
-        gc.freeze()
-        gc.enable()
-        status: int = command.main(words[1:] if named else words)
+        return run("controller", lambda: command.main(words if name is None else words[1:]))
     finally:
-        gc.enable()
         gc.unfreeze()
-    return status
 
 
 if __name__ == "__main__":

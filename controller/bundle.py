@@ -8,11 +8,8 @@ whoever copied the file.
 
 import dataclasses
 import hashlib
-import math
 import os
 import re
-import stat
-import tomllib
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
 from dataclasses import field
@@ -22,8 +19,11 @@ from typing import Any, TypeVar
 
 from controller import archive, users
 from controller import golden as goldens
+from controller.config import ConfigError, parse_toml
+from controller.console import one_line
 from controller.debounce import DebounceSettings
-from controller.errors import UserError
+from controller.errors import UserError, reason
+from controller.files import atomic_write, open_regular
 from controller.golden import Golden, GoldenError
 from controller.mapping import Mapping, MappingError
 from controller.mapping import parse as parse_mapping
@@ -53,6 +53,14 @@ _LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain
     "pitch_mm": (float, 0.1, 1000.0),
     "rate_hz": (float, 0.1, 1000.0),
 }
+_RANGES = {  # of settings; others are from 0 to 1e9, which stands for never
+    "scale": (1e-9, 1e9),  # images stay finite
+    "start_s": (0.0, 100.0),  # all frames of this time are kept
+    "smoothing": (0.01, 1.0),
+    "on": (0.0, 1.0),
+    "off": (0.0, 1.0),
+}
+_ENDS = 200, 150  # characters of a long message: what was found, and what was expected
 _Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
 
 
@@ -132,7 +140,7 @@ def read(path: Path) -> Bundle:
     try:
         return parse(_content(path))
     except (BundleError, archive.ArchiveError) as error:
-        raise BundleError(f"the bundle {path} {error}") from None
+        raise BundleError(f"the bundle {path} {_cut(one_line(str(error)))}") from None
 
 
 def parse(data: bytes) -> Bundle:
@@ -167,14 +175,14 @@ def manifest(text: bytes) -> dict[str, Any]:
     """Return what bundle.toml says, in the newest form.
 
     Raises:
-        BundleError: It is no TOML, or of a form that is not known.
+        BundleError: It is no TOML, too large, or of a form that is not known.
     """
     try:
-        table = tomllib.loads(text.decode())
-    except (ValueError, RecursionError) as error:
-        raise BundleError(f"has a manifest that is no TOML: {error}") from None
+        table = parse_toml(text)
+    except ConfigError as error:
+        raise BundleError(f"has a manifest that cannot be used: {error}") from None
     form = table.get("format")
-    if form not in READABLE or isinstance(form, bool):
+    if type(form) is not int or form not in READABLE:
         raise BundleError(
             f"has format {form!r}, this program reads {READABLE[0]} to {READABLE[-1]}; "
             "update the older one"
@@ -211,30 +219,29 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         _parse(whole, hashlib.sha256(data).hexdigest())
     except BundleError as error:
         raise BundleError(f"the bundle for {path} {error}") from None
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_bytes(data)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    atomic_write(path, data)
 
 
 def _content(path: Path) -> bytes:
     """Return the bytes of a regular file of reasonable size."""
     try:
-        info = path.stat()
-        if not stat.S_ISREG(info.st_mode):
-            raise BundleError("is not a file; name one that ends in .orb")
-        if info.st_size > MAX_BYTES:
-            raise BundleError(f"has {info.st_size} bytes, more than the {MAX_BYTES} allowed")
-        with path.open("rb") as file:
-            return file.read(info.st_size)  # memory for all that is asked for is taken first
+        with open_regular(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > MAX_BYTES:
+                raise BundleError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
+            return file.read(size)  # memory for all that is asked for is taken first
     except FileNotFoundError:
         raise BundleError("does not exist; check its name") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, BundleError):
-            raise
-        raise BundleError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    except OSError as error:
+        raise BundleError(f"cannot be read: {reason(error)}; name a file NAME.orb") from None
+
+
+def _cut(problem: str) -> str:
+    """Return a message without its middle, where it holds a value as long as a manifest."""
+    first, last = _ENDS
+    if len(problem) <= first + last:
+        return problem
+    return f"{problem[:first]} ... {problem[-last:]}"
 
 
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
@@ -273,7 +280,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         debounce=_settings(DebounceSettings, table, "debounce"),
         spread=_settings(Spread, table, "location") if "location" in table else None,
         mapping=mapping,
-        card=_table(table, "card"),
+        card=_card(table),
         gesture_onnx=parts["gesture.onnx"],
         location_onnx=parts["location.onnx"],
         golden=golden,
@@ -341,6 +348,14 @@ def _table(table: dict[str, Any], name: str) -> dict[str, Any]:
     return value
 
 
+def _card(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the card; all of it is its maker's, but for the notes of lessons."""
+    card = _table(table, "card")
+    if not isinstance(card.get("added", []), list):
+        raise BundleError(f"has added = {card['added']!r} under [card]; expected is a list")
+    return card
+
+
 def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Settings:
     """Return the settings in a table: exactly the fields of the dataclass, all finite numbers."""
     values = _table(table, name)
@@ -351,11 +366,12 @@ def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Setti
     checked: dict[str, Any] = {}
     for key, value in values.items():
         wanted = fields[key]
-        if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        if wanted is float and type(value) is int:
             value = float(value)
-        finite = not isinstance(value, float) or (math.isfinite(value) and value >= 0.0)
-        if type(value) is not wanted or not finite:
-            raise BundleError(f"has {key} = {value!r} under [{name}]; expected is {wanted}")
+        low, high = _RANGES.get(key, (0.0, 1e9))
+        if type(value) is not wanted or (wanted is not str and not low <= value <= high):
+            noun = "a text" if wanted is str else f"a number from {low:g} to {high:g}"
+            raise BundleError(f"has {key} = {value!r} under [{name}]; expected is {noun}")
         checked[key] = value
     try:
         return kind(**checked)

@@ -17,10 +17,9 @@ from controller.calibration import Calibration
 from controller.doctor.guided import pressed
 from controller.doctor.verdict import Row, Verdict, faulty, table
 from controller.doctor.watch import Watch
-from controller.ends import complain
 from controller.mend import MOST, Filler
 from controller.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
-from controller.sensors import SensorError, SensorOptions
+from controller.sensors import SensorOptions
 from controller.simulator.presets import PRESETS
 from controller.whereabouts import names
 
@@ -50,10 +49,7 @@ def main(argv: Sequence[str]) -> int:
         seed=options.seed, preset=options.preset, faults=tuple(options.fault),
         wiring=options.wiring,
     )  # fmt: skip
-    try:
-        sensor = sensors.load(options.sensor, wish)
-    except SensorError as error:
-        return complain(error, 2)
+    sensor = sensors.load(options.sensor, wish)
     try:
         if options.forget:
             there = calibration.forget(sensor.device_id)
@@ -66,10 +62,6 @@ def main(argv: Sequence[str]) -> int:
         before = None if last is None else last.rest
         rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
         kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
-    except (SensorError, OSError) as error:
-        return complain(error, 1)
-    except KeyboardInterrupt:
-        return complain("interrupted; nothing was kept", 1)
     finally:
         sensor.close()
     _show(rows, kept, as_json=options.json)

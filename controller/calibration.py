@@ -3,8 +3,6 @@
 import json
 import logging
 import math
-import os
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -13,12 +11,14 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import folders
+from controller import files, folders
+from controller.config import parse_json
 from controller.preprocess import Frame, Known
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
 _LONGEST: Final = 100  # letters of a file's name
+_MAX_BYTES: Final = 4 << 20  # of a file: some hundred thousand taxels
 
 _log = logging.getLogger("controller")
 
@@ -61,15 +61,10 @@ def path(device_id: str, where: Path | None = None) -> Path:
 def save(calibration: Calibration, where: Path | None = None) -> Path:
     """Keep a calibration in the place of the device's last one, and return its file.
 
-    It is written beside, then renamed: a power cut leaves the old one or the new one.
-
     Raises:
         OSError: It cannot be written.
     """
-    from tempfile import NamedTemporaryFile
-
     file = path(calibration.device_id, where)
-    file.parent.mkdir(parents=True, exist_ok=True)
     plain = {
         "version": VERSION,
         "device_id": calibration.device_id,
@@ -78,17 +73,7 @@ def save(calibration: Calibration, where: Path | None = None) -> Path:
         "idle": round(calibration.idle, 6),
         "rest_pf": [[round(float(v), 4) for v in row] for row in calibration.rest],
     }
-    with NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as beside:
-        try:
-            json.dump(plain, beside, indent=1)
-            beside.flush()
-            os.fsync(beside.fileno())
-            beside.close()
-            Path(beside.name).replace(file)
-        except BaseException:
-            with suppress(OSError):
-                Path(beside.name).unlink()
-            raise
+    files.atomic_write(file, json.dumps(plain, indent=1).encode())
     return file
 
 
@@ -96,7 +81,7 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
     """Return what is kept of a device; None: nothing, or nothing that can be used."""
     file = path(device_id, where)
     try:
-        plain = json.loads(file.read_text(encoding="utf-8"))
+        plain = parse_json(files.read_bytes(file, _MAX_BYTES), _MAX_BYTES)
         if plain["version"] != VERSION or plain["device_id"] != device_id:
             return None
         rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
@@ -105,7 +90,7 @@ def load(device_id: str, where: Path | None = None) -> Calibration | None:
         return Calibration(device_id, rest, idle, str(plain["made"]), str(plain["verdict"]))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:
         _log.warning("%s is no calibration (%s), so rest is taken anew", file, error)
         return None
 

@@ -85,6 +85,28 @@ def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
         raise ConfigError("a whole number does not fit 64 bits") from None
 
 
+def line_of(text: str, table: str, key: str = "", count: int = 1) -> str:
+    """Return ", line N" of an entry in a TOML text; "" if it cannot be found.
+
+    Args:
+        text: The whole file.
+        table: In which table it is; "" is the top.
+        key: Its name; "" is the header of the table itself.
+        count: Which of several tables of one name, [[table]], from 1.
+    """
+    here, seen = "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if header := re.match(r"\s*\[\[?\s*\"?([\w.-]*)\"?\s*\]", line):
+            here = header[1]
+            seen += here == table
+            if here == table and not key and seen == count:
+                return f", line {number}"
+        elif here == table and key and re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", line):
+            if seen in (0, count):
+                return f", line {number}"
+    return ""
+
+
 def _decoded(text: str | bytes, limit_bytes: int) -> str:
     if len(text) > limit_bytes:
         raise ConfigError(f"the text has more than {limit_bytes} bytes")

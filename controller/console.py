@@ -9,7 +9,7 @@ from typing import Final, TextIO
 from controller.errors import UserError, reason
 
 TROUBLE: Final = 1
-USAGE: Final = 2
+USAGE: Final = 2  # see `UserError.status`
 INTERRUPTED: Final = 130  # what shells expect after Ctrl+C
 
 
@@ -27,11 +27,13 @@ def run(program: str, command: Callable[[], int]) -> int:
         if (adapt := getattr(stream, "reconfigure", None)) is not None:
             adapt(errors="backslashreplace")
     try:
-        status = command()
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        try:
+            status = command()
+        finally:  # argparse prints its help and raises SystemExit
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except UserError as error:
-        return complain(program, error, USAGE)
+        return complain(program, error, error.status)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -52,6 +54,11 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
     return status
 
 
+def count(number: int, noun: str) -> str:
+    """Return a number of things, as in "1 line" and "2 lines"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def printable(text: str) -> str:
     """Return a text in which whatever a terminal would act on is an escape; line breaks stay.
 
@@ -62,6 +69,11 @@ def printable(text: str) -> str:
     return "".join(
         sign if sign.isprintable() or sign == "\n" else repr(sign)[1:-1] for sign in text
     )
+
+
+def one_line(text: str) -> str:
+    """Return a text as `printable` does, with line breaks as escapes too."""
+    return printable(text).replace("\n", "\\n")
 
 
 def let_go(stream: TextIO) -> None:

@@ -9,6 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.bluetooth.button import LongPress
+from controller.hush import Hush
 from controller.labelling import UNKNOWN
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, Image
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from controller.timekeeper import Timekeeper
 
 RECENT_S: Final = 4.0  # of images are kept: what a correction may be about
+_TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
 
 _log = logging.getLogger("controller")
 
@@ -69,6 +71,7 @@ class Device:
         due: The frame that comes next, (number, seconds); None: the schedule has ended.
         now_s: The latest time that the sensor has seen.
         recent: The latest images, for whoever says what they were.
+        hush: Limits what is logged of a peer's requests; the loop's devices share one.
     """
 
     def __init__(
@@ -109,6 +112,7 @@ class Device:
         self._virtual = sensor if isinstance(sensor, VirtualSensor) else None
         self.due = next(schedule, None)
         self.now_s = 0.0
+        self.hush = Hush()
         self._next = next(self.script, None)
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
@@ -140,7 +144,8 @@ class Device:
             at = (message.x, message.y)
             self._virtual.perform(message.number, message.label, *at, self.now_s)
         except SensorError as error:
-            _log.warning("performance %d ignored: %s", message.number, error)
+            if self.hush.lets(str(error)):
+                _log.warning("performance %d ignored: %s", message.number, error)
 
     def advance(self, rate_hz: float, late_s: float = 0.0) -> Step | None:
         """Scan the frame that is due, and send what it gave; None: the sensor is away.
@@ -214,8 +219,8 @@ class Device:
         try:
             self.sensor.close()
         finally:
-            if self.tape is not None:
-                self.tape.close()
+            if self.tape is not None and not self.tape.close() and self.hush.lets(_TOO_SHORT):
+                _log.info("%s", _TOO_SHORT)
 
     def _wait(self, t_s: float, why: str) -> None:
         """Pass a frame over that the sensor does not give: nothing is held meanwhile."""

@@ -1,5 +1,6 @@
 """How a program ends: signals become reasons, so that a recording is sealed and the host told."""
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -11,10 +12,12 @@ class Ends(list[str]):
     """Reasons to end, in their order.
 
     Attributes:
-        renew: Whether somebody asks to read the settings anew, and go on.
+        renew: Whether to read the settings again, and go on.
+        at_once: Whether a signal ends the process itself, since there is nothing to close yet.
     """
 
     renew = False
+    at_once = False
 
 
 @contextmanager
@@ -36,6 +39,8 @@ def signals() -> Iterator[Ends]:
         if number == hangup and not terminal:
             reasons.renew = True
             return
+        if reasons.at_once:
+            os._exit(128 + number)  # as shells report a process that a signal ended
         reasons.append(signal.Signals(number).name)
 
     before = {number: signal.signal(number, handle) for number in numbers}
@@ -44,9 +49,3 @@ def signals() -> Iterator[Ends]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def complain(problem: Exception | str, status: int) -> int:
-    """Say in one sentence what is wrong, and return the exit status."""
-    print(f"controller: {problem}", file=sys.stderr)
-    return status

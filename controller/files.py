@@ -6,12 +6,12 @@ Every error is an `OSError` whose `strerror` completes the sentence "cannot read
 import contextlib
 import errno
 import os
-import secrets
 import stat
 from pathlib import Path
 from typing import IO, Final
 
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_PIECE: Final = 1 << 20  # bytes that are read at once; so much memory is asked for
 _KINDS: Final = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -31,11 +31,15 @@ def open_regular(path: Path) -> IO[bytes]:
         handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except ValueError as error:  # a zero byte in the name
         raise OSError(errno.EINVAL, str(error), str(path)) from None
-    mode = os.fstat(handle).st_mode
-    if not stat.S_ISREG(mode):
+    except OSError as error:
+        if error.errno == errno.ENXIO:  # so Linux answers for a socket
+            error.strerror = "it is a socket, expected is a file"
+        raise
+    try:
+        _check_regular(path, os.fstat(handle).st_mode)
+    except OSError:
         os.close(handle)
-        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
-        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+        raise
     return os.fdopen(handle, "rb")
 
 
@@ -45,11 +49,15 @@ def read_bytes(path: Path, limit_bytes: int) -> bytes:
     Raises:
         OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
     """
+    data = bytearray()
     with open_regular(path) as file:
-        data = file.read(limit_bytes + 1)
-    if len(data) > limit_bytes:
+        size = os.fstat(file.fileno()).st_size
+        while size <= limit_bytes and (piece := file.read(_PIECE)):
+            data += piece
+            size = max(size, len(data))
+    if size > limit_bytes:
         raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
-    return data
+    return bytes(data)
 
 
 def read_text(path: Path, limit_bytes: int) -> str:
@@ -64,30 +72,44 @@ def read_text(path: Path, limit_bytes: int) -> str:
         raise OSError(errno.EILSEQ, "it is not text in UTF-8", str(path)) from None
 
 
-def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: bool = True) -> None:
+def atomic_write(
+    path: Path,
+    data: bytes,
+    *,
+    private: bool = False,
+    replace: bool = True,
+    folders: bool = True,
+    durable: bool = True,
+) -> None:
     """Write a file so that its name never stands for half of it, whatever ends the program.
 
-    The data goes to a new file in the same folder, to the disk, and then to its name. Folders
-    that are missing are made. The file's permissions follow the user's umask.
+    The data goes to a new file in the same folder, to the disk, and then to its name. The file's
+    permissions follow the user's umask.
 
     Args:
         path: Its name.
         data: Its whole content.
         private: Only the user may read it.
         replace: Whether it may take the place of an older file.
+        folders: Whether to make folders that are missing.
+        durable: Whether to wait for the disk, so that it survives a power cut.
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
         OSError: It cannot be written; an older file is as it was. `filename` is `path`.
     """
-    beside = path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}")
+    beside = path.with_name(f".{path.name[:100]}.{os.urandom(4).hex()}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if folders:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists():
+            _check_regular(path, path.stat().st_mode)  # a device is never replaced
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            if durable:
+                os.fsync(file.fileno())
         if replace:
             beside.replace(path)
         else:
@@ -98,7 +120,8 @@ def atomic_write(path: Path, data: bytes, *, private: bool = False, replace: boo
     finally:
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
-    sync_folder(path.parent)
+    if durable:
+        sync_folder(path.parent)
 
 
 def sync_folder(folder: Path) -> None:
@@ -112,6 +135,12 @@ def sync_folder(folder: Path) -> None:
         pass  # some network drives refuse; the file itself is on the disk
     finally:
         os.close(handle)
+
+
+def _check_regular(path: Path, mode: int) -> None:
+    if not stat.S_ISREG(mode):
+        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
 
 
 def _name_once(beside: Path, path: Path) -> None:

@@ -1,34 +1,35 @@
-"""Where a user's own files are: what platformdirs says, which on Linux need not be asked.
-
-To import it takes 3 ms of each start, with the temporary files and random numbers that it imports;
-on Linux its answer is one line of the XDG Base Directory Specification.
-"""
+"""Folders of a user's own files, as platformdirs and the XDG specification have them."""
 
 import os
-import sys
 from pathlib import Path
 from typing import Final
 
+import platformdirs
+
 _NAME: Final = "orbtouch"
-_USUAL: Final = {"data": ".local/share", "state": ".local/state"}  # below the home
 
 
 def data() -> Path:
     """Return the folder of what is kept for good: bundles."""
-    return _folder("data")
+    return _absolute(platformdirs.user_data_path(_NAME, appauthor=False), ".local/share")
 
 
 def state() -> Path:
     """Return the folder of what was found out and can be found out again: calibrations, hosts."""
-    return _folder("state")
+    return _absolute(platformdirs.user_state_path(_NAME, appauthor=False), ".local/state")
 
 
-def _folder(kind: str) -> Path:
-    home, given = os.environ.get("HOME", ""), os.environ.get(f"XDG_{kind.upper()}_HOME", "")
-    absolute = home.startswith("/") and given[:1] in ("", "/")
-    if sys.platform == "linux" and absolute and "ANDROID_ROOT" not in os.environ:
-        return Path(given or Path(home, _USUAL[kind]), _NAME)
-    import platformdirs
+def config() -> Path:
+    """Return the folder of what the user chose: the host's devices."""
+    return _absolute(platformdirs.user_config_path(_NAME, appauthor=False), ".config")
 
-    ask = {"data": platformdirs.user_data_path, "state": platformdirs.user_state_path}
-    return ask[kind](_NAME, appauthor=False)
+
+def runtime() -> Path:
+    """Return the folder of what holds while a program runs; `state` if the system has none."""
+    given = os.environ.get("XDG_RUNTIME_DIR", "")
+    return Path(given, _NAME) if os.path.isabs(given) else state()  # noqa: PTH117
+
+
+def _absolute(found: Path, usual: str) -> Path:
+    """Return a folder; a relative XDG variable, which old platformdirs take, is ignored."""
+    return found if found.is_absolute() else Path.home() / usual / _NAME

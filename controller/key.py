@@ -9,12 +9,12 @@ import argparse
 import os
 import secrets
 import stat
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from controller.errors import UserError
+from controller.errors import TroubleError, UserError, reason
+from controller.files import atomic_write, open_regular
 
 SIZE: Final = 32  # bytes that are drawn; SHA-256 takes no more strength from a longer key
 LEAST: Final = 16  # bytes of a key that somebody made otherwise
@@ -32,17 +32,13 @@ def read(path: Path) -> bytes:
         KeyFileError: It is missing, no key, or others may read it.
     """
     try:
-        with path.open("rb") as file:
-            found = os.fstat(file.fileno())
-            if not stat.S_ISREG(found.st_mode):
-                raise KeyFileError(f"the key {path} is no file; make one: controller key FILE")
+        with open_regular(path) as file:
             if os.name == "posix":
-                _check_owner(path, found)
+                _check_owner(path, os.fstat(file.fileno()))
             content = file.read(_LONGEST + 1)
     except OSError as error:
-        why = (error.strerror or str(error)).lower()
         raise KeyFileError(
-            f"cannot read the key {path}: {why}; `controller key FILE` makes a new one"
+            f"cannot read the key {path}: {reason(error)}; `controller key FILE` makes a new one"
         ) from error
     try:
         key = bytes.fromhex(content.decode("ascii")) if len(content) <= _LONGEST else b""
@@ -60,23 +56,24 @@ def make(path: Path) -> None:
     """Draw a key into a new file that only its owner can read.
 
     Raises:
-        KeyFileError: It cannot be written, or is there already.
+        KeyFileError: It is there already.
+        TroubleError: It cannot be written.
     """
     try:
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "w", encoding="ascii") as file:
-            file.write(secrets.token_hex(SIZE) + "\n")
+        data = (secrets.token_hex(SIZE) + "\n").encode()
+        atomic_write(path, data, private=True, replace=False, folders=False)
     except FileExistsError:
         raise KeyFileError(
             f"{path} is there already, and a key is never overwritten; name another file"
         ) from None
     except OSError as error:
-        why = (error.strerror or str(error)).lower()
-        raise KeyFileError(f"cannot write the key {path}: {why}; name another file") from error
+        raise TroubleError(
+            f"cannot write the key {path}: {reason(error)}; name another file"
+        ) from error
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `controller key` and return its exit status: 0 success, 2 wrong usage."""
+    """Run `controller key` and return its exit status."""
     parser = argparse.ArgumentParser(
         prog="controller key",
         description="Draw a key into a new file that only you can read. Copy it to the other "
@@ -84,11 +81,7 @@ def main(argv: Sequence[str]) -> int:
     )
     parser.add_argument("file", metavar="FILE", type=Path)
     path = parser.parse_args(argv).file
-    try:
-        make(path)
-    except KeyFileError as error:
-        print(f"controller: {error}", file=sys.stderr)
-        return 2
+    make(path)
     print(path)
     return 0
 

@@ -12,7 +12,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from controller.device import Device, Outlet
+from controller.hush import Hush
 from controller.protocol import (
+    PROVING,
     Bye,
     Contacts,
     Correct,
@@ -48,6 +50,7 @@ class Loop:
         await_host: bool = False,
         orphan_s: float | None = None,
         clerk: Clerk | None = None,
+        exchange: Callable[[Device], bool] = lambda device: False,
     ) -> None:
         """Prepare to run.
 
@@ -57,7 +60,9 @@ class Loop:
             clock: Seconds that never go back, such as `time.monotonic`.
             await_host: Begin when a host says Hello, instead of now.
             orphan_s: End when no host was there for so long; None: never.
-            clerk: Takes new bundles from the host; once one is in use, the run ends.
+            clerk: Takes new bundles from the host.
+            exchange: Gives a device the networks of a bundle that has come into use, or returns
+                False: then the run ends.
         """
         self.missed = 0  # frames whose time was over before they could be read
         self.device: Device | None = None
@@ -66,7 +71,8 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
-        self._clerk = clerk
+        self._clerk, self._exchange = clerk, exchange
+        self._hush = Hush()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
         self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
@@ -104,6 +110,8 @@ class Loop:
         outcome = clerk.poll()
         if outcome is not None:
             self._link.send(outcome, self._now_ms())
+        if clerk.switched and self.device is not None and self._exchange(self.device):
+            clerk.switched = False
         return clerk.switched
 
     def _now_ms(self) -> int:
@@ -113,6 +121,7 @@ class Loop:
         """Start anew: a fresh device whose time is 0."""
         self._end()
         self.device = device = self._open()
+        device.hush = self._hush
         self._granted = granted
         if granted:
             device.untimed()
@@ -139,9 +148,10 @@ class Loop:
             return
         elif isinstance(message, Correct):
             if self._clerk is not None:
-                self.device.note("correct", message.label or "take back")
-                images = list(self.device.recent)
-                self._link.send(self._clerk.correct(message, images), self._now_ms())
+                answer = self._clerk.correct(message, list(self.device.recent))
+                if answer.state == PROVING:  # a peer that may correct nothing leaves no marks
+                    self.device.note("correct", message.label or "take back")
+                self._link.send(answer, self._now_ms())
         elif isinstance(message, Bye):
             if not self._granted:  # granted time has stopped, and the next host's begins anew
                 self.device.lift(self._elapsed_s())
@@ -156,6 +166,8 @@ class Loop:
         """Step exactly to the granted time, and say so after everything that it gave."""
         until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
         while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
+            if not self._link.connected:
+                return  # of a host that has gone there may be thousands of grants left
             device.advance(device.sensor.rate_hz)
         device.now_s = max(device.now_s, until_ms / 1000)
         now_ms = round(device.now_s * 1000)

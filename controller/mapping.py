@@ -16,12 +16,12 @@ The command "none" does nothing on purpose.
 
 import math
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import field
 from pathlib import Path
 from typing import Any
 
+from controller import config, files
 from controller.errors import UserError
 from controller.protocol import COMMANDS
 from controller.record import record
@@ -30,12 +30,20 @@ NONE = "none"  # the command that does nothing
 ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
 USERS = "users"  # what people's own rules stand under in a file
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
-_MAX_BYTES = 64 * 1024  # of a mapping file
 _REGION = ("left_of", "right_of", "below", "above")
 
 
 class MappingError(UserError, ValueError):
-    """The table cannot be used; the message says where, and what belongs there."""
+    """The table cannot be used; the message says where, and what belongs there.
+
+    Attributes:
+        label: The gesture whose entry is wrong.
+        rule: Which of its rules, from 1; 0: the entry as a whole.
+    """
+
+    def __init__(self, message: str, label: str = "", rule: int = 0) -> None:
+        super().__init__(message)
+        self.label, self.rule = label, rule
 
 
 @record
@@ -106,7 +114,8 @@ def parse(table: dict[str, Any], labels: Sequence[str]) -> Mapping:
     known = labels[1:]
     for label in table:
         if label not in known:
-            raise MappingError(f"the gesture {label!r} is unknown; known are {', '.join(known)}")
+            names = ", ".join(known)
+            raise MappingError(f"the gesture {label!r} is unknown; known are {names}", label)
     return Mapping({label: _rules(label, value) for label, value in table.items()})
 
 
@@ -114,38 +123,48 @@ def read(path: Path, labels: Sequence[str]) -> tuple[Mapping, dict[str, Mapping]
     """Return the mapping in a TOML file, for `--mapping`, and people's own: its [users.NAME].
 
     Raises:
-        MappingError: The file cannot be read, is no TOML, or its table cannot be used.
+        UserError: The file cannot be read, is no TOML, or its table cannot be used.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise MappingError(f"has more than {_MAX_BYTES} bytes; is it a mapping?")
-        table = tomllib.loads(data.decode())
-        own = table.pop(USERS, {})
-        if not isinstance(own, dict) or not all(isinstance(rules, dict) for rules in own.values()):
-            raise MappingError(f"[{USERS}] holds anything but a table for each name")
-        return parse(table, labels), {name: parse(rules, labels) for name, rules in own.items()}
-    except OSError as error:
-        raise MappingError(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise MappingError(f"{path} is no text in UTF-8; is it a mapping?") from None
-    except (ValueError, RecursionError) as error:  # of decoding, of TOML, or ours
-        raise MappingError(f"{path}: {error} (docs/mapping.md)") from None
+    table = config.read_toml(path)
+    people = table.pop(USERS, {})
+    if not isinstance(people, dict) or not all(isinstance(own, dict) for own in people.values()):
+        raise MappingError(f"{path}: [{USERS}] holds anything but a table for each name")
+    made = []
+    sections = {"": table, **{f"{USERS}.{name}": own for name, own in people.items()}}
+    for section, rules in sections.items():
+        try:
+            made.append(parse(rules, labels))
+        except MappingError as error:
+            where = _line(path, section, error)
+            raise MappingError(f"{path}{where}: {error} (docs/mapping.md)") from None
+    return made[0], dict(zip(people, made[1:], strict=True))
+
+
+def _line(path: Path, section: str, error: MappingError) -> str:
+    """Return ", line N" of what is wrong, "" if it cannot be found."""
+    text = files.read_text(path, config.MAX_BYTES)
+    named = f"{section}.{error.label}".strip(".")
+    return config.line_of(text, named, count=error.rule or 1) or config.line_of(
+        text, section, error.label
+    )
 
 
 def _rules(label: str, value: Any) -> tuple[Rule, ...]:
     """Return the rules of one label: those of a list, or the one of a lone command."""
     if not isinstance(value, list):
-        return (Rule(_command(label, value)),)
+        return (Rule(_command(label, value, label)),)
     if not value:
-        raise MappingError(f"{label} has no rules; write {label} = {NONE!r} to have it do nothing")
+        raise MappingError(
+            f"{label} has no rules; write {label} = {NONE!r} to have it do nothing", label
+        )
     rules = tuple(_rule(label, number, entry) for number, entry in enumerate(value, 1))
     for number, rule in enumerate(rules, 1):
         if rule.everywhere != (number == len(rules)):
             raise MappingError(
                 f"{label}, rule {number} of {len(rules)}: the last rule, and no other, "
-                "has no region and takes every touch that is left"
+                "has no region and takes every touch that is left",
+                label,
+                number,
             )
     return rules
 
@@ -153,25 +172,31 @@ def _rules(label: str, value: Any) -> tuple[Rule, ...]:
 def _rule(label: str, number: int, entry: Any) -> Rule:
     """Return one rule of a list."""
     where = f"{label}, rule {number}"
+
+    def wrong(message: str) -> MappingError:
+        return MappingError(f"{where}: {message}", label, number)
+
     if not isinstance(entry, dict):
-        raise MappingError(f"{where}: {entry!r} is no table; write [[{label}]] above each rule")
+        raise wrong(f"{entry!r} is no table; write [[{label}]] above each rule")
     region = {key: value for key, value in entry.items() if key != "command"}
     for key, value in region.items():
         if key not in _REGION:
-            raise MappingError(f"{where}: {key!r} is unknown; a region has {', '.join(_REGION)}")
+            raise wrong(f"{key!r} is unknown; a region has {', '.join(_REGION)}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-            raise MappingError(f"{where}: {key} is {value!r}, not a number of grid units")
-    rule = Rule(_command(where, entry.get("command")), **region)
+            raise wrong(f"{key} is {value!r}, not a number of grid units")
+    rule = Rule(_command(where, entry.get("command"), label, number), **region)
     if rule.left_of <= rule.right_of or rule.below <= rule.above:
-        raise MappingError(f"{where}: its region is empty, so it can never fit")
+        raise wrong("its region is empty, so it can never fit")
     return rule
 
 
-def _command(where: str, name: Any) -> str:
+def _command(where: str, name: Any, label: str, number: int = 0) -> str:
     """Return the name of a command, checked. The set is open: a program may know its own."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise MappingError(
             f"{where}: {name!r} is no command; it is a name in small letters, such as "
-            f"{', '.join(COMMANDS)}, or {NONE}"
+            f"{', '.join(COMMANDS)}, or {NONE}",
+            label,
+            number,
         )
     return name

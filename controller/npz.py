@@ -7,9 +7,7 @@ file is one `NpzError`.
 
 import io
 import math
-import os
 import re
-import stat
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +16,7 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.files import open_regular
 from controller.unzip import DEFLATED, PIECE, STORED, Reader, ZipError, directory
 
 Arrays = dict[str, NDArray[Any]]
@@ -73,6 +72,17 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
         }
 
 
+def single(path: Path, limit_bytes: int) -> NDArray[Any]:
+    """Return the array of an `.npy`.
+
+    Raises:
+        NpzError: It is damaged, too large, or anything but a plain array.
+        OSError: The file cannot be read.
+    """
+    with _bounded(path, limit_bytes) as (file, size):
+        return _array(path.stem, file, size, limit_bytes)
+
+
 def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
     """Return (shape, dtype) of every array of an `.npz`, by name, without reading what it holds.
 
@@ -87,29 +97,28 @@ def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
 @contextmanager
 def _archive(source: Path | bytes, limit_bytes: int) -> Iterator[Iterator[Member]]:
     """Open an archive whose sizes are bounded; whatever is wrong with it is one `NpzError`."""
-    with io.BytesIO(source) if isinstance(source, bytes) else _open(source) as file:
+    with _bounded(source, limit_bytes) as (file, _):
+        yield _members(file, limit_bytes)
+
+
+@contextmanager
+def _bounded(source: Path | bytes, limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
+    """Open a file; yield it and its size. Whatever is wrong with it is one `NpzError`."""
+    with io.BytesIO(source) if isinstance(source, bytes) else open_regular(source) as file:
         size = file.seek(0, io.SEEK_END)
         if size > limit_bytes:
             raise NpzError(f"has {size} bytes, more than the {limit_bytes} allowed")
         if size == 0:
             raise NpzError("is empty")
+        file.seek(0)
         try:
-            yield _members(file, limit_bytes)
+            yield file, size
         except (NpzError, ZipError) as error:
             raise NpzError(str(error)) from None
         except MemoryError:
             raise NpzError("needs more memory than there is") from None
         except _DAMAGE:
             raise NpzError("is not a whole .npz archive") from None
-
-
-def _open(path: Path) -> IO[bytes]:
-    """Open a file, and nothing else: a pipe or a device could be waited for, or never end."""
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise NpzError("is not a file")
-    return os.fdopen(handle, "rb")
 
 
 def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
@@ -141,7 +150,7 @@ def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
         yield name, Reader(file, member), member.size
 
 
-def _header(name: str, stream: Reader, limit_bytes: int) -> Header:
+def _header(name: str, stream: Reader | IO[bytes], limit_bytes: int) -> Header:
     """Return shape, dtype, and whether columns come first; the stream is then at the data.
 
     NumPy would evaluate the header as Python's own text; ours is matched against the one form
@@ -171,7 +180,7 @@ def _header(name: str, stream: Reader, limit_bytes: int) -> Header:
     return shape, dtype, order == "True"
 
 
-def _array(name: str, stream: Reader, size: int, limit_bytes: int) -> NDArray[Any]:
+def _array(name: str, stream: Reader | IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
     """Return one array whose header and data agree in size; `size` is of both."""
     shape, dtype, fortran = _header(name, stream, limit_bytes)
     count = math.prod(shape) * dtype.itemsize

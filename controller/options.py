@@ -2,12 +2,12 @@
 
 import argparse
 import math
-import os
 import re
 import time
 from pathlib import Path
 
-from controller import engines, sensors
+from controller import __version__, engines, sensors
+from controller.commands import COMMANDS
 
 PRINT = "-"  # the link that prints commands
 PRESETS = ("nominal", "paper-snr")  # by name: what they are takes the whole simulator to say
@@ -17,13 +17,17 @@ def parser() -> argparse.ArgumentParser:
     """Return the command line's grammar."""
     grammar = argparse.ArgumentParser(
         prog="controller",
-        description="Recognise gestures on the soft sensor and send them as commands. "
-        "`controller teach --help` gathers examples of your own gestures, and what was recorded is "
-        "looked after by `controller recordings --help`.",
+        usage="controller [OPTION ...]\n       controller COMMAND [-h] ...",
+        description="Recognise gestures on the soft sensor and send them as commands, until Ctrl-C."
+        "\n\ncommands:\n"
+        + "".join(f"  {name:12}  {purpose}\n" for name, (_, purpose) in COMMANDS.items()),
         epilog="Try it without hardware: controller --sensor virtual --link -",
-        formatter_class=_formatter,
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(
+            prog, max_help_position=18
+        ),
     )
     add = grammar.add_argument
+    add("--version", action="version", version=f"controller {__version__}")
     add(
         "--sensor",
         metavar="NAME",
@@ -173,18 +177,6 @@ def parser() -> argparse.ArgumentParser:
         help="ask the system to wake the loop before all ordinary programs",
     )
     return grammar  # fmt: skip
-
-
-def _formatter(prog: str) -> argparse.HelpFormatter:
-    """Return what formats help; argparse asks for one for each option that is added.
-
-    It would import what packs archives (`shutil`) to learn how wide the terminal is.
-    """
-    try:
-        columns = int(os.environ.get("COLUMNS") or os.get_terminal_size().columns)
-    except (OSError, ValueError):
-        columns = 80
-    return argparse.HelpFormatter(prog, max_help_position=18, width=max(columns, 20) - 2)
 
 
 def _seed(words: str) -> int:

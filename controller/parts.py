@@ -35,6 +35,7 @@ from controller.recognizer import Recognizer
 from controller.record import record
 from controller.sensors import RecordedSensor, Sensor, SensorError, SensorOptions
 from controller.shelf.shelf import Shelf, name_of
+from controller.wire import ProtocolError
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -173,9 +174,50 @@ def renew(parts: Parts) -> Parts:
     sensor = _sensor(options, bundle)
     recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     if isinstance(parts.link, Renewable):
-        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+        try:
+            parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+        except ProtocolError as error:
+            raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
+
+
+def refreshed(parts: Parts) -> Parts | None:
+    """Return the parts with the networks now in use; None: the bundle differs in more than these.
+
+    Raises:
+        BundleError, MappingError, ...: One of our errors; the old parts are as they were.
+    """
+    bundle, engine, mapping, proved = _deployed(parts.options)
+    if _settings(bundle, mapping) != _settings(parts.bundle, parts.mapping):
+        return None
+    recognizer = Recognizer(bundle, parts.options.engine or engine, proved=proved)
+    return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping)
+
+
+def exchange(parts: Parts, device: Device) -> None:
+    """Give a running device the networks of `refreshed` parts; host and rest stay as they are.
+
+    Raises:
+        RecordingError: What follows cannot be recorded.
+    """
+    device.pipeline.exchange(parts.recognizer)
+    if device.tape is not None and parts.runs is not None:
+        from controller import taping
+
+        device.tape.go_on(taping.begin(parts, parts.runs, device.sensor))
+    if device.timekeeper is not None:
+        device.timekeeper.about |= _about(parts)
+    _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
+
+
+def _settings(bundle: Bundle, mapping: Mapping) -> tuple[object, ...]:
+    """Return what a device has to begin anew for if it changes."""
+    b = bundle
+    return (
+        b.labels, b.rows, b.columns, b.pitch_mm, b.rate_hz, b.window, b.preprocess, b.debounce,
+        b.spread, b.users, b.tells, mapping,
+    )  # fmt: skip
 
 
 def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
@@ -212,6 +254,8 @@ def _exclude(options: Namespace) -> None:
             raise UserError("a replay is a recording already; leave out --record")
         if options.rate is not None:
             raise UserError("a recording has its own rate; leave out --rate")
+        if options.ledger is not None:
+            raise UserError("a replay keeps no time that could be measured; leave out --ledger")
     if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
         raise UserError("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
     if options.link == PRINT and (options.key is not None or options.unprotected):
@@ -243,7 +287,7 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
         )
-    name = options.sensor if options.replay is None else "replay"
+    name = options.sensor if options.replay is None else sensors.REPLAY
     faults = tuple(options.fault)
     sensor = sensors.load(
         name,
@@ -372,11 +416,11 @@ def clerk(parts: Parts) -> Clerk | None:
     )
 
 
-def _install(shelf: Shelf, path: Path) -> str:
+def _install(shelf: Shelf, path: Path, corrects: str | None = None) -> str:
     """Take a bundle that has come into use."""
     from controller.shelf.install import install
 
-    return install(path, shelf, other_sensor=False, tell=_log.info)
+    return install(path, shelf, other_sensor=False, tell=_log.info, corrects=corrects)
 
 
 def _corrected(parts: Parts, shelf: Shelf, label: str, images: list[Image]) -> str:
@@ -398,12 +442,7 @@ def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
     """Return who keeps the ledger of a session."""
     from controller.timekeeper import Timekeeper, status_file
 
-    about: dict[str, object] = {
-        "device": sensor.device_id,
-        "bundle": parts.bundle.hash,
-        "engine": parts.recognizer.engine,
-        "link": parts.options.link,
-    }
+    about = {"device": sensor.device_id, "link": parts.options.link, **_about(parts)}
     link = parts.link
     return Timekeeper(
         1.0 / sensor.rate_hz,
@@ -413,6 +452,10 @@ def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
         status=status_file(),
         about=about,
     )
+
+
+def _about(parts: Parts) -> dict[str, object]:
+    return {"bundle": parts.bundle.hash, "engine": parts.recognizer.engine}
 
 
 def _pipeline(

@@ -200,6 +200,12 @@ class Pipeline:
         self._preprocessor.settle()
         return self._health.look(self._dead, self._preprocessor.resting)
 
+    def exchange(self, recognizer: Networks) -> None:
+        """Ask other networks from the next frame on, of a bundle with the same settings."""
+        self._recognizer = recognizer
+        if self._company is not None and isinstance(recognizer, Company):
+            self._company = recognizer
+
     @property
     def user(self) -> str:
         """Who touched last, "" if that is not known."""

@@ -161,6 +161,7 @@ LOST_MS = 1000  # without a valid packet: close, and connect anew
 SILENCE_MS = 2000  # a device forgets a host, a host gives up on an answer
 LATE_MS = 250  # a command that is older is not obeyed any more
 PIECE = 1000  # bytes of a bundle in one packet
+MAX_TEXT, MAX_SENTENCE = 64, 500  # bytes of UTF-8: `controller.wire.fitted`
 WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 RESEND_MS = 50  # until a command that is not acknowledged is sent again, at least
 
@@ -611,7 +612,7 @@ def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Recor
     """Return the table of the docstring, by message class and by type number."""
     u8, u32, f32, size, span, share = wire.U8, wire.U32, wire.F32, wire.SIZE, wire.SPAN, wire.SHARE
     flag, point, shares, image = wire.BOOL, wire.POINT, wire.SHARES, wire.octets(900)
-    text, sentence, name = wire.text(64), wire.text(500), wire.text(40)
+    text, sentence, name = wire.text(MAX_TEXT), wire.text(MAX_SENTENCE), wire.text(40)
     names = wire.many(name, 64)
     hop = wire.Record(Hop, (name, f32, f32, f32))
     contact = wire.Record(Contact, (wire.U16, f32, f32, f32, f32))

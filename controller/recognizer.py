@@ -3,6 +3,7 @@
 A bundle's networks, proved before use.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -69,8 +70,7 @@ class Recognizer:
             user: Whose own network to ask, where there is one.
         """
         network = self._heads.get(user, self._gesture)
-        answer: NDArray[np.float32] = network(window[None])[0]
-        return answer
+        return _shares(network(window[None])[0])
 
     def people(self, window: Window) -> NDArray[np.float32] | None:
         """Return how probably each of the people touches, (1 + users,), anybody else first.
@@ -79,8 +79,7 @@ class Recognizer:
         """
         if self._people is None:
             return None
-        answer: NDArray[np.float32] = self._people(window[None])[0]
-        return answer
+        return _shares(self._people(window[None])[0])
 
     def touch(self, image: Image) -> tuple[float, float] | None:
         """Return where a z image is touched, (x, y) in grid units; meaningless where it is not.
@@ -89,8 +88,20 @@ class Recognizer:
         """
         if self._location is None:
             return None
-        x, y = self._location(image[None])[0]
-        return float(x), float(y)
+        x, y = self._location(image[None])[0].tolist()
+        return (x, y) if math.isfinite(x + y) else None
+
+
+def _shares(answer: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an answer as it is, or "null" for certain if it has a number that is not finite.
+
+    A network from a stranger may answer so to some windows, although its golden ones are right.
+    """
+    if np.isfinite(answer).all():
+        return answer
+    certain = np.zeros_like(answer)
+    certain[0] = 1.0
+    return certain
 
 
 def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engine: str) -> Network:
@@ -106,6 +117,8 @@ def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engi
             raise GraphError(
                 f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(answers,)} of {asked}"
             )
+        if name != "location" and read.nodes[-1].op != "Softmax":
+            raise GraphError("does not end in Softmax, so its answers are no probabilities")
         return engines.open_network(engine, model, read)
     except (GraphError, EngineError) as error:
         raise BundleError(f"the {name} network {error}") from None

@@ -14,14 +14,15 @@ from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING
 
+from controller import console
+from controller.console import TROUBLE, complain, let_go
 from controller.device import Device
-from controller.ends import Ends, complain, signals
+from controller.ends import Ends, signals
 from controller.errors import UserError
-from controller.links import LinkError
-from controller.links.stdout import let_go
+from controller.links import LinkAwayError
 from controller.loop import ORPHAN_S, Loop
 from controller.options import PRINT, parser
-from controller.parts import Parts, open_device, prepare, renew
+from controller.parts import Parts, exchange, open_device, prepare, refreshed, renew
 from controller.parts import clerk as parts_clerk
 from controller.quiet import Sweeper, real_time, reserve
 from controller.service.notify import Heart
@@ -37,21 +38,20 @@ def main(words: Sequence[str]) -> int:
     options = parser().parse_args(words)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     with signals() as ends:
-        try:
-            parts = prepare(options)
-        except UserError as error:
-            return complain(error, 2)
+        ends.at_once = True
+        parts = prepare(options)
+        ends.at_once = False
         if parts.owned:
             threading.Thread(target=_watch_host, args=(ends,), name="owner", daemon=True).start()
         try:
             with _keyboard(parts) as keys:
                 _run(parts, ends, keys)
         except UserError as error:
-            return complain(error, 1)
+            return complain("controller", error, TROUBLE)
         finally:
             parts.link.close()
         problem: str = getattr(parts.link, "problem", "")
-        return complain(problem, 1) if problem else 0
+        return complain("controller", problem, TROUBLE) if problem else 0
 
 
 def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
@@ -99,6 +99,20 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
     clerk = parts_clerk(parts)
+
+    def exchanged(device: Device) -> bool:
+        """Go on with the networks of the bundle now in use, if nothing else has changed."""
+        nonlocal parts
+        try:
+            changed = refreshed(parts)
+        except UserError as error:
+            _log.error("going on as before: %s", error)
+            return True
+        if changed is not None:
+            parts = changed
+            exchange(parts, device)
+        return changed is not None
+
     loop = Loop(
         parts.link,
         lambda: open_device(parts, next(sessions), keyboard),
@@ -107,6 +121,7 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
         clerk=clerk,
+        exchange=exchanged,
     )
 
     def over() -> bool:
@@ -118,7 +133,8 @@ def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart)
 
     loop.run(over)
     if loop.missed:
-        _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+        missed = console.count(loop.missed, "frame")
+        _log.info("missed %s; is the machine too busy?", missed)
     return not ends and (ends.renew or (clerk is not None and clerk.switched))
 
 
@@ -137,7 +153,7 @@ def _announce(url: str) -> None:
         print(json.dumps({"listening": url}), flush=True)
     except OSError as error:
         let_go(sys.stdout)
-        raise LinkError(f"cannot print where this orb listens: {error.strerror}") from None
+        raise LinkAwayError(f"cannot print where this orb listens: {error.strerror}") from None
 
 
 def _watch_host(ends: list[str]) -> None:

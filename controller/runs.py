@@ -1,11 +1,18 @@
 """Where a program's recordings go: into one file after the other, none of which was there."""
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 from controller.recordings import naming, recovery
-from controller.recordings.recorder import refuse_taken
+from controller.recordings.recorder import (
+    Recorder,
+    TakenError,
+    refuse_taken,
+    refuse_unwritable,
+    taken,
+)
 from controller.recordings.recording import RecordingError
 from controller.recordings.recovery import LockedError
 
@@ -29,25 +36,44 @@ class Runs:
             RecordingError: Nothing can be recorded there.
         """
         self._place, self._user, self._session = place, user or ANONYMOUS, session
-        self._number = 0  # of the run, where a file was named
+        self._begun = False
         self._named = place.suffix == naming.SEALED and not place.is_dir()
         folder = place.parent if self._named else place
         if not self._named and not place.is_dir():
             raise RecordingError(
                 f"there is no folder {place}; make it, or name a file that ends in {naming.SEALED}"
             )
-        free = naming.next_free(folder, self._user, session)  # or these are no names
+        naming.next_free(folder, self._user, session)  # or these are no names
         recover(folder)
-        refuse_taken(place if self._named else free)
+        refuse_unwritable(folder)
+        if self._named:
+            refuse_taken(place)
+
+    def begin(self, record: Callable[[Path], Recorder]) -> Recorder:
+        """Return what `record` makes of the next free file; another program may be faster.
+
+        Raises:
+            RecordingError: It cannot be written.
+        """
+        path = self.next()
+        while True:
+            try:
+                recorder = record(path)
+            except TakenError:
+                before, path = path, self.next()
+                if path == before:
+                    raise
+            else:
+                self._begun = True
+                return recorder
 
     def next(self) -> Path:
-        """Return the file of the next run."""
+        """Return the file of the next run, which was free a moment ago."""
         if not self._named:
             return naming.next_free(self._place, self._user, self._session)
-        self._number += 1
-        if self._number == 1:
-            return self._place
-        return self._place.with_stem(f"{self._place.stem}-{self._number}")
+        if not self._begun:
+            return self._place  # the file that was asked for, and no other
+        return next(path for path in naming.alternatives(self._place) if not taken(path))
 
 
 def recover(folder: Path) -> None:

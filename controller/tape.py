@@ -2,13 +2,15 @@
 
 import logging
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final, Protocol
 
 from controller.labelling.labeller import Labeller, Said
 from controller.labelling.terminal import Keyboard
 from controller.pipeline import Pipeline, Step
 from controller.preprocess import Frame, State
 from controller.recordings.recorder import Recorder
+
+LEAST_S: Final = 1.0  # a session that ended sooner is not kept
 
 Plain = dict[str, object]  # what goes to a screen, as plain data
 
@@ -65,6 +67,7 @@ class Tape:
         self._keyboard, self._tell, self._screen = keyboard, tell, screen or Nobody()
         self._recorder = begin(pipeline.state())
         self._rested = False  # this file has its rest image
+        self._least_s = LEAST_S  # of the session's first file; those that go on are kept
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -83,9 +86,18 @@ class Tape:
             RecordingError: One of them cannot be written.
         """
         if self._recorder.full:
-            self._seal()
-            self._recorder = self._begin(self._pipeline.state())
-            self._rested = False
+            self.go_on(self._begin)
+
+    def go_on(self, begin: Callable[[State], Recorder]) -> None:
+        """Seal the present file and go on in a new one, as `begin` makes it.
+
+        Raises:
+            RecordingError: One of them cannot be written.
+        """
+        self._seal()
+        self._begin = begin
+        self._recorder = begin(self._pipeline.state())
+        self._rested, self._least_s = False, 0.0
 
     def take(self, frame: Frame, step: Step, label: int, button: str | None) -> Said:
         """Keep a frame, and return what was said of it.
@@ -135,16 +147,18 @@ class Tape:
         """Note something that happened at `t_s`."""
         self._recorder.mark(t_s, kind, text)
 
-    def close(self) -> None:
-        """Seal the recording. Only once.
+    def close(self) -> bool:
+        """Seal the recording, and return whether it was long enough to be kept. Only once.
 
         Raises:
             RecordingError: It cannot be written where it should be; the message says where it is.
         """
         self._screen.clear()
-        self._seal()
+        return self._seal()
 
-    def _seal(self) -> None:
-        if path := self._recorder.close():
+    def _seal(self) -> bool:
+        path = self._recorder.close(self._least_s)
+        if path is not None:
             self._screen.clear()
             _log.info("recorded into %s", path)
+        return path is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from controller.parts import Parts
     from controller.pipeline import Pipeline
+    from controller.preprocess import State
     from controller.sensors import Sensor
 
 FREE: Final = "free"  # the protocol of a recording without cues
@@ -62,16 +64,22 @@ def tape(
     parts: Parts, runs: Runs, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
 ) -> Tape:
     """Return what records a session from its first frame on."""
-    plan, link, origin = parts.plan, parts.link, _origin(parts, sensor)
+    plan, link = parts.plan, parts.link
     cues = None if plan is None else Cues.of(plan)
     return Tape(
-        lambda state: Recorder(runs.next(), origin, state),
+        begin(parts, runs, sensor),
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
         tell=link.say if isinstance(link, Teller) else _nobody,
         screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
     )
+
+
+def begin(parts: Parts, runs: Runs, sensor: Sensor) -> Callable[[State], Recorder]:
+    """Return what begins the next file of a session, with these parts."""
+    origin = _origin(parts, sensor)
+    return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
 
 
 def _nobody(plain: Plain) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final, TextIO
 
 from controller import folders
+from controller.files import atomic_write
 from controller.ledger import HOPS, Digest, Ledger
 from controller.protocol import Hop, Pace
 from controller.quiet import Sweeper
@@ -29,7 +30,11 @@ Tell = Callable[[Pace], object]
 
 
 class Timekeeper:
-    """Keeps the ledger of one session, and its reports."""
+    """Keeps the ledger of one session, and its reports.
+
+    Attributes:
+        about: What else the status file says.
+    """
 
     def __init__(
         self,
@@ -55,7 +60,7 @@ class Timekeeper:
         """
         self.ledger = Ledger()
         self._period_s, self._tell, self._sweeper = period_s, tell, sweeper
-        self._file, self._status, self._about = file, status, about or {}
+        self._file, self._status, self.about = file, status, about or {}
         self._clock_ns = clock_ns
         self._stamps = [0] * (len(HOPS) + 1)
         self._at = 0
@@ -128,18 +133,15 @@ class Timekeeper:
         if self._status is None:
             return
         said = {
-            **self._about,
+            **self.about,
             "pid": os.getpid(),
             "frames": self.ledger.lines,
             "missed": missed,
             "period_ms": round(self._period_s * 1000, 3),
             "hops": [[d.hop, d.p50, d.p95, d.p99] for d in digest],
         }
-        beside = self._status.with_suffix(f".{os.getpid()}")
         try:
-            beside.write_text(json.dumps(said) + "\n")
-            beside.chmod(0o644)
-            beside.replace(self._status)
+            atomic_write(self._status, (json.dumps(said) + "\n").encode(), durable=False)
         except OSError:
             self._status = None  # nobody can ask, and the orb goes on
 
@@ -168,9 +170,7 @@ def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
 
 def status_folders() -> list[Path]:
     """Return where running controllers tell how they are: the service, then the user's own."""
-    own = os.environ.get("XDG_RUNTIME_DIR", "")
-    state = folders.state()
-    return [Path("/run/orbtouch"), Path(own) / "orbtouch" if own else state]
+    return [Path("/run/orbtouch"), folders.runtime()]
 
 
 def status_file() -> Path | None:

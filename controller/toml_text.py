@@ -3,6 +3,7 @@
 Python reads TOML and does not write it, and a device has no package that does.
 """
 
+import datetime
 import json
 import math
 import re
@@ -16,7 +17,7 @@ def dumps(table: Mapping[str, Any]) -> str:
     """Return a table as the text of a TOML file; `tomllib.loads` gives the same table back.
 
     Raises:
-        TypeError: A value is none that TOML has (nothing here needs dates).
+        TypeError: A value is none that TOML has.
     """
     return "".join(_lines(table, ()))
 
@@ -45,6 +46,8 @@ def _value(value: Any) -> str:
         return str(value)
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else str(value)
+    if isinstance(value, datetime.date | datetime.time):
+        return value.isoformat()
     if isinstance(value, Mapping):
         inner = ", ".join(f"{_key(key)} = {_value(one)}" for key, one in value.items())
         return f"{{ {inner} }}" if inner else "{}"

@@ -16,7 +16,6 @@ Where user.onnx is empty, nobody can be told by their touch, and only `controlle
 who plays. It is a convenience, never a lock: docs/users.md.
 """
 
-import math
 import re
 from collections.abc import Mapping as AbstractMapping
 from collections.abc import Sequence
@@ -144,18 +143,20 @@ def _words(table: dict[str, Any], key: str, known: Sequence[str] | None) -> tupl
     value = table[key]
     if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
         raise UsersError(f"has {key} = {value!r} under [users]; expected is a list of words")
+    seen: set[str] = set()
     for word in value:
-        if value.count(word) > 1 or (known is not None and word not in known):
+        if word in seen or (known is not None and word not in known):
             raise UsersError(
                 f"has {word!r} among the {key} under [users], which is there twice or unknown"
             )
+        seen.add(word)
     return tuple(value)
 
 
 def _number(value: Any, name: str) -> float:
     low, high = _RANGES[name]
     plain = isinstance(value, int | float) and not isinstance(value, bool)
-    if not plain or not math.isfinite(value) or not low <= value <= high:
+    if not plain or not low <= value <= high:
         raise UsersError(
             f"has {name} = {value!r} under [users]; expected is a number from {low:g} to {high:g}"
         )

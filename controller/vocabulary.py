@@ -18,7 +18,6 @@ It is a TOML file that lies beside the recordings (docs/teach.md):
 """
 
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -26,7 +25,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller import mapping as mappings
-from controller.errors import UserError
+from controller.config import ConfigError, parse_toml
+from controller.errors import UserError, reason
+from controller.files import read_text
 from controller.mapping import Mapping, MappingError
 
 FILE: Final = "gestures.toml"  # its name beside recordings
@@ -151,15 +152,10 @@ def read(path: Path) -> Vocabulary:
         VocabularyError: It cannot be read, or is none; one sentence.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise VocabularyError(f"{path} has more than {_MAX_BYTES} bytes; is it a vocabulary?")
-        return parse(data.decode(), str(path), path.parent)
+        text = read_text(path, _MAX_BYTES)
     except OSError as error:
-        raise VocabularyError(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise VocabularyError(f"{path} is no text in UTF-8; is it a vocabulary?") from None
+        raise VocabularyError(f"cannot read {path}: {reason(error)}") from None
+    return parse(text, str(path), path.parent)
 
 
 def parse(text: str, source: str, folder: Path) -> Vocabulary:
@@ -174,9 +170,9 @@ def parse(text: str, source: str, folder: Path) -> Vocabulary:
         VocabularyError: It is none.
     """
     try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise VocabularyError(f"{source} is no TOML: {error}") from None
+        table = parse_toml(text, _MAX_BYTES)
+    except ConfigError as error:
+        raise VocabularyError(f"{source}, {error}") from None
     odd = sorted(set(table) - {"name", "gesture"})
     if odd:
         raise VocabularyError(f"{source}: {odd[0]!r} is unknown; there are name and [[gesture]]")

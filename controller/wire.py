@@ -12,6 +12,8 @@ from itertools import groupby
 from math import isfinite
 from typing import Any, NamedTuple, Protocol, cast
 
+from controller.console import one_line
+
 
 class ProtocolError(ValueError):
     """A message that the wire cannot carry, or bytes that are no packet."""
@@ -138,6 +140,14 @@ def octets(
 def text(limit: int) -> Field:
     """Return the field for a printable text of up to `limit` bytes of UTF-8."""
     return octets(limit, _pack_text, _unpack_text)
+
+
+def fitted(value: str, limit: int) -> str:
+    """Return any text as `text(limit)` takes it: what cannot be printed as escapes, and cut.
+
+    It is cut between two characters, so that it has at most `limit` bytes of UTF-8.
+    """
+    return one_line(value).encode()[:limit].decode(errors="ignore")
 
 
 def many(item: Field, limit: int) -> Field:

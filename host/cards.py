@@ -27,6 +27,7 @@ _KEYS: Final = (
     ("R", "new game"),
     ("F11", "full screen"),
     ("ctrl 1–9", "that was ..."),
+    ("ctrl backspace", "take that back"),
 )
 
 
@@ -103,8 +104,12 @@ def _draw_entry(
         surface.blit(picture, picture.get_rect(midleft=(x, middle)))
         x += wide + unit.px(7)
     column = x + unit.px(3)
-    surface.blit(unit.text(sprites.words(entry.command), 20, bright), (column, row.top))
-    note = f"{sprites.words(entry.label)} {entry.probability:.2f}"
-    surface.blit(unit.text(note, 17, dim), (column, row.top + unit.px(17)))
     age = unit.text("now" if age_s < 1 else f"{age_s:.0f} s", 17, dim)
     surface.blit(age, age.get_rect(topright=(row.right - unit.px(18), row.top)))
+    room = row.right - unit.px(18) - column
+    asked = unit.text(sprites.words(entry.command), 20, bright, room - age.get_width() - unit.px(6))
+    surface.blit(asked, (column, row.top))
+    share = unit.text(f"{entry.probability:.2f}", 17, dim)
+    label = unit.text(sprites.words(entry.label), 17, dim, room - share.get_width() - unit.px(4))
+    surface.blit(label, (column, row.top + unit.px(17)))
+    surface.blit(share, (column + label.get_width() + unit.px(4), row.top + unit.px(17)))

@@ -12,7 +12,6 @@ from controller.protocol import Correct, Delivery
 
 SHOWN_S: Final = 6.0  # what the orb says of it stands below the dome for so long
 PATIENCE_S: Final = 60.0  # while it learns
-LETTERS: Final = 44  # fit there
 NULL_LABEL: Final = "null"
 _FIRST: Final = pygame.K_1
 _LAST: Final = pygame.K_9
@@ -39,10 +38,13 @@ class Correcting:
             label = ""
         elif code == pygame.K_0:
             label = NULL_LABEL
-        elif _FIRST <= code <= _LAST and code - _FIRST + 1 < len(self.labels):
-            label = self.labels[code - _FIRST + 1]
-        else:
+        elif not _FIRST <= code <= _LAST:
             return False
+        elif (number := code - _FIRST + 1) < len(self.labels):
+            label = self.labels[number]
+        else:
+            self._say(f"there is no gesture {number}", now_s, SHOWN_S)
+            return True
         self._due = [Correct(label)]
         self._say("telling the orb", now_s, SHOWN_S)
         return True
@@ -63,5 +65,4 @@ class Correcting:
         return self._told if now_s < self._until_s else ""
 
     def _say(self, told: str, now_s: float, seconds: float) -> None:
-        self._told = told if len(told) <= LETTERS else f"{told[: LETTERS - 1]}…"
-        self._until_s = now_s + seconds
+        self._told, self._until_s = told, now_s + seconds

@@ -7,7 +7,6 @@ judges what was recognised.
 
 import json
 import math
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,8 @@ from typing import Any, Final
 
 import pygame
 
+from controller.console import count
+from controller.errors import TroubleError
 from controller.events import Answer, Event, judge
 from controller.protocol import Command, Grant, Granted, Perform, Truth
 from host.device import OwnDevice
@@ -23,8 +24,7 @@ from host.loop import save, window
 from host.player import Player
 from host.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.targets.tetris import TetrisTarget, Ticked
-from host.transport import LinkError, Transport, open_transport
-from tetris.console import say
+from host.transport import Transport, open_transport
 from tetris.events import Locked
 
 TICKS_PER_S: Final = 60
@@ -32,7 +32,7 @@ DRAW_EVERY: Final = 4  # ticks per picture when time is not real
 ANSWER_S: Final = 5.0  # an orb that takes longer for a tick has died
 
 
-class DemoError(RuntimeError):
+class DemoError(TroubleError, RuntimeError):
     """The demo cannot go on; the message is one sentence."""
 
 
@@ -238,8 +238,8 @@ def run(
     screenshot: Path | None = None,
     orb_options: Sequence[str] = (),
     link: str | None = None,
-) -> int:
-    """Play a demo; return the exit status.
+) -> None:
+    """Play a demo, and print how it went.
 
     Args:
         seed: Of the game, the player, the orb and its hand.
@@ -250,28 +250,32 @@ def run(
         screenshot: Save the window's last picture here.
         orb_options: Further options of the orb's `controller`.
         link: Where a virtual orb is that runs already; None: one of our own.
+
+    Raises:
+        LinkError: The orb does not start, or cannot be reached.
+        DemoError: It is gone or stays silent.
+        WindowError: There is no display.
+        PictureError: The picture cannot be saved.
     """
-    try:
-        surface = None if headless and screenshot is None else window(headless=headless)
-        with Demo(seed, seconds, orb_options, link) as demo:
-            _play(demo, speed, surface)
-            verdict = demo.verdict()
-        if surface is not None and screenshot is not None:
-            save(surface, screenshot)
-    except (LinkError, DemoError) as error:
-        print(f"host: {error}", file=sys.stderr)
-        return 1
-    return say("host", json.dumps(verdict) if as_json else summary(verdict))
+    surface = None if headless and screenshot is None else window(headless=headless)
+    with Demo(seed, seconds, orb_options, link) as demo:
+        _play(demo, speed, surface)
+        verdict = demo.verdict()
+    if surface is not None and screenshot is not None:
+        save(surface, screenshot)
+    print(json.dumps(verdict) if as_json else summary(verdict))
 
 
 def summary(verdict: dict[str, Any]) -> str:
     """Return the verdict in a few lines for people."""
     share = verdict["hits"] / verdict["intended"] if verdict["intended"] else math.nan
+    alarms, duplicates = verdict["false_alarms"], verdict["duplicates"]
     return (
-        f"{verdict['seconds']:.0f} s: {verdict['pieces']} pieces, {verdict['lines']} lines; "
-        f"{verdict['hits']} of {verdict['intended']} gestures understood ({share:.1%}), "
-        f"{verdict['wrong']} wrong, {verdict['false_alarms']} false alarms, "
-        f"{verdict['duplicates']} duplicates; "
+        f"{verdict['seconds']:.0f} s: {count(verdict['pieces'], 'piece')}, "
+        f"{count(verdict['lines'], 'line')}; "
+        f"{verdict['hits']} of {count(verdict['intended'], 'gesture')} understood ({share:.1%}), "
+        f"{verdict['wrong']} wrong, {count(alarms, 'false alarm')}, "
+        f"{count(duplicates, 'duplicate')}; "
         f"{verdict['latency_s']['p50']:.2f} s from touch to action (median)"
     )
 

@@ -69,7 +69,8 @@ class OwnDevice:
             LinkError: It does not start; the end of its own messages is in the sentence.
         """
         if self.process is not None and self.process.poll() is not None:
-            log.warning("the virtual orb ended with status %d", self.process.returncode)
+            said = _tail(self._messages) if self._messages else ""
+            log.error("the virtual orb ended with status %d: %s", self.process.returncode, said)
             self._end()
         if self.process is None:
             self._start()

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
+from controller import console
 from controller import key as keys
+from controller.console import TROUBLE
+from controller.errors import UserError, reason
+from controller.files import read_bytes
 from host.courier import Courier
 from host.find.seek import Seeker
 from host.overheard import Orb
@@ -22,33 +27,30 @@ MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest that the courier waits for news
 
 
-class FileError(ValueError):
+class FileError(UserError, ValueError):
     """The file cannot be sent; the message says why, in one sentence."""
 
 
 def main(argv: list[str]) -> int:
-    """Deliver a bundle; return 0 when it is in use, 1 if the orb declines it, 2 for wrong usage."""
-    options = _parser().parse_args(argv)
+    """Deliver a bundle; return 0 when it is in use, 1 if that fails, 2 for wrong usage."""
+    return console.run("host", lambda: _install(_parser().parse_args(argv)))
+
+
+def _install(options: argparse.Namespace) -> int:
+    """Deliver a bundle; return the exit status."""
+    courier = load(options.file)
     try:
-        courier = load(options.file)
         receiver = _receiver(options)
-    except (FileError, LinkError, keys.KeyFileError) as error:
-        _warn(str(error))
-        return 2
-    receiver.start()
-    try:
-        deliver(courier, receiver, _Progress())
-    except LinkError as error:
-        _warn(str(error))
-        return 2
+        receiver.start()
+        try:
+            deliver(courier, receiver, _Progress())
+        finally:
+            receiver.close()
     except KeyboardInterrupt:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
-        return 130
-    finally:
-        receiver.close()
+        return console.INTERRUPTED
     if courier.stage == "declined":
-        _warn(f"the orb does not take it: {courier.told}")
-        return 1
+        return console.complain("host", _declined(courier), TROUBLE)
     print(courier.told)
     return 0
 
@@ -72,12 +74,12 @@ def load(path: Path) -> Courier:
         FileError: It cannot be read, or is no bundle by its size.
     """
     try:
-        size = path.stat().st_size
-        if not 0 < size <= MOST:
-            raise FileError(f"{path} has {size} bytes; a bundle has some, and at most {MOST}")
-        return Courier(path.name, path.read_bytes())
+        data = read_bytes(path, MOST)
     except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror}; check its name") from None
+        raise FileError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
+    if not data:
+        raise FileError(f"{path} is empty; name a bundle")
+    return Courier(path.name, data)
 
 
 def deliver(
@@ -129,7 +131,8 @@ class Errand:
         self._courier.turn(news, self._clock(), self._send)
         self._tell(self._courier)
         if self._courier.over:
-            _warn(self._courier.told)
+            declined = self._courier.stage == "declined"
+            _warn(_declined(self._courier) if declined else self._courier.told)
 
 
 class _Progress:
@@ -140,12 +143,14 @@ class _Progress:
 
     def __call__(self, courier: Courier) -> None:
         words: str = courier.stage
-        if courier.stage == "sending" and sys.stderr.isatty():
-            words = f"sending {100 * courier.offset // courier.size:3d} %"
-        if words != self._last:
-            self._last = words
-            end = "" if sys.stderr.isatty() and not courier.over else "\n"
-            print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
+        with contextlib.suppress(OSError, ValueError):  # it is for people only; none may be there
+            terminal = sys.stderr.isatty()
+            if courier.stage == "sending" and terminal:
+                words = f"sending {100 * courier.offset // courier.size:3d} %"
+            if words != self._last:
+                self._last = words
+                end = "" if terminal and not courier.over else "\n"
+                print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -163,5 +168,9 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _declined(courier: Courier) -> str:
+    return f"the orb does not take it: {courier.told}"
+
+
 def _warn(words: str) -> None:
-    print(f"host: {words}", file=sys.stderr, flush=True)
+    console.complain("host", words, TROUBLE)

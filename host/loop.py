@@ -1,5 +1,6 @@
 """The window's loop in real time: events and messages in, pictures and contacts out."""
 
+import io
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -8,6 +9,8 @@ from typing import Protocol
 
 import pygame
 
+from controller.errors import TroubleError, reason
+from controller.files import atomic_write
 from controller.protocol import Message
 from host.receiver import Connected, Received, Refused
 from host.targets import Target
@@ -19,8 +22,12 @@ TICK_S = 0.01  # without a window, what comes over the link is taken at once
 SIZE = (1280, 720)  # the window's first; it can be resized
 
 
-class PictureError(OSError):
+class PictureError(TroubleError, OSError):
     """A picture of the window cannot be saved; the message is one sentence for the user."""
+
+
+class WindowError(TroubleError, RuntimeError):
+    """No window can be opened; the message is one sentence for the user."""
 
 
 class Orb(Protocol):
@@ -135,14 +142,14 @@ def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Su
     """Open the window; headless, a surface of the same size that nobody sees.
 
     Raises:
-        DisplayError: There is no display; the sentence says what to do.
+        WindowError: There is no display; the sentence says what to do.
     """
     if headless:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
     try:
         return open_window(size, "OrbTouch")
     except DisplayError as error:
-        raise DisplayError(
+        raise WindowError(
             f"{error}; to let the demo play without a window, add --demo --headless"
         ) from error
 
@@ -154,6 +161,11 @@ def save(surface: pygame.Surface, path: Path) -> None:
         PictureError: It cannot be saved.
     """
     try:
-        pygame.image.save(surface, path)
-    except (pygame.error, OSError) as error:
+        # In memory first: pygame does not see that a disk is full.
+        picture = io.BytesIO()
+        pygame.image.save(surface, picture, path.name)
+        atomic_write(path, picture.getvalue())
+    except OSError as error:
+        raise PictureError(f"cannot save the picture {path}: {reason(error)}") from error
+    except pygame.error as error:
         raise PictureError(f"cannot save the picture {path}: {error}") from error

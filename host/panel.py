@@ -21,6 +21,8 @@ _LINK: Final[dict[LinkState, tuple[str, Colour]]] = {
     "stale": ("silent", theme.WARN),
     "lost": ("link lost", theme.BAD),
 }
+_PILL: Final = 64  # design units that "virtual" takes
+_RATE: Final = 76  # that the rate takes at most
 _REASON_LETTERS: Final = 40  # a line below the dome
 _REASON_LINES: Final = 5
 _HEALTH_LETTERS: Final = 52  # smaller ones
@@ -64,6 +66,7 @@ class Panel:
         """Say where the orb is to be drawn, and which; changes `projection`."""
         self.rect = rect
         self._unit = sprites.Scale(min(rect.width / WIDTH, rect.height / HEIGHT))
+        self._inner = rect.width - 2 * self._unit.px(18)  # pixels: what a line of text may take
         self._radius = max(24, round(self._unit.factor * WIDTH * DOME_SHARE))
         centre = (
             rect.centerx,
@@ -87,7 +90,8 @@ class Panel:
 
     def _header(self, surface: pygame.Surface, view: OrbView) -> None:
         left, middle = self.rect.left + self._unit.px(18), self.rect.top + self._unit.px(32)
-        name = self._unit.text(view.welcome.name if view.welcome else "OrbTouch", 28)
+        room = self._state(surface, view, middle) - left - self._unit.px(_PILL + 20)
+        name = self._unit.text(view.welcome.name if view.welcome else "OrbTouch", 28, width=room)
         surface.blit(name, name.get_rect(midleft=(left, middle)))
         if view.welcome:
             kind = "virtual" if view.welcome.virtual else "real"
@@ -95,9 +99,13 @@ class Panel:
             self._pill(surface, kind, tint, (left + name.get_width() + self._unit.px(10), middle))
         if view.sure and view.link == "live":
             who = f"{view.user} {view.sure:.0%}" if view.user else "who is it?"
-            label = self._unit.text(who, 17, theme.ACCENT if view.user else theme.TEXT_DIM)
+            tint = theme.ACCENT if view.user else theme.TEXT_DIM
+            label = self._unit.text(who, 17, tint, self._inner)
             at = self.rect.right - self._unit.px(18), middle + self._unit.px(21)
             surface.blit(label, label.get_rect(midright=at))
+
+    def _state(self, surface: pygame.Surface, view: OrbView, middle: int) -> int:
+        """Draw how the link is, at the right; return where that begins."""
         state, colour = _LINK[view.link]
         right = self.rect.right - self._unit.px(18)
         label = self._unit.text(state, 20, colour)
@@ -107,9 +115,12 @@ class Panel:
         at = right - label.get_width() - self._unit.px(14), middle
         surface.blit(lamp, lamp.get_rect(center=at))
         surface.blit(core, core.get_rect(center=at))
-        if view.link == "live":
-            rate = self._unit.text(f"{view.rate_hz:.1f} Hz", 18, theme.TEXT_DIM)
-            surface.blit(rate, rate.get_rect(midright=(at[0] - self._unit.px(15), middle)))
+        if view.link != "live":
+            return at[0] - self._unit.px(9)
+        rate = self._unit.text(f"{view.rate_hz:.1f} Hz", 18, theme.TEXT_DIM, self._unit.px(_RATE))
+        box = rate.get_rect(midright=(at[0] - self._unit.px(15), middle))
+        surface.blit(rate, box)
+        return box.left
 
     def _dome(self, surface: pygame.Surface, view: OrbView, now_s: float) -> None:
         place, radius = self.projection, self._radius
@@ -124,7 +135,7 @@ class Panel:
             arrows = sprites.rim_arrows(round(radius * 0.90), (255, 238, 226), 120)
             surface.blit(arrows, arrows.get_rect(center=place.centre))
         mark = view.mark(now_s)
-        if mark:
+        if mark and place.pad.on_dome(*mark[:2]):
             x, y, fresh = mark
             wide = self._unit.px(12 + 16 * (1 - fresh))
             halo = sprites.ring(wide, 2.2 * self._unit.factor, theme.TEXT, _step(255 * fresh))
@@ -153,21 +164,21 @@ class Panel:
         """Say below the dome what matters most; return where the next part begins."""
         if view.health and not view.gesture:
             for number, line in enumerate(_wrapped(view.health[0], _HEALTH_LETTERS)[:2]):
-                label = self._unit.text(line, 16, theme.WARN)
+                label = self._unit.text(line, 16, theme.WARN, self._inner)
                 at = (self.rect.centerx, top + self._unit.px(17) * number)
                 surface.blit(label, label.get_rect(midtop=at))
             return top + self._unit.px(36)
         size, colour, message = 18, theme.TEXT_DIM, view.hint
         if view.gesture:
             size, colour, message = 24, theme.ACCENT, sprites.words(view.gesture)
-        label = self._unit.text(message, size, colour)
+        label = self._unit.text(message, size, colour, self._inner)
         surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
         return top + self._unit.px(36)
 
     def _reason(self, surface: pygame.Surface, view: OrbView, top: int) -> None:
         """Say why there is no link, where the probabilities would be."""
         for line in _wrapped(view.reason, _REASON_LETTERS)[:_REASON_LINES]:
-            label = self._unit.text(line, 19, theme.TEXT)
+            label = self._unit.text(line, 19, theme.TEXT, self._inner)
             surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
             top += self._unit.px(22)
 
@@ -187,7 +198,7 @@ class Panel:
             tint = theme.TEXT if held else sprites.mix(theme.TEXT_DIM, theme.TEXT, value)
             mark = sprites.icon(label, self._unit.px(17), theme.ACCENT if held else tint)
             surface.blit(mark, mark.get_rect(midleft=(left, middle)))
-            name = self._unit.text(sprites.words(label), 20, tint)
+            name = self._unit.text(sprites.words(label), 20, tint, self._unit.px(88))
             surface.blit(name, name.get_rect(midleft=(left + self._unit.px(26), middle)))
             track = pygame.Rect(start, middle - height // 2, end - start, height)
             surface.blit(sprites.card(track.size, height // 2, theme.SURFACE_RAISED), track)
@@ -210,7 +221,7 @@ class Panel:
         if view.period_ms:
             left = view.period_ms - view.hops[0].p99_ms
             words += f" ms   left {left:.0f} of {view.period_ms:.0f}"
-        line = self._unit.text(words, 13, theme.TEXT_DIM)
+        line = self._unit.text(words, 13, theme.TEXT_DIM, self._inner)
         middle = self.rect.centerx, self.rect.bottom - self._unit.px(15)
         surface.blit(line, line.get_rect(center=middle))
 

@@ -22,6 +22,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Literal
 
+from controller.console import count
 from controller.protocol import Command, Message, Welcome
 from controller.seal import NONCE
 from host.session import Connected as Connected
@@ -114,13 +115,13 @@ class Receiver:
             outcome = f"the orb did not answer within {timeout_s:g} s; start it anew"
         if isinstance(outcome, str):
             self.close()
+            self._raise_failure()
             raise LinkError(outcome)
         return outcome
 
     def poll(self) -> list[Received]:
         """Return what is new, oldest first, without waiting."""
-        if self._failure:
-            raise RuntimeError("the receiver's thread has died") from self._failure
+        self._raise_failure()
         with contextlib.suppress(queue.Empty):
             while True:
                 self._ready.append(self._inbox.get_nowait())
@@ -168,6 +169,11 @@ class Receiver:
         if self._thread.is_alive():
             self._thread.join(timeout=5.0)  # an opening port may hold it; it ends with the program
 
+    def _raise_failure(self) -> None:
+        """Raise the error that ended the thread, if any: a fault of ours, to be seen and mended."""
+        if self._failure:
+            raise RuntimeError("the receiver's thread has died") from self._failure
+
     # --- the thread's side ---
 
     def _run(self) -> None:
@@ -177,10 +183,9 @@ class Receiver:
                 failures = 0 if self._attempt() else failures + 1
                 self._pause(pause_s(failures, random.random()))
         except BaseException as error:
-            self._failure = error
+            self._failure = error  # for the program's own thread, which raises it
             self._tell([Lost("the receiver's thread has died")])
             self._note("the receiver's thread has died")
-            log.exception("the receiver's thread has died")
 
     def _pause(self, pause_s: float) -> None:
         """Wait before the next attempt, and until the program listens again."""
@@ -269,7 +274,7 @@ class Receiver:
                 self.state = "lost"
                 log.warning("link lost: %s", item.reason)
             elif isinstance(item, Missed):
-                log.warning("%d commands never came, or too late; they are dropped", item.count)
+                log.warning("%s never came, or too late", count(item.count, "command"))
             elif isinstance(item, Refused):
                 self._note(item.reason)
                 if item.reason == self._refusal:

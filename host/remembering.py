@@ -34,9 +34,9 @@ def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
         options.key = Path(known.key)
     same = options.target in (None, known.target)
     options.target = options.target or known.target or _USUAL
-    if same and options.keys is None and known.keys:
-        options.keys = Path(known.keys)
-    if same and options.profile is None and _path(options.keys) == known.keys:
+    if same and options.mapping is None and known.keys:
+        options.mapping = Path(known.keys)
+    if same and options.profile is None and _path(options.mapping) == known.keys:
         options.profile = known.profile
     return seeker
 
@@ -86,7 +86,7 @@ class Note:
                     port=self._seeker.url if self._seeker else self._options.link,
                     seen=now(),
                     target=self._options.target,
-                    keys=_path(self._options.keys),
+                    keys=_path(self._options.mapping),
                     key=_path(self._options.key),
                 )
 

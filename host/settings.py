@@ -16,20 +16,22 @@ is put aside.
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
-import tomllib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-import platformdirs
-
-from tetris.safe_file import put_aside, write_beside
+from controller import folders
+from controller.config import parse_toml
+from controller.errors import reason
+from controller.files import atomic_write, read_text
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024
+_DAMAGES: Final = (errno.EFBIG, errno.EILSEQ)  # more bytes, or others, than were ever written
 
 log = logging.getLogger(__name__)
 
@@ -63,7 +65,7 @@ class Known:
 
 def default_path() -> Path:
     """Return the user's own file; it may not exist yet."""
-    return platformdirs.user_config_path("orbtouch", appauthor=False) / "devices.toml"
+    return folders.config() / "devices.toml"
 
 
 class Memory:
@@ -108,33 +110,40 @@ class Memory:
     def _write(self) -> None:
         self._known = {device.device_id: device for device in self.devices[:MOST]}
         try:
-            write_beside(self._path, _format(self._known).encode())
+            atomic_write(self._path, _format(self._known).encode(), private=True)
         except OSError as error:
-            self._warn(f"cannot write {self._path}: {error.strerror or error}")
+            self._warn(f"cannot write {self._path}: {reason(error)}")
 
     def _read(self) -> dict[str, Known]:
         try:
-            with self._path.open("rb") as file:
-                data = file.read(_MAX_BYTES + 1)
-            if len(data) > _MAX_BYTES:
-                raise ValueError(f"it has more than {_MAX_BYTES} bytes")
-            return _parse(tomllib.loads(data.decode()))
+            return _parse(parse_toml(read_text(self._path, _MAX_BYTES), _MAX_BYTES))
         except FileNotFoundError:
             return {}
         except OSError as error:
-            self._warn(f"cannot read {self._path}: {error.strerror or error}")
+            if error.errno not in _DAMAGES:
+                self._warn(f"cannot read {self._path}: {reason(error)}")
+                return {}
+            self._put_aside(reason(error))
             return {}
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             self._put_aside(str(error))
             return {}
 
     def _put_aside(self, why: str) -> None:
         try:
-            aside = put_aside(self._path)
+            aside = _free_name(self._path)
+            self._path.rename(aside)
         except OSError as error:
-            self._warn(f"{self._path} is damaged ({why}), and stays: {error.strerror or error}")
+            self._warn(f"{self._path} is damaged ({why}), and stays: {reason(error)}")
         else:
             self._warn(f"{self._path} was damaged ({why}); it is now {aside.name}")
+
+
+def _free_name(path: Path) -> Path:
+    number = 1
+    while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
+        number += 1
+    return aside
 
 
 def _parse(table: dict[str, Any]) -> dict[str, Known]:

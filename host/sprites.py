@@ -5,6 +5,7 @@ returned is shared: blit it, never draw on it.
 """
 
 import math
+from bisect import bisect
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
@@ -39,9 +40,11 @@ class Scale:
         """Return a length in whole pixels, at least one."""
         return max(1, round(design * self.factor))
 
-    def text(self, words: str, size: int, colour: Colour = theme.TEXT) -> pygame.Surface:
-        """Return a line of text."""
-        return text(words, max(8, self.px(size)), colour)
+    def text(
+        self, words: str, size: int, colour: Colour = theme.TEXT, width: int | None = None
+    ) -> pygame.Surface:
+        """Return a line of text, cut off with an ellipsis at so many pixels."""
+        return text(words, max(8, self.px(size)), colour, width)
 
     def card(self, surface: pygame.Surface, rect: pygame.Rect) -> None:
         """Draw the plate that a group of things lies on."""
@@ -59,15 +62,26 @@ def mix(low: Colour, high: Colour, share: float) -> Colour:
 
 
 @lru_cache(maxsize=512)
-def text(words: str, size: int, colour: Colour) -> pygame.Surface:
-    """Return a line of text, its letters spaced evenly at every size.
+def text(words: str, size: int, colour: Colour, width: int | None = None) -> pygame.Surface:
+    """Return a line of text, its letters spaced evenly at every size; see `fitted` for the width.
 
     The font library sets letters on whole pixels, which shows in small text; so they are set
     large and scaled down.
     """
-    large = theme.font(size * SMOOTH).render(words, True, colour)
-    width, height = large.get_size()
-    return pygame.transform.smoothscale(large, (round(width / SMOOTH), round(height / SMOOTH)))
+    font = theme.font(size * SMOOTH)
+    shown = words if width is None else fitted(words, font, width * SMOOTH)
+    large = font.render(shown, True, colour)
+    across, down = large.get_size()
+    return pygame.transform.smoothscale(large, (round(across / SMOOTH), round(down / SMOOTH)))
+
+
+def fitted(words: str, font: pygame.font.Font, width: int) -> str:
+    """Return a line that is at most `width` pixels wide: as it is, or its beginning and "…"."""
+    if font.size(words)[0] <= width:
+        return words
+    starts = range(len(words))
+    fits = bisect(starts, width, key=lambda end: font.size(f"{words[:end]}…")[0])
+    return f"{words[: fits - 1].rstrip()}…" if fits else ""
 
 
 @lru_cache(maxsize=64)

@@ -22,6 +22,8 @@ from urllib.parse import urlsplit
 import serial
 from serial.urlhandler import protocol_socket
 
+from controller.errors import TroubleError
+
 serial.protocol_handler_packages.append("host.bluetooth")  # for rfcomm://
 
 BAUD = 115_200  # for a real serial line; Bluetooth, USB and TCP ignore it
@@ -30,7 +32,7 @@ CHUNK = 16 * 1024  # bytes per read
 BACKLOG = 64 * 1024  # bytes that may wait for a device; one that takes no more is gone
 
 
-class LinkError(OSError):
+class LinkError(TroubleError, OSError):
     """A link cannot be opened or does not work; the message is one sentence for the user."""
 
 

@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 import onnx
-import onnxruntime
 import tomli_w
 import torch
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from torch import nn
 from controller import bundle, users
 from controller.bundle import Bundle
 from controller.debounce import DebounceSettings
+from controller.engines import ort
 from controller.preprocess import PreprocessSettings
 from models.networks import GAIN, GestureNet, LocationNet
 
@@ -251,9 +251,7 @@ def _part(
 
 
 def _run(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+    session = ort.session(model)
     name = session.get_inputs()[0].name
     return np.asarray(session.run(None, {name: questions})[0], dtype=np.float32)
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Protocol
 
 import numpy as np
-import onnxruntime
 from numpy.typing import NDArray
 
 from controller.bundle import Bundle
 from controller.debounce import NULL, DebounceSettings
+from controller.engines import ort
 from controller.events import Answer
 from controller.pipeline import Pipeline, Touch
 from controller.preprocess import Image, Preprocessor, PreprocessSettings, Window
@@ -74,8 +74,8 @@ class Batched:
     """The networks of a bundle, asked many questions at once."""
 
     def __init__(self, bundle: Bundle) -> None:
-        self._gesture = _session(bundle.gesture_onnx)
-        self._location = _session(bundle.location_onnx) if bundle.locates else None
+        self._gesture = ort.session(bundle.gesture_onnx)
+        self._location = ort.session(bundle.location_onnx) if bundle.locates else None
 
     def probabilities(self, windows: Windows) -> NDArray[np.float32]:
         """Return the probability of each class, (windows, classes)."""
@@ -240,12 +240,6 @@ class _Spoken:
         self.asked.append(self.frame)
         self.images.append(image)
         return _NOWHERE
-
-
-def _session(model: bytes) -> Any:
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
 
 
 def _ask(session: Any, questions: NDArray[np.float32]) -> NDArray[np.float32]:

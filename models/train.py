@@ -1,6 +1,7 @@
 """From folders of recordings to a proven bundle, with its card and its figures beside it."""
 
 import shutil
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -38,6 +39,7 @@ Say = Callable[[str], None]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, where somebody says how many
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
+LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
 # Until `models tune` finds better: few false alarms at little delay on simulated sessions.
 DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
@@ -284,7 +286,7 @@ def _manifest(
     """Return what bundle.toml says."""
     made = {
         "software": plan.software,
-        "command": plan.command,
+        "command": textwrap.shorten(plan.command, LONGEST, placeholder=" ..."),
         "data": f"{len(plan.sessions)} recordings, SHA-256 {data.digest[:16]}",
         "split": plan.split,
     }

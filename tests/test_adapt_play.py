@@ -1,15 +1,32 @@
 """That was a twist: what a player says of the latest touch is learned while play goes on."""
 
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pygame
 import pytest
-from bench import FINGER, Bench
+from bench import FINGER, HELLO, Bench
 
 from controller import bundle as bundles
 from controller.adapt import AdaptError, correction
-from controller.protocol import DECLINED, IN_USE, PROVING, Contacts, Correct, Delivery, Telemetry
+from controller.bundle import BundleError
+from controller.device import Device
+from controller.options import parser
+from controller.parts import Parts, exchange, open_device, prepare, refreshed
+from controller.pipeline import Pipeline
+from controller.protocol import (
+    DECLINED,
+    IN_USE,
+    PROVING,
+    Contact,
+    Contacts,
+    Correct,
+    Delivery,
+    Telemetry,
+)
+from controller.recordings import reader
 from controller.shelf.clerk import Clerk
 from controller.shelf.intake import Intake
 from controller.shelf.shelf import Entry, Shelf, name_of
@@ -49,28 +66,38 @@ def test_what_was_long_ago_or_never_is_refused(seen: np.ndarray) -> None:
         correction.example("pinch", seen, RATE_HZ)
 
 
-def copied(path: Path, shelf: Shelf) -> str:
-    """Take a bundle into use without a proof, which the shelf's own tests look at."""
-    data = path.read_bytes()
-    name = name_of(bundles.parse(data))
-    shelf.install(data, Entry(name, "numpy", 1.0, "now"))
-    return name
+def copied(shelf: Shelf) -> Callable[[Path, str | None], str]:
+    """Return what takes a bundle into use without a proof, which the shelf's tests look at."""
+
+    def install(path: Path, corrects: str | None = None) -> str:
+        data = path.read_bytes()
+        name = name_of(bundles.parse(data))
+        shelf.install(data, Entry(name, "numpy", 1.0, "now", corrects))
+        return name
+
+    return install
 
 
-def test_a_correction_is_learned_in_a_process_of_its_own_and_can_be_taken_back(
+def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
     tmp_path: Path,
 ) -> None:
     shelf = Shelf(tmp_path)
-    seen = images((25, 31))
-    told = correction.correct("twist_cw", seen, RATE_HZ, shelf, lambda path: copied(path, shelf))
-    assert told == "learned: that was twist_cw"
+    seen, install = images((25, 31)), copied(shelf)
+
+    def correct(label: str) -> str:
+        return correction.correct(label, seen, RATE_HZ, shelf, install)
+
+    assert correct("twist_cw") == "learned: that was twist_cw (1 so far)"
+    assert correct("null") == "learned: that was nothing (2 so far)"
     now = bundles.read(shelf.current()[0])
-    assert now.card["added"] == ["corrected in play: twist_cw"]
+    assert now.card["added"] == ["corrected in play: twist_cw", "corrected in play: nothing"]
     assert now.labels == bundles.read(SHIPPED).labels
-    back = correction.correct("", seen, RATE_HZ, shelf, lambda path: copied(path, shelf))
-    assert back == "taken back; the shipped bundle is in use"
-    with pytest.raises(AdaptError, match="no correction to take back"):
-        correction.correct("", seen, RATE_HZ, shelf, lambda path: copied(path, shelf))
+    assert correct("") == "taken back (1 left)"
+    assert bundles.read(shelf.current()[0]).card["added"] == ["corrected in play: twist_cw"]
+    assert correct("") == "taken back (0 left)"
+    assert shelf.current()[0] == SHIPPED
+    with pytest.raises(BundleError, match="no correction to take back"):
+        correct("")
     assert not list((tmp_path / "incoming").iterdir())
 
 
@@ -115,7 +142,9 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     assert not keys.key(pygame.K_1, pygame.KMOD_CTRL, 0.0)  # no orb is there yet
     keys.labels = ("null", "press", "pinch")
     assert not keys.key(pygame.K_2, 0, 0.0)  # two fingers, as ever
-    assert not keys.key(pygame.K_3, pygame.KMOD_CTRL, 0.0)
+    assert keys.key(pygame.K_3, pygame.KMOD_CTRL, 0.0)
+    assert keys.outgoing() == []
+    assert keys.told(0.0) == "there is no gesture 3"
     for code, label in ((pygame.K_2, "pinch"), (pygame.K_0, "null"), (pygame.K_BACKSPACE, "")):
         assert keys.key(code, pygame.KMOD_LCTRL, 1.0)
         assert keys.outgoing() == [Correct(label)]
@@ -151,10 +180,104 @@ def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
             return Delivery(IN_USE, 0, "learned")
 
     bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correct("pinch")))
-    bench.loop._clerk = Patient()
+    bench.loop._clerk = clerk = Patient()
     bench.run(20.0)
     assert given == [("pinch", 40)]  # four seconds of images
+    assert clerk.switched
+    assert bench.world.now_s - bench.world.start_s < 10.0
     said = bench.messages(Delivery)
     assert said == [Delivery(PROVING, 0, "learning"), Delivery(IN_USE, 0, "learned")]
     frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
     assert frames == list(range(1, len(frames) + 1))  # none was missed meanwhile
+
+
+class Switching(Clerk):
+    """A clerk with whom another bundle comes into use at the first look."""
+
+    def __init__(self) -> None:
+        self.switched = False
+        self.answers = [Delivery(IN_USE, 0, "learned")]
+
+    def poll(self) -> Delivery | None:
+        self.switched = self.switched or bool(self.answers)
+        return self.answers.pop() if self.answers else None
+
+
+def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
+    bench = Bench((0.0, HELLO))
+    asked: list[Device] = []
+
+    def exchange(device: Device) -> bool:
+        asked.append(device)
+        return True
+
+    bench.loop._clerk, bench.loop._exchange = Switching(), exchange
+    bench.run(3.0)
+    assert bench.messages(Delivery) == [Delivery(IN_USE, 0, "learned")]
+    assert len(asked) == 1
+    assert len(bench.sensors) == 1
+    frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
+    assert frames == list(range(1, 30))
+
+
+@pytest.fixture
+def run_of_a_bundle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[Parts, Device, Shelf]]:
+    """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path / "shelf")
+    monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
+    words = (
+        f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"
+    )
+    parts = prepare(parser().parse_args(words.split()))
+    device = open_device(parts, 1)
+    for _ in range(30):
+        device.advance(10.0)
+    try:
+        yield parts, device, Shelf(tmp_path / "shelf")
+    finally:
+        device.close()
+        parts.link.close()
+
+
+def test_networks_are_exchanged_while_the_orb_runs(
+    run_of_a_bundle: tuple[Parts, Device, Shelf], tmp_path: Path
+) -> None:
+    parts, device, shelf = run_of_a_bundle
+    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)  # type: ignore[attr-defined]
+    seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
+    before = np.concatenate([np.ones((20, 5, 5), np.float32), seen])
+    correction.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))
+    rest = device.pipeline.rest
+    assert rest is not None
+    changed = refreshed(parts)
+    assert changed is not None
+    assert changed.bundle.hash != parts.bundle.hash
+    exchange(changed, device)
+    for _ in range(5):
+        step = device.advance(10.0)
+        assert step is not None
+        assert step.ready  # rest is not found anew
+    now = device.pipeline.rest
+    assert now is not None
+    assert np.abs(now / rest - 1.0).max() < 0.05
+    device.tape.close()  # type: ignore[union-attr]
+    device.tape = None
+    first, second = (reader.load(tmp_path / f"sub-ab_ses-1_run-0{number}.npz") for number in (1, 2))
+    assert (first.origin.bundle, second.origin.bundle) == (parts.bundle.hash, changed.bundle.hash)
+    assert (len(first.t), len(second.t)) == (38, 5)
+    replayed = Pipeline(changed.bundle, changed.recognizer, changed.mapping)
+    replayed.restore(second.state)
+    steps = [replayed.step(f, float(t)) for f, t in zip(second.frames, second.t, strict=True)]
+    assert step is not None
+    np.testing.assert_array_equal(steps[-1].probabilities, step.probabilities)
+
+
+def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
+    run_of_a_bundle: tuple[Parts, Device, Shelf],
+) -> None:
+    parts, _, _ = run_of_a_bundle
+    fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))
+    assert refreshed(parts) is not None
+    assert refreshed(replace(parts, bundle=fewer)) is None

@@ -12,6 +12,7 @@ from fake_bluez import HOST, MOCK, FakeBluez, missing, until
 if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
+from controller.__main__ import main as controller
 from controller.bluetooth import doctor
 from controller.bluetooth import pair as orb_pair
 from controller.bluetooth.bluez import ADAPTER, DEVICE
@@ -79,7 +80,7 @@ def test_pairing_without_bluetoothd_says_how_to_start_it(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fake.stop()
-    assert orb_pair.main(["--yes"]) == 1
+    assert controller(["pair", "--yes"]) == 1
     assert "systemctl enable --now bluetooth" in capsys.readouterr().err
     assert host_pair.main(["--yes"]) == 1
     assert "systemctl enable --now bluetooth" in capsys.readouterr().err

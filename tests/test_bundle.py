@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import bundle, npz
+from controller import bundle, graph, graph_writer, npz
 from controller.bundle import BundleError
 from controller.recognizer import A_FEW, Recognizer
 from controller.touch import Spread
@@ -86,7 +86,7 @@ def test_what_is_no_bundle_is_refused_in_one_sentence(tmp_path: Path) -> None:
         path.write_bytes(data)
         with pytest.raises(BundleError, match="is damaged"):
             bundle.read(path)
-    with pytest.raises(BundleError, match="is not a file"):
+    with pytest.raises(BundleError, match="it is a folder"):
         bundle.read(tmp_path)
     with pytest.raises(BundleError, match="does not exist"):
         bundle.read(tmp_path / "absent.orb")
@@ -145,7 +145,7 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
         ("labels", 'labels = ["press", "null"]', '"null" first'),
         ("labels", 'labels = ["null", "press", "press"]', "different names"),
         ("labels", 'labels = ["null", "Ünvar!"]', "small letters"),
-        ("labels", "labels = [", "no TOML"),
+        ("labels", "labels = [", "cannot be used: line 3: invalid value"),
         ("on", "on = nan", "on = nan"),
         ("on", "onn = 0.5", "another version of this program"),
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
@@ -241,3 +241,21 @@ def test_a_model_that_is_none_is_refused() -> None:
     swapped = dataclasses.replace(shipped, location_onnx=shipped.gesture_onnx)
     with pytest.raises(BundleError, match=r"location network makes \(5,\) of \(10, 5, 5\)"):
         Recognizer(swapped)
+
+
+def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
+    shipped = bundle.read(bundle.default_path())
+    whole = graph.read(shipped.gesture_onnx)
+    cut = dataclasses.replace(whole, nodes=whole.nodes[:-1], output=whole.nodes[-2].output)
+    with pytest.raises(BundleError, match="gesture network does not end in Softmax"):
+        Recognizer(dataclasses.replace(shipped, gesture_onnx=graph_writer.write(cut)))
+
+
+def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    recognizer = Recognizer(bundle.read(bundle.default_path()))
+    for network, answers in (("_gesture", 5), ("_location", 2)):
+        answer = np.full((1, answers), np.nan, dtype=np.float32)
+        monkeypatch.setattr(recognizer, network, lambda question, answer=answer: answer)
+    window = np.ones((10, 5, 5), dtype=np.float32)
+    assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
+    assert recognizer.touch(window[0]) is None

@@ -78,7 +78,7 @@ def test_a_file_is_named_in_its_mistake(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
     for content, message in (
         (b"a = ", f"{file}, line 1: invalid value"),
-        (b"\xff", f"cannot read {file}: it is not text in utf-8"),
+        (b"\xff", f"cannot read {file}: it is not text in UTF-8"),
         (b" " * (MAX_BYTES + 1), f"cannot read {file}: it has more than 65536 bytes"),
     ):
         file.write_bytes(content)

@@ -62,7 +62,14 @@ def test_errors_become_sentences(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+def test_one_thing_is_no_plural() -> None:
+    assert [console.count(n, "false alarm") for n in (0, 1, 2)] == [
+        *("0 false alarms", "1 false alarm", "2 false alarms"),
+    ]
+
+
 def test_what_a_terminal_would_obey_is_printed_as_an_escape() -> None:
     assert console.printable("a\nb \x1b]0;title\x07 \u202e é 漢") == (
         "a\nb \\x1b]0;title\\x07 \\u202e é 漢"
     )
+    assert console.one_line("a\nb\x07") == "a\\nb\\x07"

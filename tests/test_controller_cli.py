@@ -151,9 +151,9 @@ def test_another_mapping_gives_other_commands(
 # --- mistakes -------------------------------------------------------------------------------------
 
 
-def complaint(capsys: pytest.CaptureFixture[str], *argv: str | Path) -> str:
+def complaint(capsys: pytest.CaptureFixture[str], *argv: str | Path, status: int = 2) -> str:
     """Run with a mistake; return the one sentence that it was answered with."""
-    assert main([str(word) for word in argv]) == 2
+    assert main([str(word) for word in argv]) == status
     captured = capsys.readouterr()
     assert captured.out == ""
     (line,) = captured.err.splitlines()
@@ -171,8 +171,8 @@ def test_help_ends_with_something_to_try(capsys: pytest.CaptureFixture[str]) -> 
 def test_without_an_orb_the_message_says_what_to_do(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb")
-    assert "there are emulated, orb, replay, virtual" in complaint(capsys, "--sensor", "os.path")
+    assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb", status=1)
+    assert "there are emulated, orb, virtual" in complaint(capsys, "--sensor", "os.path")
     assert "use --replay FILE" in complaint(capsys, "--sensor", "replay")
 
 
@@ -200,6 +200,17 @@ def test_a_recording_is_not_recorded_again(
 ) -> None:
     argv = ("--replay", played[0], "--record", tmp_path / "again.npz")
     assert "leave out --record" in complaint(capsys, *argv)
+
+
+def test_a_replay_has_no_ledger(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "ledger.csv"
+    argv = ("--replay", played[0], "--ledger", path)
+    assert "a replay keeps no time that could be measured; leave out --ledger" in complaint(
+        capsys, *argv
+    )
+    assert not path.exists()
 
 
 def test_an_existing_recording_is_refused_before_anything_runs(
@@ -295,20 +306,17 @@ def test_a_hangup_ends_what_runs_in_a_terminal_and_renews_what_does_not(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
-    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    number: signal.Signals,
 ) -> None:
-    def read_slowly(path: Path) -> bundle.Bundle:
-        signal.raise_signal(number)
-        return read(path)
-
-    read = bundle.read
-    monkeypatch.setattr(bundle, "read", read_slowly)
-    before = signal.signal(number, signal.SIG_DFL)
-    try:
-        assert main(["--sensor", "virtual"]) == 0
-    finally:
-        signal.signal(number, before)
-    assert capsys.readouterr().out == ""
+    program = f"""
+import signal, sys
+from controller import bundle
+from controller.__main__ import main
+bundle.read = lambda path: signal.raise_signal({int(number)})
+sys.exit(main(["--sensor", "virtual"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
 
 
 # --- as a process of its own ----------------------------------------------------------------------

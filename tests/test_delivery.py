@@ -8,6 +8,7 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,15 +19,18 @@ from controller.protocol import (
     PIECE,
     PROVING,
     WANTED,
+    Decoder,
     Deliver,
     Delivery,
     Message,
     Piece,
     Welcome,
+    encode,
 )
 from controller.shelf.clerk import Clerk
 from controller.shelf.intake import FOLDER, Intake
-from host.courier import PATIENCE_S, Courier
+from controller.wire import fitted
+from host.courier import NO_OUTCOME, PATIENCE_S, PROOF_REPEATS, PROOFS, REPEATS, Courier
 from host.session import Connected, Delivered, Lost, Received
 
 DATA = np.random.default_rng(1).bytes(40 * PIECE + 123)
@@ -192,6 +196,95 @@ def test_an_orb_whose_disk_is_full_says_so_in_words(tmp_path: Path) -> None:
 
     outcome = hand_over(Clerk(Intake(tmp_path), install), b"bundle")
     assert outcome == Delivery(DECLINED, 0, "the orb cannot keep it: No space left on device")
+
+
+@pytest.mark.parametrize("error", [OverflowError("too large"), KeyError("x"), RecursionError()])
+def test_whatever_goes_wrong_on_the_orb_the_host_is_answered(
+    tmp_path: Path, error: Exception, caplog: pytest.LogCaptureFixture
+) -> None:
+    def install(path: Path) -> str:
+        raise error
+
+    outcome = hand_over(Clerk(Intake(tmp_path), install), b"bundle")
+    told = f"{type(error).__name__} on the orb; its log says more"
+    assert outcome == Delivery(DECLINED, 0, told)
+    assert "a bundle could not be taken into use" in caplog.text
+
+
+@pytest.mark.parametrize("text", ["\x1b[31m", "漢" * 400, "one\ntwo", "\udce9"])
+def test_whatever_the_orb_answers_fits_in_a_packet(tmp_path: Path, text: str) -> None:
+    def install(path: Path) -> str:
+        raise BundleError(text)
+
+    outcome = hand_over(Clerk(Intake(tmp_path), install), b"bundle")
+    encode(outcome, session=1, sequence=1, t_ms=0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["new.orb", "é" * 60, "漢字" * 30, "модель" * 20, "نموذج" * 20, "मॉडल" * 20, "모델🎲" * 20,
+     "a\x1b]0;title\x07", "two\nlines", "not \udce9\udcff UTF-8", ""],
+)  # fmt: skip
+def test_a_file_may_have_any_name(name: str) -> None:
+    sent: list[Message] = []
+    Courier(name, DATA).turn([Connected(WELCOME)], 0.0, sent.append)
+    (packet,) = Decoder().feed(encode(sent[0], session=1, sequence=1, t_ms=0))
+    assert isinstance(packet.message, Deliver)
+    if name.isprintable():
+        assert name.startswith(packet.message.name)
+        assert len(name.encode()) < 64 or len(packet.message.name.encode()) > 60
+
+
+def test_a_text_is_cut_between_two_characters() -> None:
+    assert fitted("漢" * 22, 64) == "漢" * 21
+    assert fitted("\x1b[1m" + "é" * 40, 20) == "\\x1b[1m" + "é" * 6
+
+
+def test_an_orb_that_takes_it_and_never_says_how_it_went_is_given_up(tmp_path: Path) -> None:
+    """As one does whose proof ends without an answer: it wants the file once more."""
+    wire = Wire(Courier("new.orb", DATA), Intake(tmp_path), lambda: False)
+    wire.turn(Connected(WELCOME))
+    proofs = 0
+    for _ in range(2000):
+        if wire.courier.over:
+            break
+        if wire.intake.whole is not None:
+            wire.intake.remove()
+            proofs += 1
+        wire.turn()
+    assert (wire.courier.stage, wire.courier.told) == ("declined", NO_OUTCOME)
+    assert proofs == PROOFS + 1
+
+
+@pytest.mark.parametrize(
+    ("answer", "repeats"),
+    [
+        (None, REPEATS),
+        (Delivery(WANTED, 0, ""), REPEATS),
+        (Delivery(PROVING, 9, ""), PROOF_REPEATS),
+    ],
+)
+def test_an_orb_with_which_nothing_goes_on_is_given_up(
+    answer: Delivery | None, repeats: int
+) -> None:
+    courier, now_s, turns = Courier("new.orb", DATA), 0.0, 0
+    courier.turn([Connected(WELCOME)], now_s, lambda message: True)
+    while not courier.over and turns < 2000:
+        now_s += PATIENCE_S + 0.1
+        news = [Delivered(answer, 0)] if answer is not None and turns == 0 else []
+        courier.turn(news, now_s, lambda message: True)
+        turns += 1
+    assert (courier.stage, courier.told) == ("declined", NO_OUTCOME)
+    assert repeats <= turns <= repeats + 2
+
+
+def test_an_orb_that_goes_at_every_announcement_is_given_up() -> None:
+    courier, losses = Courier("new.orb", DATA), 0
+    while not courier.over and losses < 2000:
+        courier.turn([Connected(WELCOME)], 0.0, lambda message: True)
+        courier.turn([Delivered(Delivery(WANTED, 0, ""), 0), Lost("gone")], 0.0, lambda _: True)
+        losses += 1
+    assert (courier.told, losses) == (NO_OUTCOME, REPEATS + 1)
 
 
 def test_the_courier_says_what_the_orb_said() -> None:

@@ -113,8 +113,7 @@ def test_a_demo_plays_and_the_same_seed_is_the_same_game(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     def play() -> dict[str, object]:
-        status = demo.run(seed=2, seconds=20.0, speed=0.0, headless=True, as_json=True)
-        assert status == 0
+        demo.run(seed=2, seconds=20.0, speed=0.0, headless=True, as_json=True)
         verdict: dict[str, object] = json.loads(capsys.readouterr().out.splitlines()[-1])
         verdict.pop("link_bytes")  # handshakes differ by their nonces' lengths
         return verdict

@@ -80,6 +80,14 @@ def test_a_name_that_is_taken_stays_where_asked(tmp_path: Path) -> None:
     assert [path.name for path in file.parent.iterdir()] == ["file"]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="no such files")
+def test_special_files_are_never_replaced(specials: list[Path]) -> None:
+    for path in specials:
+        with pytest.raises(OSError):
+            atomic_write(path, b"")
+        assert not path.is_file()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="no permissions of this kind")
 def test_permissions_follow_the_umask(tmp_path: Path) -> None:
     before = os.umask(0o027)

@@ -7,6 +7,7 @@ import dataclasses
 import itertools
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -275,6 +276,28 @@ def test_device_that_is_nowhere_is_one_sentence(memory: Memory) -> None:
         Seeker("orb-1", memory)
 
 
+def test_interrupt_leaves_nobody_asking(monkeypatch: pytest.MonkeyPatch) -> None:
+    asking = []
+
+    def interrupted(url: str, process: subprocess.Popen[bytes], *_: float) -> Answer:
+        asking.append(process)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "_answer", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        search.ask_all([Port("/dev/a")], command=HANGS)
+    [process] = asking
+    assert process.wait(20.0) != 0
+    assert process.stdout is not None
+    process.stdout.close()
+
+
+def test_fault_of_ours_while_a_port_is_asked_is_seen(capfd: pytest.CaptureFixture[str]) -> None:
+    [answer] = search.ask_all([Port("/dev/a")], command=(sys.executable, "-c", "1 / 0"))
+    assert answer.why == "asking /dev/a failed with status 1"
+    assert "ZeroDivisionError: division by zero" in capfd.readouterr().err
+
+
 def test_only_remembered_identified_and_bonded_ports_are_asked(
     memory: Memory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -334,6 +357,17 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
     told = capsys.readouterr()
     assert "orb-1   Blue  orb   /dev/gone  2026-11-20T18:02:00Z" in told.out
     assert "there is no port /dev/gone" in told.err
+
+
+def test_what_a_terminal_would_obey_is_listed_as_an_escape(
+    memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(search, "ask_all", in_process)
+    memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
+    assert command.main([]) == 1
+    told = capsys.readouterr()
+    assert "orb-1\\x1b[2J  \\u202e\\nBlue  orb   /dev/\\x07  \\x1b[31mnow" in told.out
+    assert (told.out + told.err).replace("\n", "").isprintable()
 
 
 def test_device_can_be_forgotten(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:

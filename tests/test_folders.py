@@ -1,28 +1,42 @@
-"""Where a user's own files are: what platformdirs says, asked or not."""
+"""Where a user's own files are."""
 
 import sys
+from pathlib import Path
 
 import platformdirs
 import pytest
 
 from controller import folders
 
-HOMES = ("/home/ann", "/", "/home/ann/", "", "ann", None)
-GIVEN = ("", "/data", "/data/", "data", " ", None)
 
-
-@pytest.mark.parametrize("home", HOMES)
-@pytest.mark.parametrize("given", GIVEN)
-@pytest.mark.parametrize("platform", ["linux", "darwin"])
-def test_folders_are_those_of_platformdirs(
-    home: str | None, given: str | None, platform: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere these folders are others")
+@pytest.mark.parametrize("given", ["", "data", "./data", None])
+def test_a_relative_xdg_folder_is_ignored_as_the_specification_says(
+    given: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name, value in (("HOME", home), ("XDG_DATA_HOME", given), ("XDG_STATE_HOME", given)):
-        if value is None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for name in ("XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR"):
+        if given is None:
             monkeypatch.delenv(name, raising=False)
         else:
-            monkeypatch.setenv(name, value)
-    theirs = platformdirs.user_data_path, platformdirs.user_state_path
-    expected = [ask("orbtouch", appauthor=False) for ask in theirs]
-    monkeypatch.setattr(sys, "platform", platform)
-    assert [folders.data(), folders.state()] == expected
+            monkeypatch.setenv(name, given)
+    found = [folders.data(), folders.state(), folders.runtime()]
+    assert all(folder.is_relative_to(tmp_path) for folder in found)
+
+
+def test_a_relative_answer_of_platformdirs_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr(platformdirs, "user_data_path", lambda *_, **__: Path("data/orbtouch"))
+    assert folders.data() == Path.home() / ".local/share/orbtouch"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere these folders are others")
+def test_an_absolute_xdg_folder_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR"):
+        monkeypatch.setenv(name, str(tmp_path / name))
+    found = [folders.data(), folders.state(), folders.runtime()]
+    assert found == [
+        tmp_path / f"XDG_{kind}" / "orbtouch" for kind in ("DATA_HOME", "STATE_HOME", "RUNTIME_DIR")
+    ]

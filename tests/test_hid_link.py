@@ -19,6 +19,7 @@ from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 from controller.bluetooth.hid import memory
 from controller.bluetooth.hid.hosts import Known
 from controller.bluetooth.hid.reports import RELEASED, gamepad, keyboard
+from controller.errors import UserError
 from controller.links import LinkError, open_link
 from controller.links.hid import HidLink
 from controller.protocol import VERSION, Bye, Command, Hello, Message, State
@@ -200,7 +201,7 @@ def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.Monk
     ],
 )
 def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> None:
-    with pytest.raises(LinkError) as caught:
+    with pytest.raises(UserError) as caught:
         open_link(url, welcome())
     assert said.lower() in str(caught.value).lower()
 

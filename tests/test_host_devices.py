@@ -40,7 +40,7 @@ def test_device_plays_what_it_played_last_on_whatever_port_it_is(
     usual = ["--headless", "--seconds", "0.3", "--dry-run"]
     with contextlib.ExitStack() as stack:
         port = plugged(stack, "orb-1")
-        chosen = ["--target", "keyboard", "--keys", str(keys), "--profile", "desk"]
+        chosen = ["--target", "keyboard", "--mapping", str(keys), "--profile", "desk"]
         assert main(["--link", port, *chosen, *usual]) == 0
     [known] = Memory().devices
     assert (known.device_id, known.name, known.port) == ("orb-1", "Blue", port)
@@ -62,7 +62,7 @@ def test_profile_that_the_mapping_has_not_is_one_sentence(
 ) -> None:
     keys = tmp_path / "mine.toml"
     keys.write_text(MAPPING)
-    arguments = ["--target", "keyboard", "--headless", "--dry-run", "--keys", str(keys)]
+    arguments = ["--target", "keyboard", "--headless", "--dry-run", "--mapping", str(keys)]
     assert main([*arguments, "--profile", "slides"]) == 2
     told = capsys.readouterr().err
     assert told == "host: there is no profile 'slides'; there are: game, desk\n"

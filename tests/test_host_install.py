@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import hostile_bundles
 import pytest
 
 from controller import bundle as bundles
@@ -54,8 +55,23 @@ def test_an_orb_takes_a_bundle_over_its_link_and_goes_on_with_it(
     assert host(["install", str(tmp_path / "new.orb"), *link]) == 0
     assert f"{name} is in use" in capsys.readouterr().out
     assert process.poll() is None
-    # Once more: the orb is still there, and has what is on its shelf.
-    assert host(["install", str(tmp_path / "new.orb"), *link]) == 0
+    # Once more, by another name: the orb is still there, and has what is on its shelf.
+    other = (tmp_path / "new.orb").rename(tmp_path / f"{'é漢' * 40}.orb")
+    assert host(["install", str(other), *link]) == 0
+
+
+def test_a_bundle_that_would_cost_the_orb_gigabytes_is_declined(
+    orb: tuple[str, Path, "subprocess.Popen[str]"],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    url, key, process = orb
+    parts = bundles.content(bundles.unpack(bundles.default_path().read_bytes()))
+    path = tmp_path / "bomb.orb"
+    path.write_bytes(hostile_bundles.packed(f"x{'.a' * 30_000} = 1\n".encode(), parts))
+    assert host(["install", str(path), "--link", url, "--key", str(key)]) == 1
+    assert "line 1: a key has more than 16 parts" in capsys.readouterr().err
+    assert process.poll() is None
 
 
 def test_what_is_no_bundle_is_declined_with_the_reason(

@@ -1,13 +1,15 @@
 """What the host remembers of devices, in a file that nothing can spoil for good."""
 
 import stat
+import sys
 from pathlib import Path
 
 import pytest
+import special_files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.settings import MOST, Known, Memory
+from host.settings import MOST, Known, Memory, default_path
 
 
 @pytest.fixture
@@ -70,6 +72,35 @@ def test_damaged_file_is_put_aside_and_told_of(path: Path, content: bytes) -> No
     memory.remember("orb-1", port="A")
     assert [known.port for known in Memory(path).devices] == ["A"]
     assert path.with_name("devices-damaged-1.toml").read_bytes() == content
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
+@pytest.mark.parametrize("kind", special_files.KINDS)
+def test_special_file_in_its_place_costs_a_sentence(kind: str, tmp_path: Path) -> None:
+    path = special_files.make(kind, tmp_path, "devices.toml")
+    told: list[str] = []
+
+    def read(words: list[str]) -> int:
+        return len(Memory(path, told.append).devices)
+
+    assert special_files.answer(read, []).status == 0
+    if kind != "locked":  # which only root may read
+        assert len(told) == (kind not in ("missing", "empty", "dangling"))
+    assert "\n" not in "".join(told)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there is it XDG_CONFIG_HOME")
+def test_relative_configuration_folder_is_ignored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CONFIG_HOME", "here")
+    assert default_path() == tmp_path / ".config" / "orbtouch" / "devices.toml"
+
+
+def test_file_is_its_owner_s_alone(path: Path) -> None:
+    Memory(path).remember("orb-1", key="/home/me/orb.key")
+    assert path.stat().st_mode & 0o077 == 0 or sys.platform == "win32"
 
 
 def test_values_of_the_wrong_kind_are_as_if_they_were_not_there(path: Path) -> None:

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from hostile_files import FILES, but, headed, one, zeros
+from hostile_files import FILES, but, headed, one, says, zeros
 from hypothesis import given
 from hypothesis import strategies as st
 
 from controller import npz
+from controller.__main__ import main
 from controller.recordings import reader
 from controller.recordings.recording import RecordingError
 
@@ -126,7 +127,7 @@ def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
 def test_a_pipe_that_takes_a_file_s_place_is_not_waited_for(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.npz"
     os.mkfifo(pipe)
-    with pytest.raises(npz.NpzError, match="is not a file"):
+    with pytest.raises(OSError, match="it is a pipe, expected is a file"):
         npz.unpack(pipe, 1000)
 
 
@@ -150,3 +151,14 @@ def test_whatever_changes_in_a_file_it_is_refused_or_read(data: st.DataObject) -
         reader.parse(npz.unpack(bytes(changed), 1 << 20))
     except (npz.NpzError, RecordingError):
         return
+
+
+def test_what_a_recording_says_never_acts_on_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.npz"
+    path.write_bytes(says(schema="\x1b]0;title\x07\u202e"))
+    assert main(["--replay", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "has form \\x1b]0;title\\x07\\u202e, this program reads" in told
+    assert told.removesuffix("\n").isprintable()

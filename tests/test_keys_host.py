@@ -24,7 +24,7 @@ def test_dry_run_prints_what_would_be_pressed_until_it_is_ended(tmp_path: Path) 
         assert orb.stdin is not None
         assert orb.stdout is not None
         url = json.loads(orb.stdout.readline())["listening"]
-        options = [*KEYBOARD, "--dry-run", "--keys", str(keys), "--link", url]
+        options = [*KEYBOARD, "--dry-run", "--mapping", str(keys), "--link", url]
         host = stack.enter_context(started("-m", "host", *options))
         assert host.stdout is not None
         orb.stdin.write("hold down\ntap menu\nhold down\n")

@@ -125,7 +125,8 @@ GAME = "[profile.game]\n"
             ", line 2",
             "every_ms must be more",
         ),
-        (GAME + 'left = {key = "a", down_ms = ' + "9" * 400 + "}", ", line 2", "is too large"),
+        (GAME + 'left = {key = "a", down_ms = ' + "9" * 400 + "}", "", "does not fit 64 bits"),
+        (GAME + "left = {key = 'a', down_ms = 9e30}", ", line 2", "9e+30, not 10 to 1000"),
         (GAME + '"\\u001b[2J" = "a"', ", line 1", r"[profile.game] '\x1b[2J': a command is a name"),
         ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07' has control characters"),
         ("long_ms = 100\n" + GAME, ", line 1", "long_ms is 100, not 500 to 10000"),
@@ -142,7 +143,7 @@ GAME = "[profile.game]\n"
         ('arm_key = "a"\n' + GAME + 'left = "a"', ", line 1", "which the mapping also presses"),
         ('allow = "alt+f4"\n' + GAME, ", line 1", "allow is no list"),
         ('allow = ["alt+f44"]\n' + GAME, ", line 1", "there is no key 'f44'"),
-        ("[profile.game\n", "", "Expected"),
+        ("[profile.game\n", ", line 1", "expected"),
     ],
 )
 def test_mistake_is_one_sentence_with_the_line_and_the_entry(
@@ -160,7 +161,7 @@ def test_file_that_is_missing_or_no_text_is_one_sentence(tmp_path: Path) -> None
     with pytest.raises(KeyMapError, match="cannot read"):
         read(tmp_path / "none.toml", "keyboard")
     (tmp_path / "keys.toml").write_bytes(b"\xff")
-    with pytest.raises(KeyMapError, match="no text in UTF-8"):
+    with pytest.raises(KeyMapError, match="it is not text in UTF-8"):
         read(tmp_path / "keys.toml", "keyboard")
     (tmp_path / "keys.toml").write_bytes(b"#" * 70_000)
     with pytest.raises(KeyMapError, match="more than 65536 bytes"):

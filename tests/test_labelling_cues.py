@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from controller.errors import UserError
 from controller.labelling import plan as plans
 from controller.labelling.cues import Cue, Cues, Phase, Void
 from controller.labelling.plan import Ask, Pace, Plan
@@ -300,14 +301,14 @@ def test_a_plan_that_is_none_is_refused_in_one_sentence(
 
 def test_a_file_that_is_no_plan_is_refused_by_its_name(tmp_path: Path) -> None:
     path = tmp_path / "plan.toml"
-    with pytest.raises(RecordingError, match=r"cannot read .*plan\.toml: No such file"):
+    with pytest.raises(UserError, match=r"cannot read .*plan\.toml: no such file"):
         plans.read(path, LABELS)
     path.write_bytes(b"\xff")
-    with pytest.raises(RecordingError, match="is no text in UTF-8"):
+    with pytest.raises(UserError, match="is not text in UTF-8"):
         plans.read(path, LABELS)
     path.write_text("labels = [")
-    with pytest.raises(RecordingError, match=r"plan\.toml: .*docs/recording\.md"):
+    with pytest.raises(UserError, match=r"plan\.toml, line 1: invalid value"):
         plans.read(path, LABELS)
     path.write_bytes(b" " * 100_000)
-    with pytest.raises(RecordingError, match="has more than 65536 bytes; is it a plan"):
+    with pytest.raises(UserError, match="has more than 65536 bytes"):
         plans.read(path, LABELS)

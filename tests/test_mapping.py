@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from controller import bundle, mapping
-from controller.mapping import MappingError
+from controller.errors import UserError
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 DOCUMENT = Path(__file__).parent.parent / "docs" / "mapping.md"
@@ -71,7 +71,7 @@ def test_the_six_commands_are_always_announced_and_others_when_used() -> None:
         ('[[press]]\ncommand = "left"\nleft_of = 1\nright_of = 1', "can never fit"),
         ('[[press]]\ncommand = "left"\nleft_of = 1', "the last rule, and no other"),
         ('[[press]]\ncommand = "left"\n[[press]]\ncommand = "down"', "rule 1 of 2"),
-        ("press", "Expected '='"),
+        ("press", "mine.toml, line 1: expected '='"),
     ],
 )
 def test_a_mistake_in_the_file_is_told_with_what_belongs_there(
@@ -79,18 +79,35 @@ def test_a_mistake_in_the_file_is_told_with_what_belongs_there(
 ) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
-    with pytest.raises(MappingError, match=complaint):
+    with pytest.raises(UserError, match=complaint):
+        mapping.read(path, LABELS)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ('pinch = "hold"\n\npress = 3', 3),
+        ('[[press]]\ncommand = "down"\nbelow = 1\n[[press]]\ncommand = "Up"', 4),
+        ('pinch = "hold"\n[users.ada]\npress = "Down"', 3),
+        ('[[users.ada.press]]\ncommand = "left"\nbelow = true', 1),
+        ('pinch = "hold"\n\n\npress = [', 4),
+    ],
+)
+def test_a_mistake_is_told_with_its_line(tmp_path: Path, text: str, line: int) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(UserError, match=rf"mine\.toml, line {line}: "):
         mapping.read(path, LABELS)
 
 
 def test_a_file_that_cannot_be_read_is_told_so(tmp_path: Path) -> None:
-    with pytest.raises(MappingError, match=r"cannot read .*absent\.toml"):
+    with pytest.raises(UserError, match=r"cannot read .*absent\.toml"):
         mapping.read(tmp_path / "absent.toml", LABELS)
-    with pytest.raises(MappingError, match="cannot read"):
+    with pytest.raises(UserError, match="cannot read"):
         mapping.read(tmp_path, LABELS)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(MappingError, match=r"binary\.toml is no text in UTF-8"):
+    with pytest.raises(UserError, match=r"binary\.toml: it is not text in UTF-8"):
         mapping.read(binary, LABELS)
 
 

@@ -14,6 +14,7 @@ from controller.protocol import (
     COMMANDS,
     Command,
     Contact,
+    Hop,
     Telemetry,
     Welcome,
     Who,
@@ -22,7 +23,10 @@ from controller.protocol import (
 from host import cards, orb_view, sprites
 from host.orb_view import OrbView
 from host.panel import HEIGHT, WIDTH, Panel, Projection
+from host.receiver import Connected, Delivered, Lost, Received
+from host.targets.tetris import TetrisTarget
 from host.touch import Pad
+from tetris.window import theme
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
@@ -237,3 +241,61 @@ def test_pixels_and_grid_units_are_each_others_inverse() -> None:
     assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)
     assert projection.to_screen(4.0, 4.0) == (380.0, 120.0)  # up on the dome is up on the screen
     assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))
+
+
+# -- names and numbers of any length ---------------------------------------------------------
+
+
+WIDE = "W" * 40
+HUGE = 3e38
+
+
+def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ...] = ()) -> bytes:
+    """Return the game's window, the orb's own cards painted over."""
+    target = TetrisTarget(seed=1)
+    target.tick(0.0, [news[0]])
+    target.tick(0.1, news[1:])
+    target.orb.hops, target.orb.period_ms = (Hop(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
+    if health:
+        target.orb.health = health
+    target.draw(surface)
+    scene = target._scene
+    assert scene is not None
+    for card in (scene.orb, scene.history):
+        surface.fill((0, 0, 0), card)
+    return pygame.image.tobytes(surface, "RGB")
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (1920, 1080)])
+@pytest.mark.parametrize("place", [(2.0, 9.0), (HUGE, -HUGE), None])
+@pytest.mark.parametrize("gesture", ["", WIDE])
+@pytest.mark.parametrize("end", [(), (Lost(WIDE * 10),), (Lost("W " * 250),)])
+def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
+    surface: pygame.Surface,
+    size: tuple[int, int],
+    place: tuple[float, float] | None,
+    gesture: str,
+    end: tuple[Received, ...],
+) -> None:
+    window = pygame.Surface(size)
+    said = dataclasses.replace(
+        WELCOME, name="W" * 64, rate_hz=HUGE, labels=("null", WIDE, "wave", "twist_cw", "poke")
+    )
+    felt = telemetry(np.ones((5, 5)), rate_hz=HUGE, touch=place, gesture=gesture)
+    command = Command(WIDE, WIDE, 1.0, place, 1)
+    news = [Delivered(one, 0) for one in (felt, command, Who(WIDE, 1.0))]
+    long: list[Received] = [Connected(said), *news, *end]
+    short: list[Received] = [Connected(WELCOME), *(Lost("gone") for _ in end)]
+    health = (WIDE * 3, WIDE) if not gesture else ()
+    assert whole_window(window, *long, health=health) == whole_window(window, *short)
+
+
+def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
+    pygame.font.init()
+    font = theme.font(20)
+    assert sprites.fitted("press", font, 500) == "press"
+    cut = sprites.fitted("press and hold", font, font.size("press and…")[0])
+    assert cut == "press and…"
+    assert sprites.fitted("press", font, 1) == ""
+    for width in range(10, 200, 10):
+        assert sprites.text(WIDE, 20, theme.TEXT, width).get_width() <= width

@@ -522,6 +522,22 @@ def test_an_orb_that_talks_on_is_never_made_to_wait(device: OwnDevice) -> None:
     talker.close()
 
 
+def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    code = "import json; print(json.dumps({'listening': 'loop://'}), flush=True); 1 / 0"
+    device = OwnDevice(1, command=python(code))
+    device.open().close()
+    assert device.process is not None
+    device.process.wait(DEADLINE_S)
+    device.open().close()
+    device.close()
+    [record] = caplog.records
+    assert record.levelname == "ERROR"
+    assert "the virtual orb ended with status 1" in caplog.text
+    assert "ZeroDivisionError: division by zero" in caplog.text
+
+
 def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(device: OwnDevice) -> None:
     device.open().close()
     assert device.process is not None
@@ -610,10 +626,10 @@ def test_a_mistake_in_the_receivers_thread_is_seen(ears: Callable[[Receiver], Ea
         raise ZeroDivisionError
 
     ear = ears(Receiver(fail))
-    with pytest.raises(LinkError, match="thread has died"):
-        ear.receiver.connect()
-    with pytest.raises(RuntimeError, match="thread has died"):
-        ear.receiver.poll()
+    for ask in (ear.receiver.connect, ear.receiver.poll):
+        with pytest.raises(RuntimeError, match="thread has died") as raised:
+            ask()
+        assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
 
 def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:

@@ -1,11 +1,14 @@
 """The recorder: the loop never waits for the disk, and whatever that does, the session stays."""
 
+import contextlib
 import logging
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +23,7 @@ from controller.recordings import naming, reader, recorder, recovery, writer
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
 from controller.recordings.salvage import decode
+from controller.runs import Runs
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
 
@@ -224,6 +228,45 @@ def test_a_file_that_exists_is_refused_before_anything_is_made(tmp_path: Path) -
     assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
 
 
+def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> None:
+    """All have looked for a free name before any of them has taken one."""
+    everyone = threading.Barrier(5)
+
+    def record(path: Path) -> Recorder:
+        with contextlib.suppress(threading.BrokenBarrierError):
+            everyone.wait(20.0)
+        everyone.abort()  # the second choice is made without the others
+        return Recorder(path, ORIGIN, {})
+
+    starts = [Runs(tmp_path, "ab", "20200101") for _ in range(5)]
+    with ThreadPoolExecutor(5) as pool:
+        begun = list(pool.map(lambda runs: runs.begin(record), starts))
+    for number, session in enumerate(begun):
+        add(session, 1, number + 1)
+        session.close()
+    names = [f"sub-ab_ses-20200101_run-0{number}.npz" for number in range(1, 6)]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert sorted(len(reader.load(tmp_path / name).t) for name in names) == [1, 2, 3, 4, 5]
+
+
+def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
+    runs = Runs(tmp_path / "mine.npz", "", "20200101")
+    (tmp_path / "mine-2.npz").write_text("precious")
+
+    def record(path: Path) -> Recorder:
+        return Recorder(path, ORIGIN, {})
+
+    runs.begin(record).close()  # nothing was recorded
+    made = []
+    for _ in range(2):
+        session = runs.begin(record)
+        add(session, 1, 3)
+        made.append(session.close())
+    assert made == [tmp_path / "mine.npz", tmp_path / "mine-3.npz"]
+    with pytest.raises(RecordingError, match="exists and is kept as it is"):
+        Runs(tmp_path / "mine.npz", "", "20200101")
+
+
 def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:
     path = tmp_path / "sub-ab_ses-20200101_run-01.npz"
     session = Recorder(path, ORIGIN, {})
@@ -234,6 +277,13 @@ def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path:
     assert path.read_text() == "precious"
     assert len(reader.load(tmp_path / "sub-ab_ses-20200101_run-02.npz").frames) == 3
     assert not recovery.leftovers(tmp_path)
+
+
+def rescued(folder: Path) -> int:
+    """Return the frames of the one session in a temporary folder, which is private."""
+    (file,) = folder.glob("orbtouch-*/one.npz")
+    assert file.parent.stat().st_mode & 0o077 == 0
+    return len(reader.load(file).frames)
 
 
 def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journal_stays(
@@ -248,7 +298,7 @@ def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journ
     disk.full = True
     with pytest.raises(RecordingError, match=r"No space left on device; the session is kept in"):
         session.close()
-    assert len(reader.load(rescue / "one.npz").frames) == 5
+    assert rescued(rescue) == 5
     assert on_disk(disk) == [1, 2, 3, 4, 5]
     assert disk.file.closed
     assert not disk.file.removed
@@ -266,7 +316,7 @@ def test_a_sealed_file_is_read_again_before_the_journal_goes(
     add(session, 1, 5)
     with pytest.raises(RecordingError, match="cannot be read again; the session is kept in"):
         session.close()
-    assert len(reader.load(rescue / "one.npz").frames) == 5
+    assert rescued(rescue) == 5
     assert not disk.file.removed
 
 
@@ -282,16 +332,16 @@ def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
     shutil.rmtree(stick)
     with pytest.raises(RecordingError, match="the session is kept in"):
         session.close()
-    assert len(reader.load(rescue / "one.npz").frames) == 5
+    assert rescued(rescue) == 5
 
 
 def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(path: Path, data: bytes) -> None:
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(writer, "write_aside", full)
+    monkeypatch.setattr(writer, "atomic_write", full)
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     add(session, 1, 5)
     with pytest.raises(RecordingError, match=r"took is in .*one\.journal: make room, `controller"):
@@ -313,7 +363,7 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
     with pytest.raises(RecordingError, match="does not answer; the session is kept in"):
         session.close()
     disk.file.answers.set()
-    assert len(reader.load(tmp_path / "one.npz").frames) == 5
+    assert rescued(tmp_path) == 5
 
 
 def test_a_frame_that_cannot_be_kept_ends_the_session_and_loses_nothing_before_it(

@@ -10,7 +10,8 @@ import pytest
 from recorded import broken, of, origin, played
 from test_recordings_import import CAPFINGERID, screen
 
-from controller.recordings import command, reader, writer
+from controller.__main__ import main
+from controller.recordings import reader, writer
 from controller.recordings.recording import Mark, Recording
 
 Run = Callable[..., tuple[int, str, str]]
@@ -21,7 +22,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     """The command: (exit status, standard output, standard error)."""
 
     def call(*words: object) -> tuple[int, str, str]:
-        status = command.main([str(word) for word in words])
+        status = main(["recordings", *map(str, words)])
         out = capsys.readouterr()
         return status, out.out, out.err
 
@@ -58,7 +59,7 @@ def test_a_terminal_without_blocks_gets_ascii(
     path = write(tmp_path / "one.npz", played())
     raw = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
-    assert command.main(["info", str(path)]) == 0
+    assert main(["recordings", "info", str(path)]) == 0
     assert b"##" in raw.getvalue()
 
 
@@ -131,7 +132,7 @@ def test_check_as_json_is_a_line_for_each_file(tmp_path: Path, run: Run) -> None
 def test_an_empty_folder_is_told(tmp_path: Path, run: Run) -> None:
     status, _, err = run("check", tmp_path)
     assert status == 2
-    assert "there are no recordings there" in err
+    assert f"there are no recordings in {tmp_path}" in err
 
 
 # --- new files ------------------------------------------------------------------------------------
@@ -213,7 +214,7 @@ def test_arrays_without_a_description_are_refused(tmp_path: Path, run: Run) -> N
 
 def test_where_no_journal_is_left_recover_says_so(tmp_path: Path, run: Run) -> None:
     status, out, _ = run("recover", tmp_path)
-    assert (status, out) == (0, "no journal is left there; nothing to recover\n")
+    assert (status, out) == (0, f"no journal is left in {tmp_path}; nothing to recover\n")
 
 
 def test_a_journal_that_holds_nothing_is_told_and_kept(tmp_path: Path, run: Run) -> None:

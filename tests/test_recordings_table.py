@@ -107,7 +107,7 @@ def test_tables_that_were_changed_beyond_reading_are_refused_with_what(
 
 def test_a_table_that_is_missing_is_named(tmp_path: Path) -> None:
     (tmp_path / "one.json").write_text(table.tables(of(np.ones((2, 1, 1))))[".json"])
-    with pytest.raises(RecordingError, match=r"cannot read .*one\.csv: No such file"):
+    with pytest.raises(RecordingError, match=r"cannot read .*one\.csv: no such file"):
         table.read(tmp_path / "one.json")
 
 

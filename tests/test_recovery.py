@@ -153,11 +153,11 @@ def test_a_journal_kept_as_damaged_can_be_tried_again_and_stays(tmp_path: Path) 
 def test_a_folder_without_room_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(path: Path, data: bytes) -> None:
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     journal = left(tmp_path)
-    monkeypatch.setattr(writer, "write_aside", full)
+    monkeypatch.setattr(writer, "atomic_write", full)
     with pytest.raises(
         RecordingError, match="No space left on device; it is kept as it is, try again"
     ):
@@ -283,9 +283,9 @@ def test_the_journal_goes_only_after_its_recording_is_on_the_disk(
     happened: list[str] = []
     with power_cut_before(99, monkeypatch, happened):
         recover(left(tmp_path))
-    # Written aside and synced, named, the name synced, the other name removed; then the journal.
+    # Written aside and synced, named, the other name removed, names synced; then the journal.
     calls = [call for call in happened if call in ("fsync", "link", "unlink")]
-    assert calls == ["fsync", "link", "fsync", "unlink", "unlink", "fsync"]
+    assert calls == ["fsync", "link", "unlink", "fsync", "unlink", "fsync"]
 
 
 def test_two_recoveries_at_once_do_not_touch_the_same_journal(tmp_path: Path) -> None:

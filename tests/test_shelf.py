@@ -1,13 +1,16 @@
 """The shelf: a bundle proves itself, is taken into use in one step, and there is always one."""
 
 import dataclasses
+import io
 import json
 import subprocess
+import sys
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
+from onnx_writer import model, node, value
 
 from controller import bundle as bundles
 from controller import options, parts
@@ -29,10 +32,34 @@ def variant(folder: Path, number: int) -> Path:
     return path
 
 
-def put(shelf: Shelf, path: Path) -> str:
+def put(shelf: Shelf, path: Path, corrects: str | None = None) -> str:
     name = name_of(bundles.read(path))
-    shelf.install(path.read_bytes(), Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00"))
+    entry = Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
+    shelf.install(path.read_bytes(), entry)
     return name
+
+
+_ENTRY = 'engine = "numpy"\nstep_us = 5.0\ninstalled = "now"\n'
+_NAMED = 'current = "0123456789abcdef"\n[bundles.0123456789abcdef]\n'
+DAMAGED = (
+    "no TOML [",
+    'current = "0123456789abcdef"',
+    "current = 7",
+    "current = []",
+    "",
+    "[bundles.x]",
+    'current = ""\nbundles = []',
+    'current = ""\nbundles.0123456789abcdef = "numpy"',
+    'current = ""\nprevious = {}',
+    _NAMED,
+    _NAMED + _ENTRY.replace("5.0", '"fast"'),
+    _NAMED + _ENTRY.replace("5.0", "0x" + "f" * 400),
+    _NAMED + _ENTRY.replace("5.0", "nan"),
+    _NAMED + _ENTRY.replace('"numpy"', "[]"),
+    f"x = {'[' * 5000}",
+    f"x{'.a' * 5000} = 1",
+    f"x = {'9' * 5000}",
+)
 
 
 def test_an_empty_shelf_offers_the_bundle_that_ships(tmp_path: Path) -> None:
@@ -66,12 +93,49 @@ def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path) -> None:
     assert files == {RECORD, *(f"{name}.orb" for name in kept)}
 
 
+def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
+    tmp_path: Path,
+) -> None:
+    """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
+    shelf = Shelf(tmp_path / "shelf")
+    names = [put(shelf, variant(tmp_path, 1))]
+    for number in range(2, 12):
+        names.append(put(shelf, variant(tmp_path, number), corrects=names[-1]))
+    assert [entry.name for entry in shelf.record().entries] == [names[0], *names[-7:]]
+    went_back = [shelf.take_back().current for _ in range(7)]
+    assert went_back == [*reversed(names[-7:-1]), names[0]]
+    with pytest.raises(BundleError, match="there is no correction to take back"):
+        shelf.take_back()
+    assert shelf.rollback().current == names[-7]
+
+
 def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
     shelf = Shelf(tmp_path)
-    for text in ("no TOML [", 'current = "0123456789abcdef"', "current = 7", "", "[bundles.x]"):
+    for text in DAMAGED:
         (tmp_path / RECORD).write_text(text)
-        with pytest.raises(BundleError, match="remove it to go back"):
+        with pytest.raises(BundleError, match=r"is damaged: .*; remove it to go back"):
             shelf.current()
+
+
+def test_a_record_that_is_no_file_is_said_not_waited_for(tmp_path: Path) -> None:
+    (tmp_path / RECORD).mkdir()
+    with pytest.raises(BundleError, match=r"cannot be read: it is a folder.*; remove it"):
+        Shelf(tmp_path).current()
+
+
+@pytest.mark.parametrize("command", [["--replay", "x.npz"], ["models"], ["rollback"]])
+def test_a_damaged_record_ends_every_command_in_one_sentence(
+    command: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path)
+    (tmp_path / RECORD).write_text('"\\u001b[31m" = 1\nbundles = []')
+    assert main(command) in (1, 2)
+    told = capsys.readouterr().err
+    assert told.startswith(f"controller: the record {tmp_path / RECORD} is damaged: ")
+    assert told.count("\n") == 1
 
 
 def test_a_file_that_changes_while_it_is_proved_is_not_installed(
@@ -244,6 +308,13 @@ def test_no_engine_at_all_is_refused_with_every_reason() -> None:
         proof.prove(SHIPPED, ["abacus"])
 
 
+def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
+    ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
+    odd = model(node("\x1b[2J", "x", "y"), *ends)
+    shown = proof.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
+    assert "has the operator \\x1b[2J; a device runs" in shown.problem
+
+
 # --- the commands ---
 
 
@@ -267,6 +338,65 @@ def test_install_models_rollback(
     assert "the shipped bundle  in use  press" in capsys.readouterr().out
 
 
+def test_what_a_terminal_would_obey_is_listed_as_an_escape(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(models, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+    parts = bundles.unpack(SHIPPED.read_bytes())
+    card = '[card]\n"\\u001b]0;key\\u0007" = "\\u202e"\nmade = 1979-05-27\n'
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
+    path = tmp_path / "x.orb"
+    bundles.write(path, manifest=text, parts=bundles.content(parts))
+    shelf, name = Shelf(tmp_path / "shelf"), name_of(bundles.read(path))
+    shelf.install(path.read_bytes(), Entry(name, "\x1b[31mnumpy", 50.0, "to\nday"))
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert out.replace("\n", "").isprintable()
+    assert "\\x1b]0;key\\x07: \\u202e" in out
+    assert "installed to\\nday, \\x1b[31mnumpy" in out
+    assert main(["models", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[1]["card"]["made"] == "1979-05-27"
+
+
+def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(install, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+    monkeypatch.setattr(proof, "prove", lambda path: [proof.Proof("numpy", 50.0, 60.0)])
+    output = io.BytesIO()
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(output, "ascii"))
+    path = variant(tmp_path, 1).rename(tmp_path / "漢\x1b[31m.orb")
+    assert main(["install", str(path)]) == 0
+    out = output.getvalue().decode("ascii")
+    assert "\\u6f22\\x1b[31m.orb is whole: " in out
+    assert "for 5\\xd75 taxels at 10 Hz" in out
+    assert "is in use with numpy" in out
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
+def test_a_list_that_cannot_be_printed_is_one_sentence(tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(
+            [sys.executable, "-m", "controller", "models"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == "controller: cannot write the output: no space left on device\n"
+
+
+def test_models_says_what_is_a_correction_of_what(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = Shelf(tmp_path / "shelf")
+    monkeypatch.setattr(models, "Shelf", lambda: shelf)
+    first = put(shelf, variant(tmp_path, 1), corrects="")
+    put(shelf, variant(tmp_path, 2), corrects=first)
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert "a correction of the shipped bundle" in out
+    assert f"a correction of {first}" in out
+
+
 def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     shipped = bundles.read(SHIPPED)
     other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
@@ -275,6 +405,18 @@ def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
     denser = dataclasses.replace(shipped, pitch_mm=5.0)
     with pytest.raises(BundleError, match=r"5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
         install.check_fits(denser, shipped)
+
+
+def test_labels_and_commands_that_no_packet_can_carry_are_not_installed() -> None:
+    shipped = bundles.read(SHIPPED)
+    install.check_packets(shipped)
+    many = tuple(f"{'a' * 30}{number}" for number in range(60))
+    with pytest.raises(BundleError, match=r"Welcome has .* use fewer or shorter labels"):
+        install.check_packets(dataclasses.replace(shipped, labels=("null", *many)))
+    few = ("null", "a" * 40, *(f"a{number}" for number in range(62)))
+    large = dataclasses.replace(shipped, labels=few, rows=30, columns=30)
+    with pytest.raises(BundleError, match=r"Telemetry has .* use fewer or shorter labels"):
+        install.check_packets(large)
 
 
 def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(

@@ -10,8 +10,8 @@ SPARED = """
     controller.recordings.writer controller.runs controller.sensors.virtual controller.shelf.clerk
     controller.shelf.files controller.shelf.install controller.simulator controller.tape
     controller.taping controller.teaching controller.timekeeper controller.vocabulary
-    importlib.metadata importlib.resources numpy.ma numpy.random onnxruntime platformdirs queue
-    random serial shutil socket subprocess tempfile zipfile
+    importlib.metadata importlib.resources numpy.ma numpy.random onnxruntime queue serial socket
+    subprocess zipfile
 """
 PROGRAM = """
 import sys

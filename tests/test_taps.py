@@ -16,7 +16,7 @@ from fake_device import welcome
 from controller.protocol import Command, Message, Telemetry, Welcome, quantise_image
 from host import taps
 from host.receiver import Connected, Delivered, Lost, Missed, Received, Stale
-from host.taps import TapError, open_taps
+from host.taps import TapError, TapUnavailableError, open_taps
 from host.taps._worker import Worker
 
 PATIENCE_S = 20.0
@@ -60,13 +60,20 @@ def test_every_tap_of_the_folder_refuses_an_address_that_is_none() -> None:
 
 @pytest.mark.parametrize(
     ("name", "module", "advice"),
-    [("lsl", "pylsl", r"orbtouch\[lsl\]"), ("osc", "pythonosc", r"orbtouch\[osc\]")],
+    [
+        (
+            "lsl",
+            "pylsl",
+            r"'orbtouch\[lsl\]' \(in a clone: pip install -e '.\[lsl\]'\)",
+        ),
+        ("osc", "pythonosc", r"orbtouch\[osc\]"),
+    ],
 )
 def test_missing_library_is_one_sentence(
     name: str, module: str, advice: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(TapError, match=advice):
+    with pytest.raises(TapUnavailableError, match=advice):
         taps.open_tap(name)
 
 
@@ -81,7 +88,7 @@ class Broken:
 def test_missing_library_file_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "pylsl", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
-    with pytest.raises(TapError, match=r"needs the library liblsl.*was not found\.\)"):
+    with pytest.raises(TapUnavailableError, match=r"needs the library liblsl.*was not found\.\)"):
         taps.open_tap("lsl")
 
 
@@ -153,7 +160,9 @@ def test_slow_tap_drops_and_counts_and_holds_up_nobody() -> None:
     assert len([word for word in tap.took if word.startswith("frame")]) == 1000 - worker.dropped
 
 
-def test_tap_that_fails_is_told_of_and_the_rest_is_counted() -> None:
+def test_tap_that_fails_is_told_of_with_a_traceback_and_the_rest_is_counted(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     tap = Slow()
     tap.may.set()
     tap.command = None  # type: ignore[method-assign, assignment]
@@ -163,8 +172,11 @@ def test_tap_that_fails_is_told_of_and_the_rest_is_counted() -> None:
         stack.callback(taps._end, worker, said.append)
         worker.hear(SESSION)
     assert tap.closed
+    [record] = caplog.records
+    assert record.levelname == "ERROR"
+    assert "TypeError" in caplog.text
     assert "stopped: 'NoneType' object is not callable" in said[0]
-    assert "too slow for 7 messages" in said[1]
+    assert "too slow, and did not get 7 messages" in said[1]
 
 
 # -- Open Sound Control ----------------------------------------------------------------------

@@ -10,6 +10,7 @@ import pygame
 import pytest
 from fake_device import welcome
 
+from controller.errors import UserError
 from controller.protocol import Command, Contacts, Message, State, Telemetry
 from host import loop, targets
 from host.keys.backends import BackendError
@@ -289,10 +290,11 @@ def test_terminal_s_bytes_are_keys(typed: bytes, keys: list[str], rest: bytes) -
 def test_mapping_or_back_end_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
     keys = tmp_path / "keys.toml"
     keys.write_text('[profile.a]\nleft = "lefft"')
-    for name, options, words in (
-        ("keyboard", TargetOptions(keys=keys), "line 2: .*there is no key 'lefft'"),
-        ("gamepad", TargetOptions(backend="x11"), "X11 has no pads"),
+    for name, options, status, words in (
+        ("keyboard", TargetOptions(mapping=keys), 2, "line 2: .*there is no key 'lefft'"),
+        ("gamepad", TargetOptions(backend="x11"), 1, "X11 has no pads"),
     ):
-        with pytest.raises(targets.TargetError, match=words) as refused:
+        with pytest.raises(UserError, match=words) as refused:
             targets.load(name, options)
+        assert refused.value.status == status
         assert "\n" not in str(refused.value)

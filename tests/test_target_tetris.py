@@ -9,12 +9,21 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol import COMMANDS, Command, Contacts, Message, Telemetry, Welcome
+from controller.protocol import (
+    COMMANDS,
+    Command,
+    Contacts,
+    Correct,
+    Message,
+    Telemetry,
+    Welcome,
+)
 from host import loop, targets
 from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.targets.tetris import AGAIN_S, TetrisTarget
 from host.transport import LinkError
 from tetris.engine import Action, Phase
+from tetris.window.settings import Settings
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
@@ -158,6 +167,49 @@ def test_window_that_loses_the_focus_lifts_the_finger_and_the_keys() -> None:
     target.handle(pygame.event.Event(pygame.WINDOWFOCUSLOST), 0.1)
     assert target.outgoing(0.1) == [Contacts(())]
     assert not target.keys.soft_drop
+
+
+def key(target: TetrisTarget, code: int, *, down: bool = True) -> None:
+    kind = pygame.KEYDOWN if down else pygame.KEYUP
+    target.handle(pygame.event.Event(kind, key=code, mod=pygame.KMOD_LCTRL), 0.0)
+
+
+def test_control_turns_the_piece_when_it_comes_up() -> None:
+    target = playing()
+    key(target, pygame.K_LCTRL)
+    target.tick(0.1)
+    assert target.game.piece.turn == 0
+    key(target, pygame.K_LCTRL, down=False)
+    target.tick(0.2)
+    assert target.game.piece.turn == 3
+    assert not target.keys.holds(Action.ROTATE_CCW)
+
+
+def test_a_correction_with_control_turns_nothing() -> None:
+    target = playing()
+    for code in (pygame.K_1, pygame.K_9, pygame.K_0, pygame.K_BACKSPACE):
+        key(target, pygame.K_LCTRL)
+        key(target, code)
+        key(target, code, down=False)
+        key(target, pygame.K_LCTRL, down=False)
+        target.tick(0.1)
+        assert target.game.piece.turn == 0
+    assert target.outgoing(0.1) == [Correct("")]  # the newest counts
+
+
+def test_control_turns_before_the_key_that_follows_it_acts() -> None:
+    target = playing()
+    key(target, pygame.K_LCTRL)
+    key(target, pygame.K_c)
+    assert target.keys.poll(0.0) == [Action.ROTATE_CCW, Action.HOLD]
+
+
+def test_control_that_moves_the_piece_moves_it_at_once() -> None:
+    keys = {"left": ("lctrl",)}
+    target = TetrisTarget(seed=1, settings=Settings(keys=keys))
+    target.tick(0.0, [Connected(WELCOME)])
+    key(target, pygame.K_LCTRL)
+    assert target.keys.poll(0.0) == [Action.LEFT]
 
 
 def test_fingers_are_lifted_for_good_when_the_link_goes() -> None:

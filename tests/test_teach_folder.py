@@ -81,7 +81,7 @@ def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do(tmp_path:
     assert words.entries[:4] == vocabulary.shipped().entries
     assert words.mapping.command("knock", None) == "hold"
     assert repertoire.load(words.files)["knock"].rotations == words.entries[4].rotations
-    with pytest.raises(TeachError, match=r"cannot write .*gestures\.toml: File exists"):
+    with pytest.raises(TeachError, match=r"cannot write .*gestures\.toml: file exists"):
         folder.example(tmp_path / "mine")
 
 

@@ -245,3 +245,16 @@ def test_many_small_updates_and_few_large_ones_play_the_same_game(
         coarse_events += coarse.update(now_ms / 1000, inputs, soft_drop=soft, initial=held)
     assert fine_events == coarse_events
     assert fine.snapshot() == coarse.snapshot()
+
+
+def test_a_position_set_up_after_the_end_is_only_to_be_seen() -> None:
+    game = Game(seed=1, config=Config(lines_goal=1, board="JJJJJJ...."))
+    game.set_up(game.board, Piece("I", 6, 3))
+    game.update(0.0, [Action.HARD_DROP])
+    assert game.phase is Phase.OVER
+    game.set_up(Board(), Piece("T", 3, 10))
+    assert (game.phase, game.in_play, game.piece) == (Phase.OVER, False, Piece("T", 3, 10))
+    game.update(60.0, [Action.LEFT])
+    assert game.piece == Piece("T", 3, 10)
+    game.update(60.0, [Action.RESTART])
+    assert game.in_play

@@ -1,5 +1,8 @@
 """The environment for learning players: Gymnasium's own check, seeds, and what is observed."""
 
+import importlib
+import sys
+
 import numpy as np
 import pytest
 
@@ -16,6 +19,13 @@ from tetris.pieces import Piece  # noqa: E402
 def drawn(picture: "np.ndarray[tuple[int, int], np.dtype[np.uint8]]") -> str:
     rows = ["".join(".#"[cell] for cell in row) for row in picture]
     return "\n".join(row for row in rows if "#" in row)
+
+
+def test_without_gymnasium_a_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "tetris.env")
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    with pytest.raises(ModuleNotFoundError, match=r"Gymnasium.* pip install 'orbtouch\[gym\]'"):
+        importlib.import_module("tetris.env")
 
 
 @pytest.mark.parametrize("name", ["Tetris/Inputs-v0", "Tetris/Placements-v0"])

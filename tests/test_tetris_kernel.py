@@ -7,6 +7,7 @@ import pytest
 from tetris.board import Board
 from tetris.engine import Action, Config, Game, Phase
 from tetris.kernel import Kernel, lock
+from tetris.paths import paths
 from tetris.perft import boards, leaves
 from tetris.pieces import Kind, Piece
 
@@ -59,6 +60,23 @@ def test_locking_takes_full_rows_away() -> None:
 def test_the_first_pieces_alone_have_their_known_numbers_of_places() -> None:
     known: dict[Kind, int] = {"I": 17, "O": 9, "L": 34, "J": 34, "S": 17, "Z": 17, "T": 34}
     assert {kind: leaves([kind]) for kind in known} == known
+
+
+def test_on_a_high_stack_a_piece_enters_as_in_the_game() -> None:
+    stack = "JJJ.......\n" * 20
+    game = Game(1, Config(board=stack))
+    game.update(0.0)
+    assert game.piece == Piece("I", 3, 17)  # a row down, where it cannot go over the stack
+    places = {place.piece.mask for place in paths(game.board.bits, game.piece)}
+    assert leaves(["I"], bits=game.board.bits) == boards(["I"], bits=game.board.bits) == len(places)
+    from_above = {place.piece.mask for place in paths(game.board.bits, Piece("I", 3, 18))}
+    assert len(places) < len(from_above)
+
+
+def test_where_a_piece_cannot_enter_the_count_ends() -> None:
+    blocked = Board.parse("...JJJJ...\n" * 21).bits
+    assert leaves(["I"], bits=blocked) == leaves(["I", "O"], bits=blocked) == 0
+    assert boards(["I"], bits=blocked) == 0
 
 
 def test_two_squares_have_more_ways_than_boards() -> None:

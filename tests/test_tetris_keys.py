@@ -42,9 +42,9 @@ def test_repeats_between_two_frames_are_not_lost_and_keep_their_moments() -> Non
     keys.press(pygame.K_LEFT, 0.0)
     keys.release(pygame.K_LEFT, 0.1875)
     assert keys.due(0.5) == [
-        Due(0.0, LEFT),
-        Due(0.125, LEFT, repeated=True),
-        Due(0.1875, LEFT, repeated=True),
+        Due(0.0, LEFT, held=frozenset({LEFT})),
+        Due(0.125, LEFT, repeated=True, held=frozenset({LEFT})),
+        Due(0.1875, LEFT, repeated=True, held=frozenset({LEFT})),
     ]
 
 
@@ -98,8 +98,20 @@ def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
 def test_what_is_held_is_known_for_the_next_piece() -> None:
     keys = Keys()
     keys.press(pygame.K_z, 0.0)
-    assert keys.holds(Action.ROTATE_CCW)
-    assert not keys.holds(Action.HOLD)
+    assert keys.held == {Action.ROTATE_CCW}
+
+
+def test_each_action_knows_what_was_held_at_its_moment_and_not_what_came_after() -> None:
+    keys = Keys()
+    keys.press(pygame.K_SPACE, 0.0)
+    keys.press(pygame.K_UP, 0.0)
+    keys.release(pygame.K_SPACE, 0.0)
+    keys.press(pygame.K_c, 0.0)
+    assert [(due.action, set(due.held)) for due in keys.due(0.0)] == [
+        (Action.HARD_DROP, {Action.HARD_DROP}),
+        (Action.ROTATE_CW, {Action.HARD_DROP, Action.ROTATE_CW}),
+        (Action.HOLD, {Action.ROTATE_CW, Action.HOLD}),
+    ]
 
 
 def test_unknown_keys_do_nothing() -> None:

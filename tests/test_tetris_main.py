@@ -2,15 +2,17 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 
 import pygame
 import pytest
 
-import tetris.__main__
+from tetris import cli
 from tetris.__main__ import main
 from tetris.engine import Action
 from tetris.replay import Outcome, Recorder
@@ -34,6 +36,21 @@ def test_without_json_the_result_is_a_line_to_read(capsys: pytest.CaptureFixture
     assert "5 pieces (seed 3)" in capsys.readouterr().out
 
 
+def test_one_of_a_kind_is_not_many(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["--headless", "--bot", "dellacherie", "--seed", "3", "--pieces", "1"])
+    assert capsys.readouterr().out == "38 points, 0 lines, level 1, 1 piece (seed 3)\n"
+    assert [cli._count(number, "line") for number in (0, 1, 1000)] == [
+        "0 lines",
+        "1 line",
+        "1,000 lines",
+    ]
+
+
+def test_the_version_is_that_of_the_whole_project(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"tetris {metadata.version('orbtouch')}\n"
+
+
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
@@ -42,7 +59,13 @@ def test_without_json_the_result_is_a_line_to_read(capsys: pytest.CaptureFixture
         (["--bot", "--record", "one.tetris"], "for --headless"),
         (["--mode", "golf"], "invalid choice: 'golf'"),
         (["--bot", "hal"], "invalid choice: 'hal'"),
+        (["--replay", "one.tetris", "--seed", "0"], "leave --seed and --level out"),
+        (["--replay", "one.tetris", "--film", "one.avi"], "must end in .gif or .mp4"),
         (["--level", "0"], "from 1 to 20"),
+        (["--mode", "sprint", "--level", "5"], "sprint has no levels; leave --level out, or play"),
+        (["--mode", "zen", "--level", "1"], "zen has no levels"),
+        (["--seed", "9" * 5000], "999 must be a whole number from 0"),
+        (["\x1b]0;title\x07"], "arguments: \\x1b]0;title\\x07"),
         (["--seed", "x"], "x must be a whole number from 0 to 4294967295"),
         (["--headless", "--bot", "--pieces", "many"], "whole number"),
     ],
@@ -53,7 +76,17 @@ def test_wrong_usage_is_answered_in_a_sentence(
     with pytest.raises(SystemExit) as stop:
         main(argv)
     assert stop.value.code == 2
-    assert says in capsys.readouterr().err
+    printed = capsys.readouterr().err
+    assert says in printed
+    assert printed.startswith("tetris: ")
+    assert printed.count("\n") == 1
+
+
+def test_a_mode_with_levels_begins_at_the_level(capsys: pytest.CaptureFixture[str]) -> None:
+    bot = ["--headless", "--bot", "dellacherie", "--pieces", "1", "--json", "--level", "5"]
+    for mode in ([], ["--mode", "marathon"], ["--mode", "orb"]):
+        assert main([*bot, *mode]) == 0
+        assert json.loads(capsys.readouterr().out)["level"] == 5
 
 
 def test_a_bot_plays_a_mode_to_its_goal(capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,9 +155,52 @@ def test_ctrl_c_ends_a_game_without_a_word(
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(tetris.__main__, "_play_unseen", interrupt)
+    monkeypatch.setattr(cli, "_play_unseen", interrupt)
     assert main(["--headless", "--bot"]) == 130
     assert capsys.readouterr() == ("", "")
+
+
+PRESS = """
+import os, signal, sys
+class Press:
+    def find_spec(self, name, path, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Press())
+from tetris.__main__ import main
+sys.exit(main(["--bot"]))
+"""
+
+
+@pytest.mark.parametrize("module", ["tetris.cli", "tetris.engine", "argparse", "tetris.window"])
+def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(module: str) -> None:
+    command = [sys.executable, "-c", PRESS, module]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
+@pytest.mark.parametrize(
+    ("redirection", "why"),
+    [("> /dev/full", "No space left on device"), (">&-", "standard output is closed")],
+)
+def test_a_result_that_cannot_be_printed_is_one_sentence(redirection: str, why: str) -> None:
+    for options in ("--headless --bot dellacherie --pieces 1", "--version", "--help"):
+        command = f"{shlex.quote(sys.executable)} -m tetris {options} {redirection}"
+        done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, timeout=60)
+        assert done.returncode == 1
+        assert done.stderr == f"tetris: cannot print the result: {why}\n"
+
+
+def test_a_terminal_that_knows_ascii_only_gets_escapes(tmp_path: Path) -> None:
+    path = tmp_path / "ö\x1b[31m.tetris"
+    command = [sys.executable, "-m", "tetris", "--replay", str(path)]
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=ascii_only)
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"tetris: cannot read {tmp_path}/\\xf6\\x1b[31m.tetris: No such file or directory\n"
+    )
 
 
 def test_a_result_that_nobody_reads_is_one_sentence() -> None:
@@ -151,7 +227,7 @@ def test_without_a_display_one_sentence_names_headless(
     monkeypatch.delenv("SDL_VIDEODRIVER", raising=False)
     monkeypatch.delenv("SDL_VIDEO_DRIVER", raising=False)
     monkeypatch.setattr(pygame.display, "init", lambda: None)
-    assert main([]) == 2
+    assert main([]) == 1
     message = capsys.readouterr().err
     assert "--headless" in message
     assert message.count("\n") == 1

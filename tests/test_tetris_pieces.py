@@ -30,6 +30,17 @@ L>2  ( 0, 0) (-2, 0) ( 1, 0) (-2,-1) ( 1, 2)
 L>0  ( 0, 0) ( 1, 0) (-2, 0) ( 1,-2) (-2, 1)
 0>L  ( 0, 0) (-1, 0) ( 2, 0) (-1, 2) ( 2,-1)
 """
+# TETR.IO's, as triangle.js (halp1/triangle, src/engine/utils/kicks/data.ts) has them; y points up.
+I_KICKS_PLUS = """
+0>R  ( 0, 0) ( 1, 0) (-2, 0) (-2,-1) ( 1, 2)
+R>0  ( 0, 0) (-1, 0) ( 2, 0) (-1,-2) ( 2, 1)
+R>2  ( 0, 0) (-1, 0) ( 2, 0) (-1, 2) ( 2,-1)
+2>R  ( 0, 0) (-2, 0) ( 1, 0) (-2, 1) ( 1,-2)
+2>L  ( 0, 0) ( 2, 0) (-1, 0) ( 2, 1) (-1,-2)
+L>2  ( 0, 0) ( 1, 0) (-2, 0) ( 1, 2) (-2,-1)
+L>0  ( 0, 0) ( 1, 0) (-2, 0) ( 1,-2) (-2, 1)
+0>L  ( 0, 0) (-1, 0) ( 2, 0) ( 2,-1) (-1, 2)
+"""
 
 
 def read_kicks(table: str) -> dict[tuple[int, int], tuple[tuple[int, int], ...]]:
@@ -52,6 +63,14 @@ def test_five_pieces_share_one_kick_table(kind: Kind) -> None:
 def test_i_has_kicks_of_its_own_and_o_never_moves() -> None:
     assert KICKS["I"] == read_kicks(I_KICKS)
     assert all(tests == ((0, 0),) for tests in KICKS["O"].values())
+
+
+def test_srs_plus_differs_from_srs_in_the_kicks_of_i_only() -> None:
+    plus = TABLES["srs+"]
+    assert plus["I"] == read_kicks(I_KICKS_PLUS)
+    assert {kind: plus[kind] for kind in KINDS if kind != "I"} == {
+        kind: KICKS[kind] for kind in KINDS if kind != "I"
+    }
 
 
 def test_a_turn_and_the_turn_back_try_opposite_kicks() -> None:

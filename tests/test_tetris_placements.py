@@ -9,7 +9,7 @@ from tetris.engine import Action, Config, Game
 from tetris.events import Locked
 from tetris.kicks import Kicks
 from tetris.moves import Spin
-from tetris.paths import path, paths
+from tetris.paths import fewest, path, paths
 from tetris.pieces import KINDS, Kind, Piece
 from tetris.placements import Placement, find
 
@@ -89,6 +89,21 @@ def test_a_straight_drop_is_the_shortest_way_there_is() -> None:
 
 def test_there_is_no_way_to_a_place_out_of_reach() -> None:
     assert path(Board().bits, Piece("O", 4, 18), Piece("O", 4, 5)) is None
+
+
+def test_the_fewest_shifts_and_turns_to_each_column() -> None:
+    places = [Piece("O", x, 0) for x in range(9)]
+    start = Piece("O", 4, 18)
+    tapped = [fewest(Board().bits, start, place) for place in places]
+    run = [fewest(Board().bits, start, place, runs=True) for place in places]
+    assert tapped == [4, 3, 2, 1, 0, 1, 2, 3, 4]
+    assert run == [1, 2, 2, 1, 0, 1, 2, 2, 1]  # what players learn as finesse
+
+
+def test_rows_down_are_free_on_the_way_to_a_slot() -> None:
+    board = Board.parse(T_SLOT)
+    assert fewest(board.bits, Piece("T", 3, 18), Piece("T", 3, 0, turn=2)) == 2
+    assert fewest(board.bits, Piece("O", 4, 18), Piece("O", 4, 9)) is None
 
 
 boards = st.integers(4, 10).flatmap(

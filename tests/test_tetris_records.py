@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tetris.folders import config_folder, data_folder
+from tetris.files import config_folder, data_folder, write_beside
 from tetris.modes import MODES
 from tetris.records import FILE_NAME, PLACES, Records, Totals
-from tetris.safe_file import write_beside
 from tetris.stats import Summary
 
 

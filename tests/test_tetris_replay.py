@@ -228,3 +228,14 @@ def test_the_rules_play_the_same_game_on_every_machine_and_python() -> None:
     story = "\n".join(f"{type(event).__name__} {event.time_s!r}" for event in told)
     story += f"\n{recorder.game.board}\n{recorder.replay().outcome}"
     assert sha256(story.encode()).hexdigest()[:16] == "9c544887638630f9"
+
+
+def test_an_older_recording_of_a_turn_held_and_pressed_turns_twice_as_it_did() -> None:
+    recorder = Recorder(3)
+    recorder.update(0.0)
+    held = [Action.ROTATE_CW]
+    recorder.update(0.5, [Action.HARD_DROP], initial=held)  # as the window once recorded it
+    recorder.update(0.5, [Action.ROTATE_CW], initial=held)
+    player = Player(recorder.replay())
+    player.advance(player.end_s)
+    assert (player.game.piece.turn, player.differs) == (2, False)

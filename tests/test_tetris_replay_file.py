@@ -3,7 +3,9 @@
 import hashlib
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, get_type_hints
 
 import pytest
 from hypothesis import given, settings
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 
 from tetris import rules
 from tetris.engine import Action, Config, GravityCap
-from tetris.replay import Moment, Outcome, Player, Recorder, Replay
+from tetris.replay import LAST_SEED, MOST, Moment, Outcome, Player, Recorder, Replay
 from tetris.replay_file import ReplayError, decode, encode, load, save
 
 HELD = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
@@ -128,6 +130,97 @@ def test_a_file_that_was_cut_off_is_refused(cut: int) -> None:
     content = encode(small())
     with pytest.raises(ReplayError):
         decode(content[: max(0, len(content) - 1 - cut)])
+
+
+@pytest.mark.parametrize(
+    ("seed", "rules_", "mode", "says"),
+    [
+        (-1, {}, "", "seed -1 must be from 0 to 18446744073709551615"),
+        (2**64, {}, "", "seed 18446744073709551616 must be"),
+        (1, {"start_level": 10_001}, "", "start_level 10001 must be 10000 or less"),
+        (1, {"lines_goal": 10_001}, "", "lines_goal 10001 must be"),
+        (1, {"soft_drop_factor": 10_001}, "", "soft_drop_factor 10001 must be"),
+        (1, {"lock_resets": 10_001}, "", "lock_resets 10001 must be"),
+        (1, {"previews": 101}, "", "previews 101 must be 100 or less"),
+        (1, {}, "Foo", "mode 'Foo' must be up to 32 of a-z"),
+        (1, {}, "a" * 33, "must be up to 32"),
+        (1, {}, "a\n", "must be up to 32"),
+    ],
+)
+def test_a_game_that_no_file_can_hold_is_not_recorded(
+    seed: int, rules_: dict[str, int], mode: str, says: str, tmp_path: Path
+) -> None:
+    config = Config(**rules_)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=re.escape(says)):
+        Recorder(seed, config, mode)
+    replay = Replay(seed, config, mode, (Moment(0),), 0, Outcome(0, 0, 0, False))
+    with pytest.raises(ReplayError, match=re.escape(says)):
+        save(tmp_path / "game.tetris", replay)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_largest_game_that_a_file_can_hold_is_recorded_and_read() -> None:
+    recorder = Recorder(LAST_SEED, Config(**MOST), "a" * 32)  # type: ignore[arg-type]
+    recorder.update(0.0, [Action.RESTART] * 999)
+    recorder.update(400 * 3600.0)
+    assert decode(encode(recorder.replay())) == recorder.replay()
+
+
+def test_every_whole_number_in_the_rules_has_a_bound_that_is_the_files_too() -> None:
+    whole = [name for name, kind in get_type_hints(Config).items() if kind in (int, int | None)]
+    for name in whole:
+        with pytest.raises(ValueError):
+            Recorder(1, Config(**{name: 10**6}))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"moments": ()}, "must have moments"),
+        ({"moments": (Moment(5), Moment(4))}, "in the order of time"),
+        ({"moments": (Moment(-1),)}, "in the order of time"),
+        ({"end_us": -1}, "in the order of time"),
+        ({"end_us": 400 * 3_600_000_000 + 1}, "within 400 hours"),
+        ({"moments": (Moment(0, initial=(Action.LEFT,)),)}, "only turns and holds are held"),
+        ({"moments": (Moment(0, initial=HELD[::-1]),)}, "in order"),
+        ({"moments": (Moment(0, (Action.RESTART,) * 1000),)}, "1000 games at most; this .* 1001"),
+        ({"moments": (Moment(0, (Action.LEFT,) * 1_000_001),)}, "1,000,000 inputs at most"),
+        ({"outcome": Outcome(-1, 0, 0, False)}, "outcome .* out of range"),
+        ({"outcome": Outcome(0, 0, 2**64, False)}, "outcome .* out of range"),
+    ],
+)
+def test_a_replay_that_would_be_refused_is_not_saved(change: dict[str, Any], says: str) -> None:
+    plain = Replay(1, Config(), "", (Moment(0),), 0, Outcome(0, 0, 0, False))
+    assert decode(encode(plain)) == plain
+    end_us = max((moment.time_us for moment in change.get("moments", ())), default=0)
+    with pytest.raises(ReplayError, match=says):
+        encode(replace(plain, **{"end_us": end_us, **change}))
+
+
+def test_a_million_changes_of_gravity_are_saved_and_read() -> None:
+    moment = Moment(0, (GravityCap(12),) * 1_000_000)
+    replay = Replay(1, Config(), "", (moment,), 0, Outcome(0, 0, 0, False))
+    assert decode(encode(replay)) == replay
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"guard_s": 0}, {"guard_s": 0.0}),
+        ({"guard_s": -0.0}, {"guard_s": 0.0}),
+        ({"time_limit_s": 120}, {"time_limit_s": 120.0}),
+        ({"start_level": True}, {"start_level": 1}),
+        ({"hold": 1}, {"hold": True}),
+    ],
+)
+def test_equal_replays_have_equal_files(one: dict[str, Any], other: dict[str, Any]) -> None:
+    first, second = (
+        Replay(1, Config(**rules_), "", (Moment(0),), 0, Outcome(0, 0, 0, False))
+        for rules_ in (one, other)
+    )
+    assert first == second
+    assert encode(first) == encode(second)
+    assert decode(encode(first)) == first
 
 
 FORGED: list[tuple[Callable[[str], str], str]] = [

@@ -82,6 +82,11 @@ def test_a_perfect_clear_by_a_back_to_back_quad_adds_3200() -> None:
     assert worth(4, b2b=True, perfect=True).points == 1200 + 3200
 
 
+def test_a_lock_that_clears_nothing_is_no_perfect_clear() -> None:
+    for spin in Spin:
+        assert worth(0, spin) == Clear(0, spin, False, -1, False, worth(0, spin).points)
+
+
 def test_a_level_is_ten_lines_and_the_first_goal_ten_times_the_start_level() -> None:
     assert [level_of(lines, 1) for lines in (0, 9, 10, 19, 20)] == [1, 1, 2, 2, 3]
     assert [level_of(lines, 5) for lines in (0, 10, 49, 50, 60)] == [5, 5, 5, 6, 7]

@@ -9,8 +9,9 @@ from tetris_window_player import FRAME_S, Player, open_app, opened
 
 from tetris.engine import Phase
 from tetris.film import FilmError
+from tetris.replay import Player as ReplayPlayer
 from tetris.window import filming
-from tetris.window.app import Start
+from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
@@ -161,6 +162,15 @@ def test_the_bot_plays_every_mode_to_be_watched(window: pygame.Surface, mode: st
     assert player.game.session.game.pieces_placed >= 5
 
 
+def test_a_level_without_a_mode_chooses_a_mode_with_levels(window: pygame.Surface) -> None:
+    app = App(window, Start(), sound=False)
+    app.stage.change(Settings(mode="sprint"))
+    app._flow.begin(Start(level=7))
+    screen = app.stage.screen
+    assert isinstance(screen, PlayScreen)
+    assert (screen.session.mode.name, screen.session.game.level) == ("marathon", 7)
+
+
 def test_zen_takes_a_piece_back(window: pygame.Surface) -> None:
     player = open_app(window, Start(mode="zen", seed=3))
     player.wait(READY_S + 0.1)
@@ -183,6 +193,74 @@ def test_a_turn_that_is_held_turns_the_next_piece_as_it_enters(window: pygame.Su
     player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_z))
     player.key(pygame.K_SPACE)
     assert player.game.session.game.piece.turn == 3
+
+
+SPACE, UP, Z, C = pygame.K_SPACE, pygame.K_UP, pygame.K_z, pygame.K_c
+LEFT, RIGHT = pygame.K_LEFT, pygame.K_RIGHT
+
+
+def pressed(
+    window: pygame.Surface, *frames: tuple[int, ...], hz: int, settings: Settings | None = None
+) -> PlayScreen:
+    """Play frames of keys, each in its order; a negative key comes up."""
+    app = App(window, Start(mode="endless", seed=3), sound=False)
+    app.stage.change(settings or Settings())
+    app.step(0.0, [])
+    screen = app.stage.screen
+    assert isinstance(screen, PlayScreen)
+    screen.resume()  # with these settings
+    for number, keys in enumerate([(), (), *frames]):
+        now_s = READY_S + number / hz
+        kinds = [(pygame.KEYDOWN if key > 0 else pygame.KEYUP, abs(key)) for key in keys]
+        app.step(now_s, [pygame.event.Event(kind, key=key) for kind, key in kinds])
+    return screen
+
+
+@pytest.mark.parametrize("hz", [30, 60])
+@pytest.mark.parametrize(
+    ("keys", "turn", "placed"),
+    [
+        ((SPACE, UP), 1, 1),  # the turn is for the next piece, and once
+        ((SPACE, Z), 3, 1),
+        ((SPACE, UP, Z), 0, 1),  # there and back
+        ((C, UP), 1, 0),
+        ((C, UP, SPACE), 1, 1),  # the turn is still down as the piece after it enters
+        ((SPACE, C, UP), 1, 1),
+        ((UP, SPACE), 1, 1),  # roll-over: held as the next piece enters
+        ((UP, SPACE, -UP), 1, 1),
+        ((UP, -UP, SPACE), 0, 1),
+        ((UP, Z, SPACE), 0, 1),  # both held: neither
+        ((UP, SPACE, -UP, UP), 2, 1),  # held, and then pressed again
+    ],
+)
+def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
+    window: pygame.Surface, keys: tuple[int, ...], turn: int, placed: int, hz: int
+) -> None:
+    together = pressed(window, keys, hz=hz).session
+    apart = pressed(window, *((key,) for key in keys), hz=hz).session
+    for session in (together, apart):
+        assert (session.game.piece.turn, session.game.pieces_placed) == (turn, placed)
+        again = ReplayPlayer(session.recorder.replay())
+        again.advance(again.end_s)
+        assert again.game.piece == session.game.piece
+    assert together.game.piece.kind == apart.game.piece.kind
+    assert together.game.hold == apart.game.hold
+
+
+@pytest.mark.parametrize("hz", [30, 60])
+@pytest.mark.parametrize("arr_ms", [0, 10, 33, 100])
+def test_a_shift_held_against_the_wall_is_one_input(
+    window: pygame.Surface, arr_ms: int, hz: int
+) -> None:
+    hands, run = Settings(arr_ms=arr_ms), [()] * hz
+    held = pressed(window, (LEFT,), *run, (-LEFT, SPACE), hz=hz, settings=hands)
+    back = (-LEFT, RIGHT, -RIGHT, SPACE)  # the standard two inputs for the second column
+    tapped = pressed(window, (LEFT,), *run, back, hz=hz, settings=hands)
+    for screen, x, commands in ((held, 0, 2), (tapped, 1, 3)):
+        locked = screen.session.game.board.rows[0]
+        assert len(locked) - len(locked.lstrip(".")) == x
+        summary = screen.session.summary
+        assert (summary.faults, summary.commands) == (0, commands)
 
 
 def test_at_an_instant_repeat_a_held_direction_goes_to_the_wall(player: Player) -> None:

@@ -110,3 +110,12 @@ def test_the_players_settings_reach_the_rules_of_every_mode(name: str) -> None:
     assert config.guard_s == 0.9
     assert config.start_level == (5 if MODES[name].levels else 1)
     assert Session(MODES[name], 3, settings, level=9).game.config.start_level in (1, 9)
+
+
+def test_a_game_that_no_file_can_hold_is_a_sentence_and_has_its_place(tmp_path: Path) -> None:
+    session = played("zen", pieces=10)
+    session.recorder.update(500 * 3600.0)
+    kept = Shelf(tmp_path).keep(session)
+    assert "within 400 hours" in kept.notice
+    assert kept.place == 1
+    assert replays(tmp_path) == []

@@ -1,5 +1,6 @@
 """Tables that are written as TOML are read as they were, by Python's own reader."""
 
+import datetime
 import tomllib
 from typing import Any
 
@@ -28,6 +29,12 @@ def test_every_table_comes_back(table: dict[str, Any]) -> None:
 
 def test_the_shipped_manifest_comes_back() -> None:
     table = bundle.manifest(bundle.unpack(bundle.default_path().read_bytes())[bundle.MANIFEST])
+    assert tomllib.loads(toml_text.dumps(table)) == table
+
+
+def test_times_come_back() -> None:
+    table = {"a": [datetime.date(1979, 5, 27), datetime.time(7, 32)]}
+    table["b"] = [datetime.datetime(1979, 5, 27, 7, 32, tzinfo=datetime.UTC)]
     assert tomllib.loads(toml_text.dumps(table)) == table
 
 

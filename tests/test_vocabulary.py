@@ -89,7 +89,7 @@ def test_a_vocabulary_is_read_with_its_commands_and_files(tmp_path: Path) -> Non
         ('[[gesture]]\nlabel = "a"\ncommand = "Jump!"', "is no command"),
         ('[[gesture]]\nlabel = "a"\ncommand = []', "no rules"),
         ('[[gesture]]\nlabel = "a"\nfile = 3', "not the name"),
-        ("[[gesture]", "is no TOML"),
+        ("[[gesture]", "mine.toml, line 1: expected"),
         ("colour = 1", "'colour' is unknown"),
     ],
 )
@@ -104,5 +104,5 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     with pytest.raises(VocabularyError, match="cannot read"):
         vocabulary.read(tmp_path / "absent.toml")
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(VocabularyError, match="no text in UTF-8"):
+    with pytest.raises(VocabularyError, match="not text in UTF-8"):
         vocabulary.read(tmp_path / "binary.toml")

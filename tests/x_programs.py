@@ -27,11 +27,14 @@ def server() -> Iterator[Screen]:
     )
     os.close(writing)
     with os.fdopen(reading) as told:
-        screen = Screen(told.readline().strip())
-    yield screen
-    screen.close()
-    process.terminate()
-    process.wait()
+        number = told.readline().strip()
+    try:
+        screen = Screen(number)
+        yield screen
+        screen.close()
+    finally:
+        process.terminate()
+        process.wait()
 
 
 class Screen:
@@ -136,7 +139,7 @@ class Player:
         target: str = "keyboard",
     ) -> None:
         command = [sys.executable, "-m", "host", "--target", target, "--headless"]
-        command += ["--backend", backend, "--keys", str(mapping), "--link", orb.url]
+        command += ["--backend", backend, "--mapping", str(mapping), "--link", orb.url]
         self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         orb.met()
 

@@ -13,6 +13,7 @@ from tetris.bot import LOST, Plan
 from tetris.engine import Game
 from tetris.events import Action
 from tetris.features import BCTS, HEADROOM_ROWS, loses, middle, settled, surface
+from tetris.moves import entered
 from tetris.paths import path, paths
 from tetris.pieces import Kind, Piece
 from tetris.placements import find
@@ -167,7 +168,4 @@ class _Search:
 
 def _entered(bits: int, kind: Kind, config: Config) -> Piece | None:
     """Return a piece that has just come; None where it cannot, and the game is over."""
-    piece = Piece.entering(kind, config.columns, config.rows)
-    if bits & piece.mask:
-        return None
-    return piece if bits & piece.below.mask else piece.below
+    return entered(bits, Piece.entering(kind, config.columns, config.rows))

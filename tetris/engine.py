@@ -95,6 +95,8 @@ class Game(Falling):
     def set_up(self, board: Board, piece: Piece, *, kick: int | None = None) -> None:
         """Go on from another position, with a piece that has just come there.
 
+        A game that is over stays over; the position is then only to be seen.
+
         Args:
             board: The blocks.
             piece: Where the piece in play is.
@@ -111,6 +113,7 @@ class Game(Falling):
             raise ValueError(f"{piece} does not fit on the board; put it where cells are free")
         self.board = board
         self._take(piece)
+        self.in_play = self.phase is not Phase.OVER
         self._kick = kick
 
     def _act(self, given: Input) -> None:

@@ -8,15 +8,22 @@ docs/tetris.md "environment" has the observations, actions and rewards.
 
 from typing import Any, Final, Literal, cast
 
-import gymnasium
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "tetris.env needs Gymnasium, which is not installed; pip install 'orbtouch[gym]'",
+        name=error.name,
+    ) from error
 
 from tetris.board import EMPTY, row_shift
 from tetris.engine import Action, Config, Game, Phase
 from tetris.kicks import LAST_KICK
-from tetris.moves import Spin
+from tetris.moves import Spin, entered
 from tetris.pieces import KINDS, SHAPES, STRIDE, Kind, Piece
 from tetris.placements import find
 
@@ -150,9 +157,7 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
             return game.piece, None
         kind = game.hold or game.next[0]
         piece = Piece.entering(kind, self._config.columns, self._config.rows)
-        if not game.board.fits(piece):
-            return game.piece, None
-        return game.piece, piece.below if game.board.fits(piece.below) else piece
+        return game.piece, entered(game.board.bits, piece)
 
     def _place(self, action: int) -> bool:
         """Lock the piece; where that is out of reach, drop it from where it is."""

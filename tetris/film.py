@@ -9,8 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO, Final, Protocol, Self
 
+from tetris.files import check_replaceable
+
 Size = tuple[int, int]  # pixels
 Picture = bytes  # RGB, row by row from the top
+SUFFIXES: Final = (".gif", ".mp4")
 _COLOURS: Final = 256
 _CENTISECOND: Final = 100  # GIF counts time in these
 _GIF_END: Final = b"\x3b"
@@ -48,6 +51,7 @@ class FilmFile:
             FilmError: The suffix is another, or the library is missing.
             OSError: The file cannot be written.
         """
+        check_replaceable(path)
         self._path = path
         self._beside = path.with_name(f".{path.stem}.part{path.suffix}")
         suffix = path.suffix.lower()

@@ -38,6 +38,18 @@ class Spin(Enum):
     __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
 
 
+def entered(bits: int, piece: Piece) -> Piece | None:
+    """Return a piece after it has entered: a row down where that is free; None where it collides.
+
+    Args:
+        bits: The board's.
+        piece: As `Piece.entering` gives it.
+    """
+    if bits & piece.mask:
+        return None
+    return piece if bits & piece.below.mask else piece.below
+
+
 def shifted(bits: int, piece: Piece, dx: int, dy: int = 0) -> Piece | None:
     """Return the piece moved by whole cells, or None where it collides."""
     moved = piece_at(piece.kind, piece.x + dx, piece.y + dy, piece.turn)

@@ -13,6 +13,7 @@ from tetris.placements import Placement
 
 _Came = dict[Piece, tuple[Piece, Action] | None]  # from where, and by what
 _TURNS: Final = (Action.ROTATE_CW, Action.ROTATE_CCW)
+_SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 
 
 def path(
@@ -40,6 +41,47 @@ def paths(bits: int, piece: Piece, kicks: Kicks = "srs") -> dict[Placement, tupl
     `DOWN` is one row, as an orb gives it.
     """
     return dict(_walk(bits, piece, kicks))
+
+
+def fewest(
+    bits: int, piece: Piece, landing: Piece, *, kicks: Kicks = "srs", runs: bool = False
+) -> int | None:
+    """Return the fewest shifts and turns to a placement, rows down free; None if out of reach.
+
+    Args:
+        bits: The board.
+        piece: The piece where it is now.
+        landing: Where it shall lock, in any turn that fills the same cells.
+        kicks: The kick table.
+        runs: Whether a shift as far as it goes, as of a held key, counts as one.
+    """
+    for falls in (False, True):  # most placements need no row down, which is soon found
+        costs = {piece: 0}
+        queue = deque([piece])
+        while queue:
+            here = queue.popleft()
+            if moves.landed(bits, here).mask == landing.mask:
+                return costs[here]
+            for there, action, _ in _steps(bits, here, moves.TABLES[kicks]):
+                down = action is Action.DOWN
+                if down and not falls:
+                    continue
+                ways = [there]
+                if runs and action in _SHIFTS:
+                    ways.append(_shifted_on(bits, there, action))
+                cost = costs[here] + (not down)
+                for way in ways:
+                    if cost < costs.get(way, cost + 1):
+                        costs[way] = cost
+                        (queue.appendleft if down else queue.append)(way)
+    return None
+
+
+def _shifted_on(bits: int, piece: Piece, action: Action) -> Piece:
+    """Return a piece shifted as far as it goes."""
+    while not bits & (further := piece.left if action is Action.LEFT else piece.right).mask:
+        piece = further
+    return piece
 
 
 def _walk(bits: int, piece: Piece, kicks: Kicks) -> Iterator[tuple[Placement, tuple[Action, ...]]]:

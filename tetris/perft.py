@@ -1,9 +1,10 @@
 """Counting what a queue of pieces can come to, to compare generators of placements.
 
-The convention: the empty board of ten columns, no hold; each piece enters as the game lets
-it enter, at rows 20 and 21, moves by shifts, falls and turns with kicks, and locks; full
-rows are taken away. A placement counts once for the cells that it fills, however it was
-reached, in whichever turn, and with or without a spin. A game that is lost ends its count.
+The convention: the empty board of ten columns, no hold; each piece enters as in the game, in
+rows 20 and 21 and at once a row down where that is free, moves by shifts, falls and turns with
+kicks, and locks; full rows are taken away. A placement counts once for the cells that it fills,
+however it was reached, in whichever turn, and with or without a spin. A game that is lost ends
+its count.
 """
 
 from collections.abc import Iterable, Iterator
@@ -12,6 +13,7 @@ from typing import Final
 from tetris.board import EMPTY_BITS
 from tetris.kernel import lock
 from tetris.kicks import Kicks
+from tetris.moves import entered
 from tetris.pieces import Kind, Piece
 from tetris.placements import find
 
@@ -25,7 +27,10 @@ def leaves(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) 
     if not kinds:
         return 1
     kind, *others = kinds
-    places = find(bits, Piece.entering(kind), kicks)
+    piece = entered(bits, Piece.entering(kind))
+    if piece is None:
+        return 0
+    places = find(bits, piece, kicks)
     if not others:
         return sum(positions.bit_count() for positions in places.turns)
     return sum(leaves(others, kicks, after) for after in _after(bits, places.pieces()))
@@ -49,7 +54,8 @@ def boards(queue: Iterable[Kind], kicks: Kicks = "srs", bits: int = EMPTY_BITS) 
 def _grown(reached: set[int], kind: Kind, kicks: Kicks) -> Iterator[int]:
     entering = Piece.entering(kind)
     for bits in reached:
-        yield from _after(bits, find(bits, entering, kicks).pieces())
+        if piece := entered(bits, entering):
+            yield from _after(bits, find(bits, piece, kicks).pieces())
 
 
 def _after(bits: int, places: list[Piece]) -> Iterator[int]:

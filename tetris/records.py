@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, TypeVar, get_type_hints
 
+from tetris.files import DAMAGES, put_aside, read_bytes, write_beside
 from tetris.modes import Mode, Ranking
-from tetris.safe_file import put_aside, write_beside
 from tetris.stats import Summary
 
 FILE_NAME: Final = "records.json"
@@ -169,22 +169,24 @@ class Records:
 
     def _read(self) -> None:
         try:
-            with self._path.open("rb") as file:
-                content = file.read(_MOST_BYTES + 1)
+            self._best, self._totals = _decoded(read_bytes(self._path, _MOST_BYTES))
         except FileNotFoundError:
             return
         except OSError as error:
-            self.trouble = f"cannot read {self._path}: {error.strerror or error}"
-            return
-        try:
-            self._best, self._totals = _decoded(content)
-        except (ValueError, RecursionError):  # JSON nested too deep is no list of ours either
-            try:
-                aside = put_aside(self._path)
-            except OSError as error:
-                self.trouble = f"{self._path} is damaged: {error.strerror or error}"
+            if error.errno in DAMAGES:
+                self._put_aside()
             else:
-                self.trouble = f"the best lists were damaged and begin anew; they are in {aside}"
+                self.trouble = f"cannot read {self._path}: {error.strerror or error}"
+        except (ValueError, RecursionError):  # JSON nested too deep is no list of ours either
+            self._put_aside()
+
+    def _put_aside(self) -> None:
+        try:
+            aside = put_aside(self._path)
+        except OSError as error:
+            self.trouble = f"{self._path} is damaged: {error.strerror or error}"
+        else:
+            self.trouble = f"the best lists were damaged and begin anew; they are in {aside}"
 
     def _write(self) -> None:
         modes = {
@@ -207,8 +209,6 @@ def _decoded(content: bytes) -> tuple[dict[str, list[Entry]], dict[str, Totals]]
     Raises:
         ValueError: Something is not as we write it.
     """
-    if len(content) > _MOST_BYTES:
-        raise ValueError("too long")
     document = json.loads(content)
     if not isinstance(document, dict) or document.get("form") != _FORM:
         raise ValueError("not ours, or of another form")

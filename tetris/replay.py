@@ -5,7 +5,8 @@ whole microseconds, which the game is given too: what is played is what is recor
 replay's events are the game's, bit for bit.
 """
 
-from collections.abc import Collection, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,10 +14,19 @@ from tetris.engine import Game, Phase, Snapshot
 from tetris.events import Action, Event, Input
 from tetris.rules import Config
 
+LAST_SEED: Final = 2**64 - 1
+MOST: Final[Mapping[str, int]] = {  # of the rules that are whole numbers without a bound
+    "start_level": 10_000,
+    "lock_resets": 10_000,
+    "soft_drop_factor": 10_000,
+    "previews": 100,
+    "lines_goal": 10_000,
+}
+MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
+HOLDABLE: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _US: Final = 1_000_000
 _KEYFRAME_US: Final = 5 * _US  # between two positions that a seek can start from
 _KEYFRAME_MOMENTS: Final = 200
-_INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)  # what can be held
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +37,8 @@ class Moment:
         time_us: When, in microseconds of the clock of those who played.
         inputs: What the player did, in order.
         soft_drop: Whether soft drop is held from then on.
-        initial: The turns and the hold that are held down from then on.
+        initial: The turns and the hold that are held down from then on, in the order of
+            `HOLDABLE`.
     """
 
     time_us: int
@@ -82,7 +93,12 @@ class Recorder:
     """
 
     def __init__(self, seed: int, config: Config | None = None, mode: str = "") -> None:
-        """Begin a game; its time begins with the first update."""
+        """Begin a game; its time begins with the first update.
+
+        Raises:
+            ValueError: A replay cannot hold such a game: see `check_game`.
+        """
+        check_game(seed, config or Config(), mode)
         self._keep(seed, Game(seed, config), mode, [], 0)
 
     @classmethod
@@ -121,7 +137,7 @@ class Recorder:
         time_us = round(time_s * _US)
         if time_us < 0:
             raise ValueError(f"a clock at {time_s} s must be at 0 s or later")
-        held = tuple(action for action in _INITIAL if action in initial)
+        held = tuple(action for action in HOLDABLE if action in initial)
         moment = Moment(time_us, tuple(inputs), soft_drop, held)
         events = _tell(self.game, moment)
         before = self._moments[-1] if self._moments else None
@@ -146,6 +162,23 @@ class Recorder:
         outcome = Outcome.of(self.game)
         config = self.game.config
         return Replay(self.seed, config, self.mode, tuple(self._moments), self._last_us, outcome)
+
+
+def check_game(seed: int, config: Config, mode: str) -> None:
+    """Refuse a game that a replay cannot hold.
+
+    Raises:
+        ValueError: The seed is not from 0 to 2**64 - 1, the mode is no name in small letters, or
+            a whole number of the rules is too large.
+    """
+    if not 0 <= seed <= LAST_SEED:
+        raise ValueError(f"seed {seed} must be from 0 to {LAST_SEED}")
+    if not MODE.fullmatch(mode):
+        raise ValueError(f"mode {mode!r} must be up to 32 of a-z, 0-9 and _")
+    for name, most in MOST.items():
+        number = getattr(config, name)
+        if number is not None and number > most:
+            raise ValueError(f"{name} {number} must be {most} or less")
 
 
 class Player:

@@ -10,22 +10,21 @@ import math
 import re
 import types
 import typing
+from collections.abc import Collection
 from pathlib import Path
 from typing import Final
 
 from tetris import rules
 from tetris.events import Action, GravityCap, Input
-from tetris.replay import Moment, Outcome, Replay
+from tetris.files import read_bytes, write_beside
+from tetris.replay import HOLDABLE, LAST_SEED, MODE, MOST, Moment, Outcome, Replay, check_game
 from tetris.rules import Config
-from tetris.safe_file import write_beside
 
 SUFFIX: Final = ".tetris"
 FORM: Final = 1  # of the file, not of the rules
 _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
 _MOST_NUMBER: Final = 2**64 - 1
-_MOST_RULE: Final = 10_000  # of a whole number in the rules
-_MOST_PREVIEWS: Final = 100
 _MOST_INPUTS: Final = 1_000_000  # and as many moments
 _MOST_GAMES: Final = 1_000  # begun anew within one replay: each is work to play
 _MOST_US: Final = 400 * 3_600_000_000  # of the clock
@@ -51,13 +50,19 @@ _MOMENT: Final = re.compile(
 _INPUT: Final = re.compile(r"g\d+|.", re.ASCII)
 _WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
-_MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
-_FIELDS: Final = dataclasses.fields(Config)
-_TYPES: Final = typing.get_type_hints(Config)
+_TYPES: Final = {  # in the order of the file
+    field.name: typing.get_type_hints(Config)[field.name] for field in dataclasses.fields(Config)
+}
+_WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
+_TOO_MANY: Final = f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more"
+_TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more"
 
 
 class ReplayError(ValueError):
-    """A file is no replay that can be played here; the message is one sentence."""
+    """A file is no replay that can be played here, or a replay cannot become a file.
+
+    The message is one sentence.
+    """
 
 
 def save(path: Path, replay: Replay) -> None:
@@ -65,6 +70,7 @@ def save(path: Path, replay: Replay) -> None:
 
     Raises:
         OSError: It cannot be written.
+        ReplayError: `load` would refuse the file.
     """
     write_beside(path, encode(replay))
 
@@ -76,8 +82,7 @@ def load(path: Path) -> Replay:
         ReplayError: The file cannot be read, or is foreign, damaged or of other rules.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(_MOST_BYTES + 1)
+        content = read_bytes(path, _MOST_BYTES)
     except OSError as error:
         raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
     try:
@@ -87,20 +92,61 @@ def load(path: Path) -> Replay:
 
 
 def encode(replay: Replay) -> bytes:
-    """Return a replay as the bytes of a file; the same for equal replays."""
+    """Return a replay as the bytes of a file; the same for equal replays.
+
+    Raises:
+        ReplayError: `decode` would refuse them.
+    """
+    _check(replay)
     outcome = replay.outcome
     head = [
         f"{_TITLE} {FORM}",
         f"rules {rules.VERSION}",
         f"seed {replay.seed}",
         f"mode {replay.mode}",
-        *(f"{field.name} {_written(getattr(replay.config, field.name))}" for field in _FIELDS),
+        *(f"{name} {_written(name, getattr(replay.config, name))}" for name in _TYPES),
         f"outcome {outcome.score} {outcome.lines} {outcome.pieces} {outcome.over:d}",
         f"end {replay.end_us}",
         f"moments {len(replay.moments)}",
     ]
     body = "\n".join([*head, *_moment_lines(replay.moments)]) + "\n"
-    return f"{body}sha256 {_digest(body)}\n".encode("ascii")
+    content = f"{body}sha256 {_digest(body)}\n".encode("ascii")
+    if len(content) > _MOST_BYTES:
+        raise ReplayError(_TOO_LONG)
+    return content
+
+
+def _check(replay: Replay) -> None:
+    """Refuse a replay that `decode` would refuse."""
+    outcome, moments = replay.outcome, replay.moments
+    try:
+        check_game(replay.seed, replay.config, replay.mode)
+    except ValueError as error:
+        raise ReplayError(f"the replay cannot be kept: {error}") from error
+    numbers = (outcome.score, outcome.lines, outcome.pieces)
+    if not all(0 <= number <= _MOST_NUMBER for number in numbers):
+        raise ReplayError(f"the replay cannot be kept: its outcome {numbers} is out of range")
+    times = [0, *(moment.time_us for moment in moments), replay.end_us]
+    if not moments or times != sorted(times) or replay.end_us > _MOST_US:
+        raise ReplayError(
+            "the replay cannot be kept: it must have moments, in the order of time, within "
+            f"{_MOST_US // 3_600_000_000} hours of the clock"
+        )
+    if any(moment.initial != _held(moment.initial) for moment in moments):
+        raise ReplayError("the replay cannot be kept: only turns and holds are held, in order")
+    inputs = [given for moment in moments for given in moment.inputs]
+    if max(len(moments), len(inputs)) > _MOST_INPUTS:
+        raise ReplayError(_TOO_MANY)
+    _check_games(1 + inputs.count(Action.RESTART))
+
+
+def _held(actions: Collection[Action]) -> tuple[Action, ...]:
+    return tuple(action for action in HOLDABLE if action in actions)
+
+
+def _check_games(games: int) -> None:
+    if games > _MOST_GAMES:
+        raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
 
 
 def decode(content: bytes) -> Replay:
@@ -112,7 +158,7 @@ def decode(content: bytes) -> Replay:
     if not content.startswith(f"{_TITLE} ".encode("ascii")):
         raise ReplayError("this is no replay of this game")
     if len(content) > _MOST_BYTES:
-        raise ReplayError(f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more")
+        raise ReplayError(_TOO_LONG)
     try:
         text = content.decode("ascii")
     except UnicodeDecodeError as error:
@@ -165,8 +211,8 @@ class _Lines:
 
 
 def _replay(lines: _Lines) -> Replay:
-    seed, mode = lines.whole("seed"), lines.value("mode")
-    if not _MODE.fullmatch(mode):
+    seed, mode = lines.whole("seed", LAST_SEED), lines.value("mode")
+    if not MODE.fullmatch(mode):
         raise ReplayError("the replay is damaged: its mode is no name of one")
     config = _config(lines)
     outcome = lines.value("outcome").split(" ")
@@ -185,22 +231,28 @@ def _replay(lines: _Lines) -> Replay:
 # -- the rules ---------------------------------------------------------------------------------
 
 
-def _written(value: object) -> str:
-    """Return a value of the rules as one word."""
-    match value:
-        case None:
-            return "none"
-        case bool():
-            return "yes" if value else "no"
-        case float():
-            return repr(value)
-        case str():
-            return "/".join(value.split()) or "-"
-    return str(value)
+def _written(name: str, value: typing.Any) -> str:
+    """Return a value of the rules as one word, by the type that `Config` declares."""
+    kinds = _kinds(name)
+    if value is None:
+        return "none"
+    if bool in kinds:
+        return "yes" if value else "no"
+    if int in kinds:
+        return str(int(value))
+    if float in kinds:
+        return repr(float(value) + 0.0)  # without the sign of a zero
+    return "/".join(value.split()) or "-"
+
+
+def _kinds(name: str) -> tuple[object, ...]:
+    """Return the types that `Config` declares for a rule, or the words of a Literal."""
+    declared = _TYPES[name]
+    return typing.get_args(declared) or (declared,)
 
 
 def _config(lines: _Lines) -> Config:
-    values = {field.name: _read(field.name, lines.value(field.name)) for field in _FIELDS}
+    values = {name: _read(name, lines.value(name)) for name in _TYPES}
     try:
         return Config(**values)
     except ValueError as error:
@@ -209,14 +261,13 @@ def _config(lines: _Lines) -> Config:
 
 def _read(name: str, word: str) -> typing.Any:
     """Read one value of the rules by the type that `Config` declares."""
-    declared = _TYPES[name]
-    kinds = typing.get_args(declared) or (declared,)  # of a union, or the words of a Literal
+    kinds = _kinds(name)
     if word == "none" and types.NoneType in kinds:
         return None
     if bool in kinds and word in ("yes", "no"):
         return word == "yes"
     if int in kinds:
-        return _whole(name, word, _MOST_PREVIEWS if name == "previews" else _MOST_RULE)
+        return _whole(name, word, MOST.get(name, _MOST_NUMBER))
     if float in kinds and _NUMBER.fullmatch(word):
         number = float(word)
         if math.isfinite(number) and number <= _MOST_US / 1e6:
@@ -271,9 +322,9 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             raise ReplayError(f"the replay is damaged: {word[:40]!r} is no moment")
         wait, codes, soft, held = found.groups()
         games += codes.count("n")
-        inputs += len(codes)
+        inputs += len(codes.translate(_WITHOUT_DIGITS))
         if inputs > _MOST_INPUTS:
-            raise ReplayError(f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more")
+            raise ReplayError(_TOO_MANY)
         before = Moment(
             before.time_us + int(wait),
             tuple(_input(code) for code in _INPUT.findall(codes)),
@@ -281,8 +332,7 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
         )
         moments.append(before)
-    if games > _MOST_GAMES:
-        raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
+    _check_games(games)
     return tuple(moments)
 
 

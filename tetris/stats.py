@@ -1,8 +1,9 @@
 """How well somebody plays: pieces and commands, speed, finesse, and what was cleared.
 
 Pure: events and counted commands come in. Finesse asks of each piece whether its place could
-have been reached with fewer shifts and turns; rows down, drops and waiting are free, and
-shifts that a held key repeats count as the steps they are.
+have been reached with fewer inputs. An input is a turn or a shift that the player gave, whether
+it succeeded or not; repeats of a held shift belong to the press that began them. Rows down,
+drops and waiting are free.
 """
 
 from collections import Counter
@@ -10,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from tetris import bot, paths
+from tetris import paths
 from tetris.board import Board, without_rows
 from tetris.engine import Game
 from tetris.events import (
@@ -40,7 +41,7 @@ class Summary:
         pieces: Locked.
         time_s: Played, without pauses.
         commands: Given by the player.
-        faults: Shifts and turns more than were needed, over all pieces.
+        faults: Inputs more than were needed, over all pieces.
         faultless: Pieces with none.
         combo: The most clears in a row.
         b2b: The most difficult clears in a row that were paid as such.
@@ -98,8 +99,12 @@ class Statistics:
         config = self._config
         self._bits = Board.parse(config.board, config.columns).bits
         self._locks: list[_Lock] = []
-        self._commands = self._steps = self._b2b = 0
+        self._commands = self._b2b = 0
         self._entered: Piece | None = None
+        self._next_piece()
+
+    def _next_piece(self) -> None:
+        self._inputs, self._ran = 0, False  # the latter: whether a repeat moved the piece
 
     def update(self, events: Iterable[Event], commands: int = 0) -> None:
         """Take what an update of the game gave.
@@ -107,12 +112,14 @@ class Statistics:
         Args:
             events: What happened, all of it, oldest first.
             commands: How many of `COMMANDS` the player gave for it; a repeat of a held key
-                is none.
+                is none, and comes in an update of its own.
         """
         for event in events:
             match event:
+                case Moved(action=action) if action in _STEPS and not commands:
+                    self._ran = True
                 case Moved(action=action) | Rotated(action=action) | Blocked(action=action):
-                    self._steps += action in _STEPS
+                    self._inputs += commands > 0 and action in _STEPS
                 case Spawned(piece=piece):
                     self._entered = piece
                 case Locked():
@@ -120,7 +127,7 @@ class Statistics:
                 case Undone() if self._locks:
                     self._bits = self._locks.pop().bits
                     self._b2b = self._locks[-1].b2b if self._locks else 0
-                    self._steps = 0
+                    self._next_piece()
                 case Restarted():
                     self._begin()
         self._commands += commands
@@ -148,20 +155,19 @@ class Statistics:
         if clear.lines:
             self._b2b = self._b2b + 1 if clear.b2b else 0
         needed = self._fewest(piece)
-        faults = 0 if needed is None else max(0, self._steps - needed)
+        faults = 0 if needed is None else max(0, self._inputs - needed)
         combo = clear.combo + 1
         self._locks.append(_Lock(self._bits, clear.name, combo, self._b2b, clear.perfect, faults))
         bits = self._bits | piece.mask
         self._bits = without_rows(bits, list(event.rows), self._config.columns)
-        self._steps = 0
+        self._next_piece()
 
     def _fewest(self, landing: Piece) -> int | None:
-        """Return the shifts and turns that a landing needs; None if nobody knows."""
+        """Return the inputs that a landing needs; None if they are unknown.
+
+        A player who let a shift repeat could have gone to the wall with any one of them.
+        """
         entered, kicks = self._entered, self._config.kicks
         if entered is None or entered.kind != landing.kind:
             return None
-        for place, actions in bot.landings(self._bits, entered, kicks):
-            if place.mask == landing.mask:
-                return len(actions) - 1  # without the drop
-        way = paths.path(self._bits, entered, landing, kicks=kicks)  # tucked in, or spun
-        return None if way is None else sum(action in _STEPS for action in way)
+        return paths.fewest(self._bits, entered, landing, kicks=kicks, runs=self._ran)

@@ -21,7 +21,6 @@ from controller.adapt.examples import Example, touched
 from controller.adapt.lesson import AdaptError, teach
 from controller.bundle import BundleError
 from controller.shelf.shelf import Shelf
-from controller.shelf.words import called
 
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
@@ -75,7 +74,7 @@ def correct(
     images: Images,
     rate_hz: float,
     shelf: Shelf,
-    install: Callable[[Path], str],
+    install: Callable[[Path, str], str],
 ) -> str:
     """Learn what the latest touch was and take the bundle that knows it into use.
 
@@ -86,7 +85,8 @@ def correct(
         images: The latest, z, (frames, rows, columns).
         rate_hz: Frames per second.
         shelf: Of this device.
-        install: Proves a file and takes it into use; returns a sentence.
+        install: Proves a file and takes it into use; given the name of the bundle that it
+            corrects as well.
 
     Returns:
         What is in use now, a sentence.
@@ -94,14 +94,13 @@ def correct(
     Raises:
         BundleError, AdaptError, OSError: Nothing has changed; the message says why.
     """
-    path, _ = shelf.current()
-    added = bundles.read(path).card.get("added", [])
-    corrected = [str(note) for note in added if str(note).startswith(NOTE)]
     if not label:
-        if not added or not str(added[-1]).startswith(NOTE):
-            raise AdaptError("there is no correction to take back")
-        return f"taken back; {called(shelf.rollback().current)} is in use"
-    if len(corrected) >= MOST:
+        left = _corrections(shelf.path(shelf.take_back().current))
+        return f"taken back ({left} left)"
+    before = shelf.record().current
+    path = shelf.path(before)
+    made = _corrections(path)
+    if made >= MOST:
         raise AdaptError(
             f"{MOST} corrections are enough; teach the gesture anew (docs/teach.md), or go back "
             "with controller rollback"
@@ -111,11 +110,17 @@ def correct(
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         _in_a_process(path, out, label, images, rate_hz)
-        install(out)
+        install(out, before)
     finally:
         out.unlink(missing_ok=True)
-    what = "was nothing" if label == "null" else f"was {label}"
-    return f"learned: that {what}"
+    what = "nothing" if label == "null" else label
+    return f"learned: that was {what} ({made + 1} so far)"
+
+
+def _corrections(path: Path) -> int:
+    """Return how many corrections a bundle has."""
+    added = bundles.read(path).card.get("added")
+    return sum(str(note).startswith(NOTE) for note in added) if isinstance(added, list) else 0
 
 
 def _in_a_process(path: Path, out: Path, label: str, images: Images, rate_hz: float) -> None:

@@ -8,13 +8,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import archive, engines, graph, npz, toml_text, users
+from controller import archive, console, engines, graph, npz, toml_text, users
 from controller import bundle as bundles
 from controller.adapt import fit, network, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.network import FormError, Taken
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
 from controller.bundle import Bundle, BundleError
+from controller.errors import TroubleError
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -27,7 +28,7 @@ LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
 
-class AdaptError(ValueError):
+class AdaptError(TroubleError, ValueError):
     """It cannot be learned like this; the message says why, in one sentence."""
 
 
@@ -318,5 +319,5 @@ def _told(fresh: Sequence[Example]) -> str:
     for label, user in dict.fromkeys((one.label, one.user) for one in fresh):
         count = sum((one.label, one.user) == (label, user) for one in fresh)
         whose = f" of {user}" if user else ""
-        words.append(f"{label}{whose} from {count} example{'s' if count > 1 else ''}")
+        words.append(f"{label}{whose} from {console.count(count, 'example')}")
     return ", ".join(words)

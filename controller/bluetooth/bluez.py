@@ -12,6 +12,8 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
+from controller.errors import TroubleError, how_to_install
+
 if TYPE_CHECKING:
     from dbus_fast import Message
     from dbus_fast.service import ServiceInterface
@@ -32,7 +34,7 @@ Objects = dict[str, dict[str, Properties]]  # path → interface → properties
 Listener = Callable[[str, str, Properties | None], None]
 
 
-class BluetoothError(OSError):
+class BluetoothError(TroubleError, OSError):
     """Bluetooth cannot be used here; the message is one sentence with what to do.
 
     Attributes:
@@ -69,7 +71,7 @@ class Bus:
         """
         if not available():
             raise BluetoothError(
-                "Bluetooth needs the package dbus-fast; pip install 'orbtouch[bluetooth]'"
+                f"Bluetooth needs the package dbus-fast; {how_to_install('bluetooth')}"
             )
         from dbus_fast import AuthError, BusType, DBusError
         from dbus_fast.aio import MessageBus

@@ -22,6 +22,7 @@ from controller.bluetooth.bluez import (
 )
 from controller.bluetooth.names import SERIAL_PORT_UUID, SERVICE_UUID
 from controller.doctor.verdict import Row, Verdict
+from controller.errors import how_to_install
 
 HID_UUID: Final = "00001124-0000-1000-8000-00805f9b34fb"
 OLDEST: Final = (5, 50)  # what has been seen to work is 5.66; ServiceRecord and Bonded are older
@@ -66,7 +67,7 @@ def package() -> Row:
     """Look for what talks to D-Bus."""
     if bluez.available():
         return Row("dbus-fast", _GOOD, "installed")
-    advice = "pip install 'orbtouch[bluetooth]'"
+    advice = how_to_install("bluetooth")
     return Row("dbus-fast", _FAULT, "not installed", advice, "no_dbus_fast")
 
 

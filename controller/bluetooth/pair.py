@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties, bonded
 from controller.bluetooth.names import ALIAS
-from controller.ends import complain
+from controller.errors import how_to_install
 
 if TYPE_CHECKING:
     from controller.bluetooth.agent import Agent, Confirm
@@ -26,13 +26,8 @@ def main(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.WARNING, stream=sys.stderr)
     if not bluez.available():
-        return complain("pairing needs dbus-fast; pip install 'orbtouch[bluetooth]'", 2)
-    try:
-        return asyncio.run(_pair(options))
-    except BluetoothError as error:
-        return complain(error, 1)
-    except KeyboardInterrupt:
-        return 130
+        raise BluetoothError(f"pairing needs dbus-fast; {how_to_install('bluetooth')}")
+    return asyncio.run(_pair(options))
 
 
 def _parser() -> argparse.ArgumentParser:

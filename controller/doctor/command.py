@@ -16,7 +16,6 @@ from controller import folders, sensors
 from controller.doctor import guided, leads, loopback, machine, probe, skin
 from controller.doctor.verdict import Row, Verdict, faulty, table
 from controller.doctor.watch import Hand, OwnHand, Person, Watch
-from controller.ends import complain
 from controller.options import PRINT
 from controller.preprocess import LEAST_REST
 from controller.sensors import Sensor, SensorError, SensorOptions, VirtualSensor
@@ -32,13 +31,8 @@ def main(argv: Sequence[str]) -> int:
     options = parser().parse_args(argv)
     if options.sensor not in sensors.names():
         known = ", ".join(sensors.names())
-        return complain(f"there is no sensor {options.sensor!r}; there are {known}", 2)
-    try:
-        rows = list(examine(options))
-    except KeyboardInterrupt:
-        return complain("interrupted; nothing was changed", 1)
-    except SensorError as error:  # a fault or a preset that does not exist
-        return complain(error, 2)
+        raise SensorError(f"there is no sensor {options.sensor!r}; there are {known}")
+    rows = list(examine(options))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [row.plain() for row in rows]}
         print(json.dumps(plain, ensure_ascii=False))

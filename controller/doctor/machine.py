@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.doctor.verdict import Row, Verdict
+from controller.errors import how_to_install
 
 _PROBE_S: Final = 60.0  # importing takes 7 s on the slowest machine tried
 _PROBE: Final = (
@@ -40,7 +41,9 @@ def libraries(bundle: Path, *, pi: bool) -> Iterator[Row]:
     """
     for name, module in (*_LIBRARIES, *(_PI_LIBRARIES if pi else ())):
         if importlib.util.find_spec(module) is None:
-            advice = f"pip install {'orbtouch[pi]' if module in ('lgpio', 'spidev') else name}"
+            advice = (
+                how_to_install("pi") if (name, module) in _PI_LIBRARIES else f"pip install {name}"
+            )
             yield Row(name, Verdict.FAULT, "not installed", advice, "library")
         else:
             yield Row(name, Verdict.GOOD, _version(name))

@@ -5,9 +5,8 @@ import tempfile
 from collections.abc import Iterable
 from typing import Any
 
-from controller.hardware import HardwareError
-
-_INSTALL = "pip install 'orbtouch[pi]'"
+from controller.errors import how_to_install
+from controller.hardware import HardwareError, MissingHardwareError
 
 
 class GpioPins:
@@ -65,7 +64,7 @@ def raspberry() -> Any:
     """Return gpiozero's factory of this computer's pins.
 
     Raises:
-        HardwareError: A library is missing, or this computer's pins cannot be had.
+        MissingHardwareError: A library is missing, or this computer's pins cannot be had.
     """
     # lgpio leaves a pipe in the folder where it is imported.
     os.environ.setdefault("LG_WD", tempfile.gettempdir())
@@ -74,13 +73,13 @@ def raspberry() -> Any:
         from gpiozero import GPIOZeroError
         from gpiozero.pins.lgpio import LGPIOFactory
     except ImportError as error:
-        raise HardwareError(
-            f"the orb's pins need {error.name}; {_INSTALL}, or try --sensor emulated"
+        raise MissingHardwareError(
+            f"the orb's pins need {error.name}; {how_to_install('pi')}, or try --sensor emulated"
         ) from None
     try:
         return LGPIOFactory()
     except (GPIOZeroError, OSError, lgpio.error) as error:
-        raise HardwareError(
+        raise MissingHardwareError(
             f"cannot open this computer's pins: {error}; on a Raspberry Pi join the group gpio, "
             "elsewhere try --sensor emulated (docs/hardware.md)"
         ) from None

@@ -1,13 +1,15 @@
 """A wiring from a TOML file, every line checked; `default.toml` shows and explains all of them."""
 
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
+from controller.config import MAX_BYTES, ConfigError, line_of, parse_toml
+from controller.errors import reason
+from controller.files import read_text
 from controller.hardware import HardwareError
 from controller.hardware.converters import find, names
 from controller.hardware.wiring import (
@@ -23,7 +25,6 @@ from controller.hardware.wiring import (
 Check = Callable[[str, Any], Any]  # (where, value) -> the value, or an error
 
 MOST: Final = 32  # electrodes of one kind
-_MAX_BYTES: Final = 64 * 1024
 _PULLED: Final = (2, 3)  # pins with resistors to the supply on every Raspberry Pi
 _SPI: Final = {0: ((9, 10, 11), {0: 8, 1: 7}), 1: ((19, 20, 21), {0: 18, 1: 17, 2: 16})}
 
@@ -35,14 +36,10 @@ def read(path: Path) -> Wiring:
         HardwareError: It cannot be read, or is none; one sentence, with the line.
     """
     try:
-        data = path.read_bytes()[: _MAX_BYTES + 1]
-        if len(data) > _MAX_BYTES:
-            raise HardwareError(f"{path} has more than {_MAX_BYTES} bytes; is it a wiring?")
-        return parse(data.decode(), str(path))
+        text = read_text(path, MAX_BYTES)
     except OSError as error:
-        raise HardwareError(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise HardwareError(f"{path} is no text in UTF-8; is it a wiring?") from None
+        raise HardwareError(f"cannot read {path}: {reason(error)}") from None
+    return parse(text, str(path))
 
 
 def shipped() -> Wiring:
@@ -62,14 +59,14 @@ def parse(text: str, source: str) -> Wiring:
         HardwareError: It is none.
     """
     try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise HardwareError(f"{source} is no TOML: {error}") from None
+        table = parse_toml(text)
+    except ConfigError as error:
+        raise HardwareError(f"{source}, {error}") from None
     try:
         wiring = _wiring(table)
         _together(wiring)
     except _FaultyError as fault:
-        line = _line(text, fault.table, fault.name)
+        line = line_of(text, fault.table, fault.name) or line_of(text, fault.name)
         raise HardwareError(f"{source}{line}: {fault} (docs/hardware.md)") from None
     return wiring
 
@@ -335,16 +332,3 @@ def _channels(wiring: Wiring) -> None:
                 table, name, f"gives input {channel} to {what}, but it is {taken[channel]}'s"
             )
         taken[channel] = what
-
-
-def _line(text: str, table: str, name: str) -> str:
-    """Return ", line N" of an entry, "" if it cannot be found."""
-    here = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        if header := re.match(r"\s*\[\s*\"?([\w-]*)\"?\s*\]", line):
-            here = header[1]
-            if not table and here == name:
-                return f", line {number}"
-        elif here == table and re.match(rf"\s*\"?{re.escape(name)}\"?\s*=", line):
-            return f", line {number}"
-    return ""

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from controller.hardware import HardwareAwayError, HardwareError
+from controller.errors import how_to_install
+from controller.hardware import HardwareAwayError, MissingHardwareError
 
 
 class SpiDev:
@@ -12,14 +13,14 @@ class SpiDev:
         """Open it.
 
         Raises:
-            HardwareError: The library is missing, or the bus may not be opened.
+            MissingHardwareError: The library is missing, or the bus may not be opened.
             HardwareAwayError: There is no such bus.
         """
         try:
             import spidev
         except ImportError:
-            raise HardwareError(
-                "the converter needs spidev; pip install 'orbtouch[pi]', or try --sensor emulated"
+            raise MissingHardwareError(
+                f"the converter needs spidev; {how_to_install('pi')}, or try --sensor emulated"
             ) from None
         self._make, self._at, self._clock_hz = spidev.SpiDev, (bus, device), clock_hz
         self._spi: Any = None
@@ -27,7 +28,7 @@ class SpiDev:
         try:
             self._open()
         except PermissionError:
-            raise HardwareError(
+            raise MissingHardwareError(
                 f"{where} may not be opened; add yourself to the group spi and log in anew "
                 "(docs/hardware.md)"
             ) from None

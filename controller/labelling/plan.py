@@ -13,7 +13,6 @@
 Only `labels` must be there.
 """
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,13 +20,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from controller.config import read_toml
 from controller.recordings.recording import RecordingError
 
 RANDOM: Final = "random"
 BLOCKS: Final = "blocks"
 
 MAX_EXAMPLES: Final = 10_000  # about ten hours
-_MAX_BYTES: Final = 64 * 1024  # of a plan's file
 _MAX_NAME: Final = 100  # characters
 _SEEDS: Final = 2**32
 # Shortest and longest, seconds. A gesture takes half a second and people half of one to begin.
@@ -100,19 +99,12 @@ def read(path: Path, labels: Sequence[str]) -> Plan:
         labels: The labels that there are.
 
     Raises:
-        RecordingError: The file cannot be read, is no TOML, or makes no plan.
+        UserError: The file cannot be read, is no TOML, or makes no plan.
     """
+    table = {"name": path.stem, **read_toml(path)}
     try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise RecordingError(f"has more than {_MAX_BYTES} bytes; is it a plan?")
-        return parse({"name": path.stem, **tomllib.loads(data.decode())}, labels)
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise RecordingError(f"{path} is no text in UTF-8; is it a plan?") from None
-    except (ValueError, RecursionError) as error:  # of TOML, or ours
+        return parse(table, labels)
+    except RecordingError as error:
         raise RecordingError(f"{path}: {error} (docs/recording.md)") from None
 
 

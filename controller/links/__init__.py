@@ -8,7 +8,7 @@ import re
 from dataclasses import field
 from typing import Any, Protocol
 
-from controller.errors import UserError
+from controller.errors import TroubleError, UserError
 from controller.protocol import Message, ProtocolError, Welcome
 from controller.record import record
 
@@ -17,6 +17,10 @@ _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
 class LinkError(UserError, OSError):
     """A link cannot be opened; the message says why and what to do, in one sentence."""
+
+
+class LinkAwayError(LinkError, TroubleError):
+    """What a link needs is not there now: a port, a library, an adapter, a free address."""
 
 
 @record
@@ -45,7 +49,7 @@ class Link(Protocol):
 
     @property
     def connected(self) -> bool:
-        """Whether somebody is there to hear; changes only in `poll`, with Hello and Bye."""
+        """Whether the host that `poll` last told of is still there."""
 
     def send(self, message: Message, t_ms: int) -> None:
         """Say something, at once or never.

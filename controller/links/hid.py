@@ -24,9 +24,10 @@ from controller.bluetooth.bluez import BluetoothError
 from controller.bluetooth.hid import memory
 from controller.bluetooth.hid.held import Held
 from controller.bluetooth.hid.hosts import Hosts
-from controller.bluetooth.hid.mapping import HidMap, HidMapError, read
+from controller.bluetooth.hid.mapping import HidMap, read
 from controller.bluetooth.hid.pad import Pad
-from controller.links import LinkError
+from controller.errors import how_to_install
+from controller.links import LinkAwayError, LinkError
 from controller.protocol import VERSION, Bye, Command, Hello, Message, State, Telemetry, Welcome
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
 
     Raises:
         LinkError: There is no Bluetooth, it is another program's, or the URL has a mistake.
+        HidMapError: The mapping has one.
     """
     head, _, query = url.partition(":")[2].partition("?")
     words = [word for word in head.split(",") if word]
@@ -56,12 +58,9 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     host = options.get("host", "").upper()
     if host and not memory.is_address(host):
         raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
-    try:
-        keys = read(options.get("keys", "gamepad"))
-    except HidMapError as error:
-        raise LinkError(str(error)) from None
+    keys = read(options.get("keys", "gamepad"))
     if not bluez.available():
-        raise LinkError("hid: needs dbus-fast; pip install 'orbtouch[bluetooth]'")
+        raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
     return HidLink(keys, welcome.name, adapters[0] if adapters else "", classic=classic, only=host)
 
 
@@ -110,7 +109,7 @@ class HidLink:
             self._keeper.start()
         except BluetoothError as error:
             self._closed.set()
-            raise LinkError(f"cannot be a Bluetooth gamepad: {error}") from None
+            raise LinkAwayError(f"cannot be a Bluetooth gamepad: {error}") from None
 
     @property
     def state(self) -> str:

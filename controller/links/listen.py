@@ -14,7 +14,7 @@ import selectors
 import socket
 from urllib.parse import urlsplit
 
-from controller.links import Access, LinkError
+from controller.links import Access, LinkAwayError, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import ProtocolError, Welcome
 
@@ -97,7 +97,7 @@ def _bind(url: str, access: Access) -> socket.socket:
             errno.EADDRINUSE: "another program has this port; name another one, or 0 for any",
             errno.EACCES: "ports below 1024 are the system's; name a higher one, or 0 for any",
         }.get(error.errno or 0, f"{error.strerror}; try listen://127.0.0.1:0")
-        raise LinkError(f"cannot listen at {url}: {what}") from error
+        raise LinkAwayError(f"cannot listen at {url}: {what}") from error
 
 
 def _expose(url: str, host: str, port: int, access: Access) -> None:

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import serial
 
-from controller.links import Access, LinkError
+from controller.links import Access, LinkAwayError, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import Welcome
 
@@ -45,9 +45,9 @@ class PortLink(StreamLink):
             self._attach(_PortStream(url))
         except Exception as error:  # pyserial lets many kinds through, termios.error among them
             self._shut()
-            raise LinkError(
-                f"cannot open {url}: {_why(error)}; name another with --link"
-            ) from error
+            # pyserial raises ValueError where it cannot read the URL
+            kind = LinkError if isinstance(error, ValueError) else LinkAwayError
+            raise kind(f"cannot open {url}: {_why(error)}; name another with --link") from error
         self.start()
 
     def _tick(self, now_ms: int) -> None:

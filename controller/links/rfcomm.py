@@ -10,7 +10,8 @@ import socket
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError
 from controller.bluetooth.names import CHANNEL
-from controller.links import Access, LinkError
+from controller.errors import how_to_install
+from controller.links import Access, LinkAwayError, LinkError
 from controller.links.stream import StreamLink
 from controller.protocol import Welcome
 
@@ -32,7 +33,7 @@ def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
             "rfcomm:hci1 for one adapter of several"
         )
     if not bluez.available():
-        raise LinkError("rfcomm: needs dbus-fast; pip install 'orbtouch[bluetooth]'")
+        raise LinkAwayError(f"rfcomm: needs dbus-fast; {how_to_install('bluetooth')}")
     return RfcommLink(adapter, welcome, access)
 
 
@@ -58,7 +59,7 @@ class RfcommLink(StreamLink):
             self._keeper.start()
         except BluetoothError as error:
             self._shut()
-            raise LinkError(f"cannot wait for hosts over Bluetooth: {error}") from None
+            raise LinkAwayError(f"cannot wait for hosts over Bluetooth: {error}") from None
         self.url = f"rfcomm://{service.address}:{CHANNEL}"
         self.start()
 

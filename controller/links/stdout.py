@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import threading
 from collections import deque
 from collections.abc import Mapping
 from typing import TextIO
 
+from controller.console import let_go
 from controller.links import Access, LinkError
 from controller.protocol import Command, Message, Spot, Welcome, Who
 
@@ -110,13 +110,6 @@ class StdoutLink:
                     return ""
                 self._news.wait()
             return self._lines.popleft()
-
-
-def let_go(stream: TextIO) -> None:
-    """Let what nobody takes go nowhere: Python flushes once more at exit, and would complain."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
 
 
 def _line(command: Command, spot: Spot | None, t_ms: int) -> str:

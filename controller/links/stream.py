@@ -18,6 +18,7 @@ from collections import deque
 from functools import partial
 from typing import Protocol
 
+from controller.hush import Hush
 from controller.links import Access
 from controller.outbox import Outbox
 from controller.protocol import SILENCE_MS, Bye, Command, Hello, Message, Welcome, encode
@@ -27,7 +28,6 @@ REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off
 CHUNK = 16 * 1024  # bytes per read
 TICK_S = 0.05  # how late a heartbeat may be, seconds
 LINGER_MS = 500  # for what is still to be sent when the link closes
-HUSH_MS = 10_000  # a refusal in the same words is not logged again for so long
 
 log = logging.getLogger(__name__)
 
@@ -101,7 +101,7 @@ class StreamLink:
         self._peers: list[Peer] = []
         self._host: Peer | None = None  # the one peer that was welcomed
         self._left: list[Peer] = []  # whose host has come anew on another line
-        self._refused = "", -HUSH_MS  # the newest refusal that was logged, and when
+        self._hush = Hush()
         self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
         self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
         self._polled = 0  # the session that the loop knows of; 0: none
@@ -123,8 +123,9 @@ class StreamLink:
 
     @property
     def connected(self) -> bool:
-        """Whether a host is there; changes only in `poll`, with Hello and Bye."""
-        return self._polled != 0
+        """Whether the host that `poll` last told of is still there."""
+        host = self._host
+        return host is not None and host.session.number == self._polled
 
     def send(self, message: Message, t_ms: int) -> None:
         """Send to the host that `poll` last told of; drop it if that one is gone.
@@ -282,22 +283,24 @@ class StreamLink:
                 if self._host not in (None, peer):
                     self._left += filter(None, (self._host,))
                 self._host = peer
-                log.info("host %r connected, session %d", request.host, peer.session.number)
+                self._note(f"host {request.host!r} connected, session {peer.session.number}")
             elif isinstance(request, Bye):
                 if peer is not self._host:
                     continue  # its host is here already, on another line
                 self._host = None
-                log.info("host gone: %s", request.reason)
+                self._note(f"host gone: {request.reason}")
             self._requests.put((peer.session.number, request))
 
     def _note_refusal(self, session: DeviceSession) -> None:
-        """Log why somebody was turned away, but not for every knock at the door."""
+        """Log why somebody was turned away."""
         reason, session.refused = session.refused, ""
-        before, when_ms = self._refused
-        now_ms = self._now_ms()
-        if reason and (reason != before or now_ms - when_ms >= HUSH_MS):
-            self._refused = reason, now_ms
-            log.warning("a host was turned away: %s", reason)
+        if reason:
+            self._note(f"a host was turned away: {reason}", logging.WARNING)
+
+    def _note(self, line: str, level: int = logging.INFO) -> None:
+        """Log what a peer did, but not for every knock at the door."""
+        if self._hush.lets(line):
+            log.log(level, "%s", line)
 
     def _tick(self, now_ms: int) -> None:
         """Let time pass: heartbeats, hosts that fell silent, peers that have no session."""

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.console import count
 from controller.recordings.recording import RATE_TOLERANCE, Recording
 
 # Beyond this share a window of ten frames usually has a hole.
@@ -58,7 +59,7 @@ class Cadence:
         if self.missing_share > MISSING:
             lines.append(
                 f"{self.missing} of {self.missing + self.frames} frames are missing, "
-                f"in {self.gaps} gaps"
+                f"in {count(self.gaps, 'gap')}"
             )
         interval_ms = 1000.0 / self.intended_hz
         if self.p95_ms > LATE * interval_ms:

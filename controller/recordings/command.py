@@ -2,16 +2,14 @@
 
 import argparse
 import secrets
-import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from controller.links.stdout import let_go
 from controller.recordings import verbs
 from controller.recordings.edit import Change
-from controller.recordings.recording import LABELLERS, RecordingError
+from controller.recordings.recording import LABELLERS
 
 _EXAMPLE = "Try it: controller recordings info assets/demo.npz"
 
@@ -19,24 +17,7 @@ _EXAMPLE = "Try it: controller recordings info assets/demo.npz"
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one of the commands; return the exit status: 0 success, 1 trouble, 2 wrong usage."""
     arguments = parser().parse_args(argv)
-    # Names in a file may hold what the terminal cannot show.
-    for stream in (sys.stdout, sys.stderr):
-        if (adapt := getattr(stream, "reconfigure", None)) is not None:
-            adapt(errors="backslashreplace")
-    try:
-        return int(arguments.run(arguments))
-    except RecordingError as error:
-        problem, status = str(error), 2
-    except BrokenPipeError:  # whoever read the lines has gone: ... | head
-        let_go(sys.stdout)
-        return 1
-    except OSError as error:
-        place = f" {error.filename}" if error.filename else ""
-        problem, status = f"cannot write{place}: {error.strerror or error}", 1
-    except KeyboardInterrupt:
-        problem, status = "interrupted; every file that was written is whole", 1
-    print(f"controller: {verbs.plain(problem)}", file=sys.stderr)
-    return status
+    return int(arguments.run(arguments))
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,10 +1,11 @@
 """What a TOML file says of other people's arrays, so that they can become recordings."""
 
-import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
+from controller.config import read_toml
 from controller.recordings.recording import LABELLERS, PICOFARAD, RecordingError
 
 NULL: Final = "null"
@@ -83,28 +84,21 @@ def read(path: Path) -> Description:
     """Return the description in a file.
 
     Raises:
-        RecordingError: It cannot be read, or says something impossible.
+        UserError: It cannot be read, or says something impossible.
     """
+    table = read_toml(path)
     try:
-        return parse(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}"
-    except UnicodeDecodeError:
-        problem = "is no text in UTF-8"
-    except tomllib.TOMLDecodeError as error:
-        problem = f"is no TOML: {error}"
+        return parse(table)
     except RecordingError as error:
-        problem = str(error)
-    raise RecordingError(f"the description {path} {problem}; see docs/recording.md")
+        raise RecordingError(f"the description {path} {error}; see docs/recording.md") from None
 
 
-def parse(text: str) -> Description:
-    """Return the description that a TOML text gives.
+def parse(given: Mapping[str, Any]) -> Description:
+    """Return the description in a table of TOML.
 
     Raises:
         RecordingError: A key is unknown, is missing, or has an impossible value.
     """
-    given = tomllib.loads(text)
     for key in given:
         if key not in _KINDS:
             raise RecordingError(f"has the unknown key {key!r}; there are {', '.join(_KINDS)}")

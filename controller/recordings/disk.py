@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 from typing import IO, Protocol
 
-from controller.recordings.writer import sync_folder, write_beside
+from controller.files import sync_folder
+from controller.recordings.writer import write_beside
 
 _LOCK_AT = 1 << 40  # Windows locks bytes, and locked ones cannot be read: one far behind the end
 

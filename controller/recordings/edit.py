@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.console import count
 from controller.recordings import reader, writer
 from controller.recordings.recording import (
     LABELLERS,
@@ -113,7 +114,7 @@ def relabel(
         changed = replace(changed, excluded=np.where(where, excluded, recording.excluded))
         done.append("excluded" if excluded else "included")
     t = recording.t[where]
-    what = f"{int(where.sum())} frames of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
+    what = f"{count(int(where.sum()), 'frame')} of {t[0]:g} to {t[-1]:g} s {' and '.join(done)}"
     return _marked(changed, float(t[0]), "relabel", what, change)
 
 

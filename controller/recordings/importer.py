@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.errors import reason
 from controller.recordings.description import NULL, Description
 from controller.recordings.recording import (
     UNKNOWN,
@@ -37,11 +37,11 @@ def read(path: Path, told: Description) -> Arrays:
     """
     try:
         if path.suffix == ".npy":
-            arrays = {told.frames: _single(path)}
+            arrays = {told.frames: npz.single(path, MAX_BYTES)}
         else:
             arrays = npz.unpack(path, MAX_BYTES, only=told.arrays)
     except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from None
+        raise RecordingError(f"cannot read {path}: {reason(error)}") from None
     except ValueError as error:
         raise RecordingError(f"{path} {error}; name an .npz or .npy of plain numbers") from None
     optional = {f"{name}_names" for name in (told.subject, *told.session)}
@@ -109,15 +109,6 @@ class _Stretch:
     kept: NDArray[np.int64]
     t: NDArray[np.float64]
     sequence: NDArray[np.int64]
-
-
-def _single(path: Path) -> NDArray[Any]:
-    """Return the array of an .npy, its size checked before memory is asked for."""
-    if path.stat().st_size > MAX_BYTES:
-        raise RecordingError(f"is larger than {MAX_BYTES >> 30} GiB")
-    with path.open("rb") as file:
-        array: NDArray[Any] = npy.read_array(file, allow_pickle=False)
-    return array
 
 
 def _frames(arrays: Arrays, told: Description) -> NDArray[Any]:

@@ -61,12 +61,13 @@ class Survey:
     seconds: float
 
 
-def survey(path: Path) -> Survey:
+def survey(path: Path | str) -> Survey:
     """Return what a recording says of itself, without reading its frames.
 
     Raises:
         RecordingError: There is none, it is damaged, or it is no recording.
     """
+    path = Path(path)
 
     def read() -> Survey:
         there = _inspect(path)
@@ -83,12 +84,13 @@ def survey(path: Path) -> Survey:
     return _guarded(path, read)
 
 
-def load(path: Path) -> Recording:
+def load(path: Path | str) -> Recording:
     """Return the recording in a file, every array checked.
 
     Raises:
         RecordingError: There is none, it is damaged, or it is no recording.
     """
+    path = Path(path)
 
     def read() -> Recording:
         _inspect(path)

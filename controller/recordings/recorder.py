@@ -34,20 +34,38 @@ RECOVER: Final = "`controller recordings recover`"
 _log = logging.getLogger("controller")
 
 
+class TakenError(RecordingError):
+    """The file, or its journal, exists; another name may be free."""
+
+
+def taken(path: Path) -> bool:
+    """Return whether a recording or its journal has this name."""
+    return os.path.lexists(path) or os.path.lexists(naming.journal_of(path))
+
+
 def refuse_taken(path: Path) -> None:
     """Refuse a file that cannot be recorded into, without making anything.
 
     Raises:
-        RecordingError: It or its journal exists, or its folder cannot be written to.
+        TakenError: It or its journal exists.
+        RecordingError: Its folder cannot be written to.
     """
     if os.path.lexists(path):
-        raise RecordingError(f"{path} exists and is kept as it is; record into another file")
+        raise TakenError(f"{path} exists and is kept as it is; record into another file")
     if os.path.lexists(journal := naming.journal_of(path)):
-        raise RecordingError(
+        raise TakenError(
             f"{journal} exists: it is being recorded, or a crash left it; record into another "
             f"file, or run {RECOVER}"
         )
-    folder = path.parent
+    refuse_unwritable(path.parent)
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Refuse a folder in which nothing can be recorded.
+
+    Raises:
+        RecordingError: It is none, or cannot be written to.
+    """
     if not folder.is_dir() or not os.access(folder, os.W_OK):
         raise RecordingError(f"cannot write into {folder}; record into another folder")
 
@@ -72,8 +90,9 @@ class Recorder:
             disk: Where to put it.
 
         Raises:
-            RecordingError: The file exists, its folder cannot be written to, or no recording can
-                have such an origin or state.
+            TakenError: The file exists.
+            RecordingError: Its folder cannot be written to, or no recording can have such an
+                origin or state.
         """
         refuse_taken(path)
         self.path = path
@@ -138,8 +157,11 @@ class Recorder:
         """What is wrong with the disk now, "" if nothing; each change is logged here already."""
         return self._problem
 
-    def close(self) -> Path | None:
+    def close(self, least_s: float = 0.0) -> Path | None:
         """Seal what was gathered; return the file, or None if there was nothing or it was closed.
+
+        Args:
+            least_s: What is shorter is not kept.
 
         Raises:
             RecordingError: The file cannot be written; the message says where the data is.
@@ -150,7 +172,7 @@ class Recorder:
         self._thread.join(HANG_S)
         answers = not self._thread.is_alive()
         recording = salvage.decode(bytes(self._journal.data)).recording
-        if recording is None:
+        if recording is None or recording.t[-1] - recording.t[0] < least_s:
             if answers:
                 self._keeper.file.remove()
             return None
@@ -173,7 +195,7 @@ class Recorder:
         try:
             keeper = Keeper(self._journal, self._disk.create(self._place))
         except FileExistsError:
-            raise RecordingError(f"{self._place} exists; record into another file") from None
+            raise TakenError(f"{self._place} exists; record into another file") from None
         except OSError as error:
             raise RecordingError(f"cannot write {self._place}: {error.strerror or error}") from None
         try:
@@ -232,7 +254,12 @@ class Recorder:
         if answers:
             self._keeper.file.close()
         try:
-            kept = seal(Path(tempfile.gettempdir()) / self.path.name, recording)
+            folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a name of chance
+            try:
+                kept = seal(folder / self.path.name, recording)
+            except (OSError, RecordingError):
+                folder.rmdir()
+                raise
         except (OSError, RecordingError):
             if answers and os.path.lexists(self._place):
                 return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"

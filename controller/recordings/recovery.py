@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
+from controller.console import count
+from controller.files import sync_folder
 from controller.recordings import disk, naming, salvage
 from controller.recordings.journal import BLOCK, MAX_BYTES
 from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
 from controller.recordings.recording import RecordingError
 from controller.recordings.salvage import Report
 from controller.recordings.sealing import seal
-from controller.recordings.writer import sync_folder
 
 _CHUNK: Final = 1 << 20
 
@@ -52,18 +53,14 @@ class Recovered:
         if self.path is None:
             told = f"{self.journal} held no frame"
         else:
-            told = f"recovered {_count(r.frames, 'frame')} ({self.seconds:.1f} s) into {self.path}"
+            told = f"recovered {count(r.frames, 'frame')} ({self.seconds:.1f} s) into {self.path}"
         if r.damaged_bytes:
-            told += f"; {_count(r.damaged_bytes, 'byte')} of the journal damaged"
+            told += f"; {count(r.damaged_bytes, 'byte')} of the journal damaged"
         if r.lost_records:
-            told += f", {_count(r.lost_records, 'record')} lost"
+            told += f", {count(r.lost_records, 'record')} lost"
         if r.left_out:
-            told += f"; {_count(r.left_out, 'record')} after a gap left out"
+            told += f"; {count(r.left_out, 'record')} after a gap left out"
         return f"{told}; the journal is kept as {self.damaged}" if self.damaged else told
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -158,7 +155,10 @@ def _held(journal: Path) -> Iterator[IO[bytes]]:
 
 def _is_file(path: Path) -> bool:
     """Whether this is a plain file: nothing that waits for a writer, and no link elsewhere."""
-    return stat.S_ISREG(path.lstat().st_mode)
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:  # sealed since its name was read
+        return False
 
 
 def _read(file: IO[bytes]) -> bytes:

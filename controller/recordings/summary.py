@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.console import count
 from controller.recordings import cadence, labels, picture
 from controller.recordings.labels import Said
 from controller.recordings.recording import PICOFARAD, Recording
@@ -53,10 +54,10 @@ def lines(path: Path, recording: Recording, shades: str = picture.BLOCKS) -> lis
         *_line("sensor", sensor),
         *_line("", [f"{origin.rows} x {origin.columns} taxels, {origin.pitch_mm:g} mm apart, "
                     f"in {origin.unit}"]),
-        *_line("length", [f"{duration(seconds)}, {len(recording.t)} frames at "
+        *_line("length", [f"{duration(seconds)}, {count(len(recording.t), 'frame')} at "
                           f"{rhythm.measured_hz:.2f} Hz ({origin.rate_hz:g} intended), "
                           f"{rhythm.missing} missing"]),
-        *_line("excluded", [f"{excluded} frames" * bool(excluded)]),
+        *_line("excluded", [count(excluded, "frame") * bool(excluded)]),
         *(line for one in labels.said(recording, response) for line in said(one)),
         *(line for name, counted in counts for line in _wrapped(name, _counted(counted))),
         *_line("software", [origin.software,
@@ -69,7 +70,7 @@ def lines(path: Path, recording: Recording, shades: str = picture.BLOCKS) -> lis
 def said(one: Said) -> list[str]:
     """Return what one labeller said, in words."""
     times = [
-        f"{label} {_times(one.events[label])} ({seconds:.1f} s)" if label in one.events
+        f"{label} {count(one.events[label], 'time')} ({seconds:.1f} s)" if label in one.events
         else f"{label} {seconds:.1f} s"
         for label, seconds in one.seconds.items()
         if seconds
@@ -77,10 +78,6 @@ def said(one: Said) -> list[str]:
     if one.unknown:
         times.append(f"nothing for {100 * one.unknown:.0f} % of the frames")
     return _wrapped(one.labeller, times)
-
-
-def _times(count: int) -> str:
-    return "1 time" if count == 1 else f"{count} times"
 
 
 def duration(seconds: float) -> str:
@@ -114,7 +111,7 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
 
 
 def _counted(counter: Counter[str]) -> list[str]:
-    return [f"{name} {count}" for name, count in counter.items()]
+    return [f"{name} {number}" for name, number in counter.items()]
 
 
 def _pictures(recording: Recording, response: Response, shades: str) -> list[str]:

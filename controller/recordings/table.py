@@ -16,7 +16,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from controller.config import parse_json
+from controller.errors import reason
 from controller.events import Event
+from controller.files import read_bytes
 from controller.pipeline import CommandRecord
 from controller.recordings import meta
 from controller.recordings.reader import MAX_BYTES
@@ -30,6 +33,8 @@ from controller.recordings.recording import (
 )
 
 FORM: Final = 1  # of these tables
+_MAX_JSON: Final = 64 << 20  # bytes of NAME.json
+_MAX_TABLE: Final = 4 * MAX_BYTES  # bytes of a table: numbers are longer as texts
 EVENTS: Final = ("onset_s", "release_s", "name")
 COMMANDS: Final = ("t_s", "frame", "gesture", "probability", "touch_x", "touch_y", "command")
 MARKS: Final = ("t_s", "kind", "text")
@@ -88,9 +93,9 @@ def read(path: Path) -> Recording:
     """
 
     def table(part: str) -> str:
-        return _read(path.with_name(f"{path.stem}{part}.csv"))
+        return _read(path.with_name(f"{path.stem}{part}.csv"), _MAX_TABLE)
 
-    return parse(_read(path), table, path)
+    return parse(_read(path, _MAX_JSON), table, path)
 
 
 def parse(about: str, table: Table, path: Path) -> Recording:
@@ -100,11 +105,10 @@ def parse(about: str, table: Table, path: Path) -> Recording:
         RecordingError: They make none.
     """
     try:
-        return _parse(json.loads(about), table)
+        return _parse(parse_json(about, _MAX_JSON), table)
     except RecordingError:
         raise
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError,
-            csv.Error) as error:  # fmt: skip
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, csv.Error) as error:
         raise RecordingError(
             f"the tables of {path} are none that this program exported ({_reason(error)}); "
             "name the .json of controller recordings export"
@@ -173,16 +177,14 @@ def _written(header: Row, rows: Iterable[Row]) -> str:
 # --- in -------------------------------------------------------------------------------------------
 
 
-def _read(path: Path) -> str:
+def _read(path: Path, limit_bytes: int) -> str:
     try:
-        if path.stat().st_size > 4 * MAX_BYTES:
-            raise RecordingError(f"{path} is larger than any table of a recording; name another")
-        return path.read_bytes().decode("utf-8", "surrogatepass")
+        return read_bytes(path, limit_bytes).decode("utf-8", "surrogatepass")
     except UnicodeDecodeError:
         raise RecordingError(f"{path} is no text in UTF-8; name an exported recording") from None
     except OSError as error:
         raise RecordingError(
-            f"cannot read {path}: {error.strerror or error}; an exported recording is "
+            f"cannot read {path}: {reason(error)}; an exported recording is "
             "NAME.json with its tables beside it"
         ) from None
 

@@ -2,10 +2,12 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from controller.console import TROUBLE, complain, count, printable
+from controller.errors import reason
 from controller.recordings import (
     description,
     edit,
@@ -38,11 +40,11 @@ def info(files: Iterable[Path], as_json: bool) -> int:
         if number:
             print()
         for line in summary.lines(path, recording, _shades()):
-            print(plain(line))
+            print(printable(line))
     return 0
 
 
-def check(paths: Iterable[Path], as_json: bool) -> int:
+def check(paths: Sequence[Path], as_json: bool) -> int:
     """Print a verdict for each recording; return that of the worst."""
     register, reports = Register(), []
     files, journals = _found(paths)
@@ -62,34 +64,34 @@ def check(paths: Iterable[Path], as_json: bool) -> int:
     ]
     reports += [Report(path, (_left(path),)) for path in journals]
     if not reports:
-        raise RecordingError("there are no recordings there; name files, or a folder with some")
+        where = ", ".join(map(str, paths))
+        raise RecordingError(f"there are no recordings in {where}; name files, or a folder of them")
     for report in reports:
         if as_json:
             print(json.dumps(report.plain()))
         else:
-            print("\n".join(plain(line) for line in _verdict(report)))
+            print("\n".join(printable(line) for line in _verdict(report)))
     if not as_json and len(reports) > 1:
         counts = [(sum(r.level is level for r in reports), level.name.lower()) for level in Level]
         print(f"{len(reports)} files: " + ", ".join(f"{n} {word}" for n, word in counts))
     return int(max(report.level for report in reports))
 
 
-def recover(paths: Iterable[Path]) -> int:
+def recover(paths: Sequence[Path]) -> int:
     """Seal the journals that a crash has left, and print what became of each."""
     status, found = 0, False
     for path in paths:
         for journal in recovery.leftovers(path) if path.is_dir() else [path]:
             found = True
             try:
-                print(plain(str(recovery.recover(journal))))
+                print(printable(str(recovery.recover(journal))))
             except recovery.LockedError as error:
                 status = max(status, 0 if path.is_dir() else 1)
-                print(f"controller: {plain(str(error))}", file=sys.stderr)
+                complain("controller", error, TROUBLE)
             except RecordingError as error:
-                status = 1
-                print(f"controller: {plain(str(error))}", file=sys.stderr)
+                status = complain("controller", error, TROUBLE)
     if not found:
-        print("no journal is left there; nothing to recover")
+        print(f"no journal is left in {', '.join(map(str, paths))}; nothing to recover")
     return status
 
 
@@ -134,7 +136,7 @@ def take(source: Path, told: Path | None, out: Path) -> int:
         target = naming.next_free(folder, origin.user, origin.session)
         _write(target, edit.sealed(recording))
         length = summary.duration(len(recording.t) / origin.rate_hz)
-        print(f"{target}: {len(recording.t)} frames, {length}")
+        print(f"{target}: {count(len(recording.t), 'frame')}, {length}")
     return 0
 
 
@@ -148,11 +150,6 @@ def relabel(
 ) -> int:
     """Write a recording with other labels into a new file; `what` is as for `edit.relabel`."""
     return _changed(file, out, lambda whole: edit.relabel(whole, begin_s, end_s, change, **what))
-
-
-def plain(text: str) -> str:
-    """Return a text without what could move a terminal's cursor or change its colours."""
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 # --- helpers --------------------------------------------------------------------------------------
@@ -227,7 +224,7 @@ def _folder(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RecordingError(
-            f"cannot write into {folder}: {error.strerror or error}; choose another --out"
+            f"cannot write into {folder}: {reason(error)}; choose another --out"
         ) from None
     return folder
 

@@ -1,7 +1,5 @@
 """Recordings into files: the same recording gives the same bytes, and no file is ever replaced."""
 
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.files import atomic_write
 from controller.pipeline import Touch
 from controller.recordings import meta
 from controller.recordings.reader import COLUMNS, STATE
@@ -57,53 +56,10 @@ def _touches(touches: Sequence[Touch | None]) -> NDArray[np.float64]:
 
 
 def write_beside(path: Path, data: bytes) -> None:
-    """Write a file under another name, then give it its own, unless that is taken.
-
-    So there is never half a file of this name, whatever happens.
+    """Write a file whole or not at all, and never over another.
 
     Raises:
         FileExistsError: The name is taken.
         OSError: It cannot be written.
     """
-    beside = write_aside(path, data)
-    try:
-        try:
-            os.link(beside, path)  # unlike rename, never replaces
-        except FileExistsError:
-            raise
-        except OSError:  # a file system without links
-            if path.exists():
-                raise FileExistsError(path) from None
-            beside.rename(path)
-        sync_folder(path.parent)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def write_aside(path: Path, data: bytes) -> Path:
-    """Write the data, safely on disk, under a new name in the same folder."""
-    handle, name = tempfile.mkstemp(suffix=path.suffix, prefix=f".{path.stem}-", dir=path.parent)
-    kept = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        kept.chmod(0o644)  # mkstemp's files are private
-    except OSError:
-        kept.unlink(missing_ok=True)
-        raise
-    return kept
-
-
-def sync_folder(folder: Path) -> None:
-    """Have the folder's names on the disk as well, where the system can do that."""
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError:
-        pass  # a file system that has no such thing
-    finally:
-        os.close(handle)
+    atomic_write(path, data, replace=False, folders=False)

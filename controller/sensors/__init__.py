@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from controller.errors import UserError
+from controller.errors import TroubleError, UserError
 from controller.preprocess import Frame
 from controller.protocol import Contact, Truth
 from controller.record import record
@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     from controller.recordings.recording import Recording
 
 
+REPLAY = "replay"
+
+
 class SensorError(UserError, ValueError):
     """The sensor cannot be used; the message says why, in one sentence."""
 
 
-class SensorAwayError(SensorError):
+class SensorAwayError(SensorError, TroubleError):
     """The sensor gives no frame now, and may again: it is worth asking for the next one."""
 
 
@@ -136,9 +139,10 @@ class RecordedSensor(Sensor, Protocol):
 
 
 def names() -> list[str]:
-    """Return the names of all sensors that there are."""
+    """Return the names of all sensors for --sensor: not `REPLAY`, which needs a recording."""
     files = Path(__file__).parent.iterdir()
-    return sorted(file.stem for file in files if file.suffix == ".py" and file.name[0] != "_")
+    found = {file.stem for file in files if file.suffix == ".py" and file.name[0] != "_"}
+    return sorted(found - {REPLAY})
 
 
 def load(name: str, options: SensorOptions) -> Sensor:
@@ -147,7 +151,7 @@ def load(name: str, options: SensorOptions) -> Sensor:
     Raises:
         SensorError: There is no such sensor, or it cannot be used.
     """
-    if name not in names():
+    if name not in (*names(), REPLAY):
         raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
     sensor: Sensor = import_module(f"{__name__}.{name}").create(options)
     return sensor

@@ -14,6 +14,10 @@ from typing import Any, Final
 
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
+from controller.config import MAX_BYTES, parse_json
+from controller.console import count
+from controller.errors import how_to_install
+from controller.files import read_bytes
 from controller.service.unit import NAME
 from controller.timekeeper import status_folders
 
@@ -48,14 +52,26 @@ def read_running() -> dict[str, Any]:
     """Return what a running controller says of itself, the service's first; {} if none runs."""
     for folder in status_folders():
         try:
-            said: dict[str, Any] = json.loads((folder / "status.json").read_text())
-            os.kill(said["pid"], 0)
-        except PermissionError:
-            return said  # it is there, and somebody else's
+            said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
+            running_lines(said)  # or it is none of ours
         except (OSError, ValueError, KeyError, TypeError):
             continue
-        return said
+        if isinstance(said, dict) and _runs(said.get("pid")):
+            return said
     return {}
+
+
+def _runs(pid: object) -> bool:
+    """Return whether there is such a process, whoever's it is."""
+    if not isinstance(pid, int) or pid <= 0:
+        return False
+    try:
+        os.kill(pid, 0)
+    except PermissionError:
+        return True
+    except (OSError, OverflowError):
+        return False
+    return True
 
 
 def running_lines(running: dict[str, Any]) -> list[str]:
@@ -66,7 +82,7 @@ def running_lines(running: dict[str, Any]) -> list[str]:
     lines = [
         f"loop       {running['device']}, bundle {running['bundle'][:8]} on {running['engine']}, "
         f"link {running['link']}",
-        f"           {running['frames']} frames, {running['missed']} missed",
+        f"           {count(running['frames'], 'frame')}, {running['missed']} missed",
         f"{'':11}{'hop':12}{'p50':>9}{'p95':>9}{'p99':>9}  ms",
     ]
     for hop, *spans in running["hops"]:
@@ -101,7 +117,7 @@ def service_lines(service: dict[str, str]) -> list[str]:
     state = f"{service['ActiveState']} ({service['SubState']})"
     if since := service.get("ActiveEnterTimestamp"):
         state += f" since {since}"
-    lines = [f"service    {state}, restarted {service.get('NRestarts', '0')} times"]
+    lines = [f"service    {state}, restarted {count(int(service.get('NRestarts') or 0), 'time')}"]
     if text := service.get("StatusText"):
         lines.append(f"           {text}")
     return lines
@@ -109,7 +125,7 @@ def service_lines(service: dict[str, str]) -> list[str]:
 
 async def _objects() -> Objects:
     if not bluez.available():
-        raise BluetoothError("not checked: pip install 'orbtouch[bluetooth]'")
+        raise BluetoothError(f"not checked: {how_to_install('bluetooth')}")
     bus = await Bus.connect()
     try:
         if not await bus.running():

@@ -1,17 +1,29 @@
 """Deliveries while the orb is played: the loop takes pieces, a thread proves, the loop switches."""
 
+import logging
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from controller.bundle import BundleError
 from controller.preprocess import Image
-from controller.protocol import DECLINED, IN_USE, PROVING, Correct, Deliver, Delivery, Piece
+from controller.protocol import (
+    DECLINED,
+    IN_USE,
+    MAX_SENTENCE,
+    PROVING,
+    Correct,
+    Deliver,
+    Delivery,
+    Piece,
+)
 from controller.shelf.intake import Intake
+from controller.wire import fitted
 
 Install = Callable[[Path], str]  # proves a file and takes it into use; returns a sentence
 # Learns what the latest images were and takes that into use; returns a sentence.
 Learn = Callable[[str, list[Image]], str]
+
+_log = logging.getLogger("controller")
 
 
 class Clerk:
@@ -69,11 +81,12 @@ class Clerk:
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
-            told = work()
-        except (BundleError, ValueError) as error:
-            self._outcome = Delivery(DECLINED, 0, str(error)[:400])
+            state, told = IN_USE, work()
         except OSError as error:
-            told = f"the orb cannot keep it: {error.strerror or error}"
-            self._outcome = Delivery(DECLINED, 0, told[:400])
-        else:
-            self._outcome = Delivery(IN_USE, 0, told[:400])
+            state, told = DECLINED, f"the orb cannot keep it: {error.strerror or error}"
+        except ValueError as error:  # BundleError is one
+            state, told = DECLINED, str(error)
+        except Exception as error:  # the host waits for an answer, whatever went wrong
+            _log.exception("a bundle could not be taken into use")
+            state, told = DECLINED, f"{type(error).__name__} on the orb; its log says more"
+        self._outcome = Delivery(state, 0, fitted(told, MAX_SENTENCE))

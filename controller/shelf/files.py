@@ -5,8 +5,8 @@ import os
 from pathlib import Path
 from typing import Protocol
 
+from controller.files import sync_folder
 from controller.recordings.disk import sync
-from controller.recordings.writer import sync_folder
 
 
 class Files(Protocol):

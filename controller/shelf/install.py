@@ -7,8 +7,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from controller import bundle as bundles
+from controller import protocol
 from controller.bundle import Bundle, BundleError
-from controller.ends import complain
+from controller.console import TROUBLE, complain, printable, run
+from controller.errors import reason
 from controller.shelf import proof as proofs
 from controller.shelf.shelf import Entry, Shelf, name_of
 from controller.shelf.words import about, called, sensor
@@ -20,6 +22,10 @@ class TooSlowError(BundleError):
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller install` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    return run("controller", lambda: _install(argv))
+
+
+def _install(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller install",
         description="Prove a bundle on this device and take it into use: its hash, its golden "
@@ -35,18 +41,27 @@ def main(argv: Sequence[str]) -> int:
     )
     options = grammar.parse_args(argv)
     try:
-        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=print)
+        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=_tell)
     except TooSlowError as error:
-        return complain(error, 1)
-    except BundleError as error:
-        return complain(error, 2)
+        return complain("controller", error, TROUBLE)
     except OSError as error:
-        return complain(f"the bundle cannot be kept: {error.strerror or error}", 1)
-    print(told)
+        return complain("controller", f"the bundle cannot be kept: {reason(error)}", TROUBLE)
+    _tell(told)
     return 0
 
 
-def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str], object]) -> str:
+def _tell(line: str) -> None:
+    print(printable(line))
+
+
+def install(
+    path: Path,
+    shelf: Shelf,
+    *,
+    other_sensor: bool,
+    tell: Callable[[str], object],
+    corrects: str | None = None,
+) -> str:
     """Prove a bundle and take it into use; return which one is, in a sentence.
 
     Args:
@@ -54,12 +69,14 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
         shelf: Where it will stand.
         other_sensor: Whether it may be for another grid, pitch or rate than the bundle in use.
         tell: Takes what is found on the way, line by line.
+        corrects: The name of the bundle that it is a correction of; None: it is none.
 
     Raises:
         BundleError: It is damaged, does not fit, or proves to be no good here.
         OSError: It cannot be written; nothing has changed.
     """
     fresh = bundles.read(path)
+    check_packets(fresh)
     if not other_sensor:
         check_fits(fresh, bundles.read(shelf.current()[0]))
     tell(f"{path} is whole: {about(fresh)}")
@@ -75,7 +92,7 @@ def install(path: Path, shelf: Shelf, *, other_sensor: bool, tell: Callable[[str
     data = path.read_bytes()
     if hashlib.sha256(data).hexdigest() != fresh.hash:
         raise BundleError(f"{path} has changed while it was proved; install it once more")
-    entry = Entry(name_of(fresh), best.engine, best.step_us, _now())
+    entry = Entry(name_of(fresh), best.engine, best.step_us, _now(), corrects)
     record = shelf.install(data, entry)
     back = called(record.previous)
     back = back and f"; `controller rollback` goes back to {back}"
@@ -96,6 +113,26 @@ def check_fits(fresh: Bundle, in_use: Bundle) -> None:
             f"{sensor(in_use, pitch=pitch)}; `controller install --other-sensor` takes it all the "
             "same"
         )
+
+
+def check_packets(fresh: Bundle) -> None:
+    """Refuse a bundle whose labels and commands the link cannot carry.
+
+    Raises:
+        BundleError: They do not fit in a packet, at the longest of what else is in it.
+    """
+    name, labels, grid = "-" * protocol.MAX_TEXT, fresh.labels, (fresh.rows, fresh.columns)
+    commands = fresh.users.commands(fresh.mapping)
+    welcome = protocol.Welcome(
+        protocol.VERSION, 0, name, name, False, *grid, 1.0, 1.0, 1, 1, labels, commands
+    )
+    image, shares = bytes(fresh.rows * fresh.columns), (0.0,) * len(labels)
+    telemetry = protocol.Telemetry(0, image, shares, (0.0, 0.0), max(labels, key=len), True, 1.0)
+    try:
+        for message in (welcome, telemetry):
+            protocol.encode(message, session=0, sequence=0, t_ms=0)
+    except protocol.ProtocolError as error:
+        raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
 
 
 def _timed(proof: proofs.Proof) -> str:

@@ -2,21 +2,23 @@
 
 import argparse
 import json
-import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from controller import bundle as bundles
 from controller.bundle import BundleError
-from controller.ends import complain
-from controller.links.stdout import let_go
+from controller.console import TROUBLE, complain, one_line, run
 from controller.shelf.shelf import Record, Shelf
 from controller.shelf.words import about, called
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
+    return run("controller", lambda: _models(argv))
+
+
+def _models(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
@@ -26,13 +28,13 @@ def main(argv: Sequence[str]) -> int:
     try:
         record = shelf.record()
     except BundleError as error:
-        return complain(error, 1)
+        return complain("controller", error, TROUBLE)
     rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
-    lines = [json.dumps(rows)] if options.json else [line for row in rows for line in _lines(row)]
-    try:
-        print("\n".join(lines), flush=True)
-    except BrokenPipeError:  # whoever read the lines has gone: ... | head
-        let_go(sys.stdout)
+    if options.json:
+        print(json.dumps(rows, default=str))  # TOML has times, JSON has none
+    else:
+        for line in (line for row in rows for line in _lines(row)):
+            print(one_line(line))
     return 0
 
 
@@ -47,6 +49,7 @@ def _row(shelf: Shelf, record: Record, name: str) -> dict[str, Any]:
         "engine": entry.engine if entry else "",
         "step_us": entry.step_us if entry else None,
         "installed": entry.installed if entry else "",
+        "corrects": called(entry.corrects) if entry else "",
         "problem": "",
     }
     try:
@@ -62,5 +65,7 @@ def _lines(row: dict[str, Any]) -> Iterator[str]:
     yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
     if row["installed"]:
         yield f"{'':28}installed {row['installed']}, {row['engine']}, {row['step_us']:.0f} µs"
+    if row["corrects"]:
+        yield f"{'':28}a correction of {row['corrects']}"
     for key, value in row.get("card", {}).items():
         yield " " * 28 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")

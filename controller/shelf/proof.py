@@ -19,6 +19,7 @@ import numpy as np
 from controller import bundle as bundles
 from controller import engines
 from controller.bundle import Bundle, BundleError
+from controller.console import one_line
 from controller.pipeline import Pipeline
 from controller.recognizer import Recognizer
 
@@ -110,7 +111,7 @@ def measure(
     try:
         pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
     except BundleError as error:
-        return Proof(engine, problem=str(error))
+        return Proof(engine, problem=one_line(str(error)))  # it may hold names out of the networks
     start_ms = round(1000.0 * spent_s(), 1)
     rest = np.full((bundle.rows, bundle.columns), 40.0)
     if bundle.preprocess.normalise == "difference":

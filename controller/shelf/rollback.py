@@ -4,13 +4,18 @@ import argparse
 from collections.abc import Sequence
 
 from controller.bundle import BundleError
-from controller.ends import complain
+from controller.console import TROUBLE, complain, run
+from controller.errors import reason
 from controller.shelf.shelf import Shelf
 from controller.shelf.words import called
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller rollback` and return its exit status."""
+    return run("controller", lambda: _rollback(argv))
+
+
+def _rollback(argv: Sequence[str]) -> int:
     argparse.ArgumentParser(
         prog="controller rollback",
         description="Take the bundle of before into use; run again, it brings the newer one back.",
@@ -19,8 +24,8 @@ def main(argv: Sequence[str]) -> int:
     try:
         record = shelf.rollback()
     except BundleError as error:
-        return complain(error, 1)
+        return complain("controller", error, TROUBLE)
     except OSError as error:
-        return complain(f"{shelf.folder} cannot be written: {error.strerror}", 1)
+        return complain("controller", f"{shelf.folder} cannot be written: {reason(error)}", TROUBLE)
     print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
     return 0

@@ -11,15 +11,17 @@ has the old bundle or the new one.
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from controller import bundle as bundles
-from controller import folders
+from controller import folders, toml_text
 from controller.bundle import Bundle, BundleError
+from controller.config import parse_toml
+from controller.errors import reason
+from controller.files import read_text
 from controller.record import record
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 RECORD: Final = "installed.toml"
 KEEP: Final = 8  # bundles; the two that count and the newest others
 _NAME: Final = r"[0-9a-f]{16}"
+_MAX_BYTES: Final = 64 << 10  # of the record; its eight entries have some hundred each
+_MAX_MESSAGE: Final = 200  # characters of what is wrong with it
 
 
 @record
@@ -39,12 +43,14 @@ class Entry:
         engine: What runs it fastest here.
         step_us: Median of a control step with that engine, microseconds.
         installed: When, ISO 8601.
+        corrects: The name of the bundle that it is a correction of; None: it is none.
     """
 
     name: str
     engine: str
     step_us: float
     installed: str
+    corrects: str | None = None
 
 
 @record
@@ -90,14 +96,17 @@ class Shelf:
         """
         path = self.folder / RECORD
         try:
-            return _parse(path.read_text(encoding="utf-8"))
+            return _parse(parse_toml(read_text(path, _MAX_BYTES)))
         except FileNotFoundError:
             return Record()
-        except (OSError, ValueError) as error:
-            raise BundleError(
-                f"{path} cannot be read ({error}); remove it to go back to the bundle that ships, "
-                "then install yours again"
-            ) from None
+        except OSError as error:
+            problem = f"cannot be read: {reason(error)}"
+        except ValueError as error:
+            problem = f"is damaged: {str(error)[:_MAX_MESSAGE]}"
+        raise BundleError(
+            f"the record {path} {problem}; remove it to go back to the bundle that ships, then "
+            "install yours again"
+        )
 
     def path(self, name: str) -> Path:
         """Return where the bundle of a name is; "" is the one that ships."""
@@ -135,8 +144,8 @@ class Shelf:
         after = Record(entry.name, previous, (*others, entry))
         kept = _kept(after)
         self._switch(kept)
-        for gone in set(after.entries) - set(kept.entries):
-            self._files.remove(self.path(gone.name))
+        for gone in {e.name for e in after.entries} - {e.name for e in kept.entries}:
+            self._files.remove(self.path(gone))
         return kept
 
     def rollback(self) -> Record:
@@ -149,8 +158,25 @@ class Shelf:
         record = self.record()
         if record.previous is None:
             raise BundleError("nothing was installed before this bundle, so there is no way back")
-        bundles.read(self.path(record.previous))
-        after = replace(record, current=record.previous, previous=record.current)
+        return self._use(record, record.previous)
+
+    def take_back(self) -> Record:
+        """Take the bundle into use that the present one is a correction of; others likewise.
+
+        Raises:
+            BundleError: It is no correction, or what it corrects is damaged, or the record is.
+            OSError: The record cannot be written; then nothing has changed.
+        """
+        record = self.record()
+        entry = record.entry(record.current)
+        if entry is None or entry.corrects is None:
+            raise BundleError("there is no correction to take back")
+        return self._use(record, entry.corrects)
+
+    def _use(self, record: Record, name: str) -> Record:
+        """Take a bundle of the shelf into use; the present one stays for `rollback`."""
+        bundles.read(self.path(name))
+        after = replace(record, current=name, previous=record.current)
         self._switch(after)
         return after
 
@@ -175,39 +201,65 @@ def name_of(bundle: Bundle) -> str:
 
 
 def _kept(record: Record) -> Record:
-    """Return the record without the oldest bundles that nobody goes back to."""
+    """Return the record without the oldest bundles that are spare, corrections first.
+
+    A correction of a bundle that goes becomes one of what that bundle corrects.
+    """
     needed = {record.current, record.previous}
     spare = [entry for entry in record.entries if entry.name not in needed]
-    gone = set(spare[: max(0, len(record.entries) - KEEP)])
-    return replace(record, entries=tuple(e for e in record.entries if e not in gone))
+    spare.sort(key=lambda entry: entry.corrects is None)
+    gone = {entry.name: entry for entry in spare[: max(0, len(record.entries) - KEEP)]}
+    kept = []
+    for entry in record.entries:
+        while entry.corrects in gone:
+            entry = replace(entry, corrects=gone[entry.corrects].corrects)
+        if entry.name not in gone:
+            kept.append(entry)
+    return replace(record, entries=tuple(kept))
 
 
 def _text(record: Record) -> str:
-    lines = [f'current = "{record.current}"']
+    table: dict[str, Any] = {"current": record.current}
     if record.previous is not None:
-        lines.append(f'previous = "{record.previous}"')
-    for entry in record.entries:
-        lines += [
-            "",
-            f'[bundles."{entry.name}"]',
-            f'engine = "{entry.engine}"',
-            f"step_us = {entry.step_us:.1f}",
-            f'installed = "{entry.installed}"',
-        ]
-    return "\n".join(lines) + "\n"
+        table["previous"] = record.previous
+    table["bundles"] = {
+        entry.name: {
+            "engine": entry.engine,
+            "step_us": round(entry.step_us, 1),
+            "installed": entry.installed,
+            **({} if entry.corrects is None else {"corrects": entry.corrects}),
+        }
+        for entry in record.entries
+    }
+    return toml_text.dumps(table)
 
 
-def _parse(text: str) -> Record:
-    table = tomllib.loads(text)
-    entries = tuple(_entry(name, values) for name, values in table.get("bundles", {}).items())
-    known = {"", *(entry.name for entry in entries)}
+def _parse(table: dict[str, Any]) -> Record:
+    """Return the record that a table describes.
+
+    Raises:
+        ValueError: It describes none.
+    """
+    listed = table.get("bundles", {})
+    if not isinstance(listed, dict):
+        raise ValueError("bundles is no table")
+    entries = tuple(_entry(name, values) for name, values in listed.items())
+    known = ["", *(entry.name for entry in entries)]
     current, previous = table.get("current"), table.get("previous")
-    if current not in known or previous not in {None, *known}:
+    if current not in known or previous not in (None, *known):
         raise ValueError(f"it names a bundle {current!r} or {previous!r} that it does not list")
+    for entry in entries:
+        if entry.corrects not in (None, *known):
+            raise ValueError(f"it names a bundle {entry.corrects!r} that it does not list")
     return Record(current, previous, entries)
 
 
-def _entry(name: str, values: dict[str, Any]) -> Entry:
+def _entry(name: str, values: Any) -> Entry:
     if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
-    return Entry(name, str(values["engine"]), float(values["step_us"]), str(values["installed"]))
+    match values:
+        case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
+            corrects = values.get("corrects")
+            if 0.0 <= step_us < 1e9 and isinstance(corrects, str | None):
+                return Entry(name, engine, float(step_us), when, corrects)
+    raise ValueError(f"bundles.{name} has no engine, step_us and installed")

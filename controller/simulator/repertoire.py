@@ -1,7 +1,6 @@
 """What a hand can do: the gestures that ship and those of a user's own files, checked."""
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
@@ -10,6 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from controller.config import MAX_BYTES, ConfigError, parse_toml
+from controller.errors import reason
+from controller.files import read_text
 from controller.simulator import quantity
 from controller.simulator.gesture import Gesture, Key
 from controller.simulator.quantity import Count, GestureError, Quantity
@@ -66,10 +68,9 @@ def label_in(path: Path) -> str:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
-        raise GestureError(f"cannot read the gesture {path}: {reason}") from None
+        return read_text(path, MAX_BYTES)
+    except OSError as error:
+        raise GestureError(f"cannot read the gesture {path}: {reason(error)}") from None
 
 
 def parse(texts: Mapping[str, str]) -> Repertoire:
@@ -97,9 +98,9 @@ def parse(texts: Mapping[str, str]) -> Repertoire:
 
 def _toml(source: str, text: str) -> _Table:
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise GestureError(f"{source} is no TOML: {error}") from None
+        return parse_toml(text)
+    except ConfigError as error:
+        raise GestureError(f"{source}, {error}") from None
 
 
 def _label(source: str, table: _Table) -> str:

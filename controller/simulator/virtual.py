@@ -2,8 +2,8 @@
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from math import exp
+from dataclasses import dataclass, replace
+from math import exp, hypot, isfinite
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from controller.protocol import Contact, Truth
 from controller.simulator import button
 from controller.simulator.faults import Fault
 from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
+from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.repertoire import Repertoire, shipped
 from controller.simulator.style import Style
@@ -23,11 +24,16 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
+PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once
+EDGE: Final = 0.96  # of the dome's radius: how far out a finger can touch, as in host/touch.py
+DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
+WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
+_UPDATES: Final = 1024  # of the host's fingers that wait for a scan
 _SINK_MM_S: Final = 75.0  # a finger presses 9 mm deep in 0.12 s
 _FOLLOW_S: Final = 0.03  # a finger lags the pointer by this much
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Running:
     """A performance under way."""
 
@@ -75,7 +81,7 @@ class VirtualOrb:
         self._ended: list[Truth] = []
         self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
         self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
-        self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque()
+        self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
         self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
         self._slot_of: dict[int, int] = {}  # contact id -> slot
         self._pointer = np.zeros(POINTERS, dtype=np.complex128)
@@ -95,8 +101,13 @@ class VirtualOrb:
         """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
 
         Raises:
-            ValueError: The hand does not know the label.
+            ValueError: The hand does not know the label, has too much to do, or the place is none.
         """
+        if len(self._running) >= PERFORMANCES:
+            raise ValueError(f"the virtual hand has {PERFORMANCES} things to do; wait for them")
+        if not (isfinite(x) and isfinite(y)):
+            raise ValueError(f"({x}, {y}) is no place on the orb")
+        x, y = self._on_dome(x, y)
         model = self.model
         grid = (model.rows, model.columns, model.pitch_mm)
         done = perform(
@@ -111,8 +122,13 @@ class VirtualOrb:
             self._presses.append((Event(onset, release, label), thumb))
 
     def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
-        """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them."""
-        self._updates.append((t_s, tuple(contacts)[:POINTERS]))
+        """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them.
+
+        A finger beyond the dome's edge is placed at the edge, and depth and radius are limited to
+        what a finger can do. A contact with a field that is not finite is left out.
+        """
+        felt = (self._limited(one) for one in contacts if all(map(isfinite, _numbers(one))))
+        self._updates.append((t_s, tuple(felt)[:POINTERS]))
 
     def truths(self) -> list[Truth]:
         """Return the performances that have ended since the last call."""
@@ -202,11 +218,36 @@ class VirtualOrb:
                 self._pointer_depth[slot] = 0.0
             self._wanted[slot] = contact
 
+    def _limited(self, contact: Contact) -> Contact:
+        """Return a contact as a finger can be on this dome."""
+        x, y = self._on_dome(contact.x, contact.y)
+        depth = min(max(contact.depth_mm, 0.0), DEEPEST_MM)
+        radius = min(max(contact.radius_mm, 0.0), WIDEST_MM)
+        return replace(contact, x=x, y=y, depth_mm=depth, radius_mm=radius)
+
+    def _on_dome(self, x: float, y: float) -> tuple[float, float]:
+        """Return the place of the dome that is nearest to (x, y), grid units."""
+        model = self.model
+        radius_mm = model.mechanics.radius_mm or clamp_radius_mm(
+            model.rows, model.columns, model.pitch_mm
+        )
+        reach = EDGE * radius_mm / model.pitch_mm
+        middle_x, middle_y = (model.columns - 1) / 2, (model.rows - 1) / 2
+        away = hypot(x - middle_x, y - middle_y)
+        if away <= reach:
+            return x, y
+        share = reach / away
+        return middle_x + share * (x - middle_x), middle_y + share * (y - middle_y)
+
     def _point(self, contact: Contact) -> complex:
         """Return where a contact is, complex mm from the centre."""
         model = self.model
         centre = complex(model.columns - 1, model.rows - 1) / 2.0
         return (complex(contact.x, contact.y) - centre) * model.pitch_mm
+
+
+def _numbers(contact: Contact) -> tuple[float, ...]:
+    return contact.x, contact.y, contact.depth_mm, contact.radius_mm
 
 
 def _come(people: np.random.SeedSequence, user: int, day: int) -> tuple[Style, np.random.Generator]:

@@ -14,6 +14,7 @@ from controller import bundle as bundles
 from controller import vocabulary as vocabularies
 from controller.adapt import Example
 from controller.bundle import Bundle
+from controller.console import count
 from controller.preprocess import Preprocessor
 from controller.recordings import reader
 from controller.recordings.recording import Recording
@@ -126,10 +127,10 @@ def learn(
     taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
     made = _free(out, f"{entry.label}-{user}" if user else entry.label)
     taught.write(made)
-    count = f"{len(examples)} example{'s' if len(examples) > 1 else ''}"
     say(
-        f"{entry.label} is learned from {count} in {time.monotonic() - begun:.1f} s; of the "
-        f"gestures that were rehearsed {taught.kept:.1%} are taken for what they were"
+        f"{entry.label} is learned from {count(len(examples), 'example')} in "
+        f"{time.monotonic() - begun:.1f} s; of the gestures that were rehearsed "
+        f"{taught.kept:.1%} are taken for what they were"
     )
     return made
 

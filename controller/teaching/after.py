@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
+from controller.errors import how_to_install
 from controller.teaching.folder import Taken
 from controller.teaching.protocols import LOCATIONS, USERS
 
@@ -143,8 +144,8 @@ def offer(
         say("make a bundle of it with:")
     else:
         say(
-            "training needs more packages than playing does: pip install -e '.[train]'; then, here "
-            "or wherever you copy the folder to:"
+            f"training needs more packages than playing does: {how_to_install('train')}; then, "
+            "here or wherever you copy the folder to:"
         )
     _tell(planned, say)
     return 0 if here or not yes else 1

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from math import ceil
 from typing import Final, TextIO
 
+from controller import console
 from controller.labelling.cues import NULL_LABEL, Cue, Phase
 from controller.labelling.labeller import Said
 from controller.pipeline import Step
@@ -225,7 +226,7 @@ def summary(tally: Tally) -> list[str]:
     lines = []
     for label in tally.wanted:
         have = tally.have(label)
-        line = f"  {label}: {have} example{'s' * (have != 1)}"
+        line = f"  {label}: {console.count(have, 'example')}"
         if tally.before:
             line += f", {have + tally.before.get(label, 0)} in all"
         if (understood := tally.understood(label)) is not None and understood[1]:

@@ -11,21 +11,20 @@ from typing import Final
 
 from controller import bundle as bundles
 from controller import sensors
-from controller.adapt import AdaptError
-from controller.bundle import BundleError
-from controller.ends import complain, signals
+from controller.console import INTERRUPTED, TROUBLE, complain
+from controller.ends import signals
+from controller.errors import TroubleError, UserError, reason
 from controller.labelling.terminal import keyboard
-from controller.recordings.recording import RecordingError
-from controller.sensors import SensorError
+from controller.mapping import NONE
+from controller.protocol import COMMANDS
 from controller.shelf import install
 from controller.simulator.presets import PRESETS
 from controller.teaching import TeachError, adding, after, folder, protocols, session
 from controller.teaching.board import summary
 from controller.teaching.session import Lesson, say
-from controller.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF, VocabularyError
+from controller.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 
 OUT: Final = Path("recordings")
-MISTAKES: Final = (TeachError, BundleError, VocabularyError, RecordingError, SensorError)
 _MOST: Final = 1000  # repetitions
 
 
@@ -33,26 +32,18 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller teach` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
     options = parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    try:
-        if options.example is not None:
-            for path in folder.example(options.example):
-                print(path)
-            return 0
-        if options.add is not None:
-            return _add(options)
-        for name in ("command", "rotations", "mirror"):
-            if getattr(options, name):
-                raise TeachError(f"--{name} is of the gesture that --add names; add it")
-        people = _people(options)
-        lesson = session.prepare(options)
-    except MISTAKES as error:
-        return complain(error, 2)
-    try:
-        made, interrupted = _sessions(lesson, people)
-    except _RefusedError as error:
-        return complain(str(error), 2)
-    except (RecordingError, SensorError) as error:
-        return complain(error, 1)
+    if options.example is not None:
+        for path in folder.example(options.example):
+            print(path)
+        return 0
+    if options.add is not None:
+        return _add(options)
+    for name in ("command", "rotations", "mirror"):
+        if getattr(options, name):
+            raise TeachError(f"--{name} is of the gesture that --add names; add it")
+    people = _people(options)
+    lesson = session.prepare(options)
+    made, interrupted = _sessions(lesson, people)
     for path in made:
         print(path, flush=True)
     taken = folder.taken(options.out)
@@ -67,7 +58,7 @@ def main(argv: Sequence[str]) -> int:
         )
     except KeyboardInterrupt:
         say("interrupted; the same commands go on from here")
-        return 1
+        raise
 
 
 def _add(options: argparse.Namespace) -> int:
@@ -83,20 +74,23 @@ def _add(options: argparse.Namespace) -> int:
     (entry,) = wanted.entries
     options.protocol = protocols.FEW
     options.repetitions = options.repetitions or adding.USUAL
+    if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
+        say(
+            f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
+            "a program of yours may have it"
+        )
     home, options.out = options.out, options.out / options.add
     lesson = session.prepare(options, wanted)
+    made, interrupted = _sessions(lesson, iter([options.user]))
+    if interrupted or not made:
+        say("broken off; nothing was learned")
+        return INTERRUPTED if interrupted else TROUBLE
     try:
-        made, interrupted = _sessions(lesson, iter([options.user]))
-        if interrupted or not made:
-            say("broken off; nothing was learned")
-            return 1
         out = adding.learn(options.bundle, made, entry, options.user, home, say)
-    except _RefusedError as error:
-        return complain(str(error), 2)
-    except (AdaptError, TeachError, RecordingError, SensorError) as error:
-        return complain(error, 1)
+    except UserError as error:
+        return complain("controller", error, TROUBLE)
     except OSError as error:
-        return complain(f"the bundle cannot be written: {error.strerror or error}", 1)
+        return complain("controller", f"the bundle cannot be written: {reason(error)}", TROUBLE)
     print(out, flush=True)
     return _offer_install(out, yes=options.yes)
 
@@ -106,17 +100,13 @@ def _offer_install(out: Path, *, yes: bool) -> int:
     if not yes and sys.stdin.isatty() and sys.stderr.isatty():
         try:
             yes = _ask("Take it into use now? [y/N] ").strip().lower() in ("y", "yes")
-        except (EOFError, KeyboardInterrupt):
+        except EOFError:
             say("")
     if yes:
         return install.main([str(out)])
     say(f"take it into use with: controller install {shlex.quote(str(out))}")
     say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
     return 0
-
-
-class _RefusedError(Exception):
-    """The first session cannot begin; the message says why."""
 
 
 def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
@@ -129,16 +119,19 @@ def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
     for number, user in enumerate(people):
         try:
             begun = session.begin(lesson, user)
-        except MISTAKES as error:
+        except UserError as error:
             if number:
-                raise RecordingError(str(error)) from None
-            raise _RefusedError(str(error)) from None
+                raise TroubleError(str(error)) from None
+            raise
         if lesson.options.protocol == protocols.USERS:
             say(f"{user}: take a seat")
         if begun.model is None:
             say("there is no model for this sensor yet")
         with signals() as ends, keyboard() as keys:
-            made += session.run(begun, keys, lambda: bool(ends))
+            try:
+                made += session.run(begun, keys, lambda: bool(ends))
+            except UserError as error:  # the request was right
+                raise TroubleError(str(error)) from None
         for line in summary(begun.tally):
             say(line)
         understood = begun.tally.understood(lesson.options.add or "")

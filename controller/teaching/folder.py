@@ -8,7 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from controller import vocabulary as vocabularies
-from controller.recordings import reader, writer
+from controller.config import MAX_BYTES
+from controller.errors import reason
+from controller.files import atomic_write, read_bytes
+from controller.recordings import reader
 from controller.recordings.recording import Mark, RecordingError
 from controller.teaching import TeachError
 from controller.vocabulary import FILE, Vocabulary
@@ -68,13 +71,14 @@ def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
         out.mkdir(parents=True, exist_ok=True)
         for entry in wanted.entries:
             if entry.file is not None and not (out / entry.file.name).exists():
-                writer.write_beside(out / entry.file.name, entry.file.read_bytes())
+                data = read_bytes(entry.file, MAX_BYTES)
+                atomic_write(out / entry.file.name, data, replace=False)
         if not there:
-            text = _flat(wanted)
-            writer.write_beside(out / FILE, text.encode())
+            atomic_write(out / FILE, _flat(wanted).encode(), replace=False)
     except OSError as error:
-        problem = f"{error.strerror or error}: {error.filename}" if error.filename else str(error)
-        raise TeachError(f"cannot teach into {out}: {problem}; choose another --out") from None
+        raise TeachError(
+            f"cannot teach into {out}: {error.filename}: {reason(error)}; choose another --out"
+        ) from None
     lies = vocabularies.read(out / FILE)
     if _plain(lies) != _plain(wanted):
         if there:
@@ -121,13 +125,11 @@ def example(out: Path) -> list[Path]:
     source = files("controller.teaching") / "example"
     made = []
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for name in (FILE, "knock.toml"):
-            with (out / name).open("x", encoding="utf-8") as file:
-                file.write((source / name).read_text(encoding="utf-8"))
+            atomic_write(out / name, (source / name).read_bytes(), replace=False)
             made.append(out / name)
     except OSError as error:
-        raise TeachError(f"cannot write {out / name}: {error.strerror or error}") from None
+        raise TeachError(f"cannot write {error.filename}: {reason(error)}") from None
     return made
 
 

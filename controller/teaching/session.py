@@ -16,6 +16,7 @@ import numpy as np
 from controller import bundle as bundles
 from controller import sensors
 from controller.bundle import Bundle
+from controller.console import count
 from controller.debounce import NULL
 from controller.device import Device, steady
 from controller.labelling.cues import Cues
@@ -164,8 +165,10 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     made: list[Path] = []
 
     def record(state: dict[str, np.ndarray]) -> Recorder:
-        made.append(session.runs.next())
-        return Recorder(made[-1], _origin(session), state)
+        origin = _origin(session)
+        recorder = session.runs.begin(lambda path: Recorder(path, origin, state))
+        made.append(recorder.path)
+        return recorder
 
     tape = Tape(
         record,
@@ -183,7 +186,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
     if loop.missed:
-        _log.info("%d frames were missed; is the machine too busy?", loop.missed)
+        _log.info("missed %s; is the machine too busy?", count(loop.missed, "frame"))
     return [path for path in made if path.exists()]
 
 

@@ -12,6 +12,8 @@ from typing import Any, Final
 from controller.bluetooth import bluez
 from controller.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties, bonded
 from controller.bluetooth.names import ALIAS, SERVICE_UUID
+from controller.console import TROUBLE, complain
+from controller.errors import how_to_install
 from host.bluetooth import sdp, sockets
 
 LOOK_S: Final = 30
@@ -39,23 +41,18 @@ def main(argv: Sequence[str]) -> int:
         print(_WORDS[sys.platform])
         return 0
     if not bluez.available():
-        return _complain("pairing needs dbus-fast; pip install 'orbtouch[bluetooth]'", 2)
+        lack = f"pairing needs dbus-fast; {how_to_install('bluetooth')}"
+        return complain("host", lack, TROUBLE)
     try:
         return asyncio.run(_pair(options))
     except BluetoothError as error:
-        return _complain(str(error), 1)
-    except KeyboardInterrupt:
-        return 130
-
-
-def _complain(sentence: str, status: int) -> int:
-    print(f"host: {sentence}", file=sys.stderr)
-    return status
+        return complain("host", error, TROUBLE)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="host pair",
+        allow_abbrev=False,
         description="Find an orb that waits to be paired (controller pair, or its button) and pair "
         "with it. Both show six digits; confirm them here if they are the same.",
         epilog="On Windows and macOS it says what to click: their own settings pair.",

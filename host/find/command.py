@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from controller import key as keys
+from controller.console import complain, one_line
 from host.find import search
 from host.find.ports import Port
 from host.find.probe import Answer
@@ -34,7 +34,7 @@ class Row:
 def main(argv: list[str]) -> int:
     """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
-    memory = Memory(warn=lambda words: print(f"host: {words}", file=sys.stderr))
+    memory = Memory(warn=_warn)
     if options.forget is not None:
         return _forget(memory, options.forget)
     ports = search.candidates(memory, everything=options.all)
@@ -45,8 +45,7 @@ def main(argv: list[str]) -> int:
         try:
             keys.read(Path(options.key))  # what is wrong with it is told once, and always
         except keys.KeyFileError as error:
-            print(f"host: {error}", file=sys.stderr)
-            return 2
+            return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
     answers = search.ask_all(ports, deadline_s=options.seconds)
     note(memory, answers)
@@ -57,9 +56,9 @@ def main(argv: list[str]) -> int:
     else:
         _print(found)
     for line in remarks(answers):
-        print(f"host: {line}", file=sys.stderr)
+        _warn(line)
     if not ports:
-        print(f"host: {_NOTHING}", file=sys.stderr)
+        _warn(_NOTHING)
     return 0 if any(row.seen == NOW for row in found) else 1
 
 
@@ -120,8 +119,7 @@ def _forget(memory: Memory, words: str) -> int:
     found = memory.named(words)
     if len(found) != 1:
         many = "several devices are" if found else "no device is"
-        print(f"host: {many} called {words!r}; name one by its identity", file=sys.stderr)
-        return 2
+        return complain("host", f"{many} called {words!r}; name one by its identity", 2)
     memory.forget(found[0].device_id)
     return 0
 
@@ -129,7 +127,8 @@ def _forget(memory: Memory, words: str) -> int:
 def _print(found: list[Row]) -> None:
     if not found:
         return
-    table = [_TITLES, *((r.device, r.name, r.kind, r.port, r.seen) for r in found)]
+    told = ((r.device, r.name, r.kind, r.port, r.seen) for r in found)
+    table = [_TITLES, *(tuple(map(one_line, cells)) for cells in told)]
     widths = [max(len(row[column]) for row in table) for column in range(len(_TITLES))]
     for row in table:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
@@ -168,6 +167,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--forget", metavar="DEVICE", help="forget what is remembered of a device")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")
     return parser
+
+
+def _warn(words: str) -> None:
+    complain("host", words, 0)
 
 
 def _seconds(words: str) -> float:

@@ -47,7 +47,7 @@ def listed() -> list[Port]:
         done = subprocess.run(
             _LIST,
             stdin=subprocess.DEVNULL,
-            capture_output=True,
+            stdout=subprocess.PIPE,
             timeout=LIST_S,
             check=True,
         )

@@ -61,16 +61,20 @@ def ask_all(
 
 def _ask_some(ports: Sequence[Port], deadline_s: float, command: Sequence[str]) -> list[Answer]:
     end_s = time.monotonic() + deadline_s
-    asked = []
-    for port in ports:
-        process = subprocess.Popen(
-            [*command, port.url, port.key],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )
-        asked.append((port.url, process))
-    return [_answer(url, process, end_s, deadline_s) for url, process in asked]
+    asked: list[tuple[str, subprocess.Popen[bytes]]] = []
+    try:
+        for port in ports:
+            process = subprocess.Popen(
+                [*command, port.url, port.key],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl+C in the terminal is for us; we end them
+            )
+            asked.append((port.url, process))
+        return [_answer(url, process, end_s, deadline_s) for url, process in asked]
+    finally:
+        for _, process in asked:
+            process.kill()
 
 
 def _answer(url: str, process: subprocess.Popen[bytes], end_s: float, deadline_s: float) -> Answer:

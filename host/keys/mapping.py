@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final, Literal
 
+from controller.errors import UserError
 from host.keys.table import Chord
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
@@ -14,7 +15,7 @@ LONG_S: Final = 1.5  # a pinch in a game lasts half a second
 Kind = Literal["keyboard", "gamepad"]
 
 
-class KeyMapError(ValueError):
+class KeyMapError(UserError, ValueError):
     """The mapping cannot be used; the message names the entry, and what belongs there."""
 
 

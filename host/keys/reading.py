@@ -18,12 +18,14 @@ drop = { arm = true }
 """
 
 import re
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from controller.config import MAX_BYTES, ConfigError, parse_toml
+from controller.errors import reason
+from controller.files import read_text
 from host.keys.mapping import (
     DOWN_S,
     EVERY_S,
@@ -44,7 +46,6 @@ _DOWN_MS: Final = (10, 1000)
 _EVERY_MS: Final = (50, 5000)
 _LONG_MS: Final = (500, 10_000)
 _MOST_LETTERS: Final = 100  # of a text; while it is typed, commands wait for nobody
-_MAX_BYTES: Final = 64 * 1024
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _HOT_KEYS: Final = ("f6", "f7", "f8", "f9", "f10", "f12", *"abcdefghijklmnopqrstuvwxyz0123456789")
 _TOP: Final = ("allow", "arm_key", "profile_key", "long_ms", "everywhere", "profile", "long")
@@ -98,27 +99,21 @@ def parse(table: dict[str, Any], kind: Kind) -> KeyMap:
 
 
 def read(path: Path, kind: Kind) -> KeyMap:
-    """Return the mapping in a TOML file, for `--keys`.
+    """Return the mapping in a TOML file, for `--mapping`.
 
     Raises:
         KeyMapError: The file cannot be read, is no TOML, or its table cannot be used.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise KeyMapError(f"has more than {_MAX_BYTES} bytes; is it a mapping?")
-        text = data.decode()
-        table = tomllib.loads(text)
+        text = read_text(path, MAX_BYTES)
+        table = parse_toml(text)
     except OSError as error:
         raise KeyMapError(
-            f"cannot read {path}: {error.strerror or error}; name a mapping with --keys "
-            "(docs/keys.md)"
+            f"cannot read {path}: {reason(error)}; name a mapping with --mapping (docs/keys.md)"
         ) from None
-    except UnicodeDecodeError:
-        raise KeyMapError(f"{path} is no text in UTF-8; is it a mapping?") from None
-    except (ValueError, RecursionError) as error:
-        raise KeyMapError(f"{path}: {error} (docs/keys.md)") from None
+    except ConfigError as error:
+        join = ", " if str(error).startswith("line ") else ": "
+        raise KeyMapError(f"{path}{join}{error} (docs/keys.md)") from None
     try:
         return parse(table, kind)
     except KeyMapError as error:

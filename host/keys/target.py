@@ -24,14 +24,14 @@ from controller.protocol import (
 from host.keys.backends import BackendError
 from host.keys.guard import HANG_MS
 from host.keys.injector import Injector, Printer, Sender
-from host.keys.mapping import Arm, KeyMap, KeyMapError, Kind
+from host.keys.mapping import Arm, KeyMap, Kind
 from host.keys.pressed import Pressed
 from host.keys.reading import read
 from host.keys.terminal import Terminal, open_terminal
 from host.keys.window import SIZE, OrbWindow
 from host.orb_view import OrbView
 from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.targets import TargetError, TargetOptions
+from host.targets import TargetOptions
 from host.touch import Pad
 
 Say = Callable[[str], None]
@@ -222,15 +222,13 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     """Read the mapping, and start what presses the keys.
 
     Raises:
-        TargetError: One of them does not work; the sentence says why.
+        KeyMapError: The mapping cannot be used.
+        BackendError: Nothing presses keys here.
     """
-    path = options.keys or Path(__file__).with_name(f"{kind}.toml")
-    try:
-        key_map = read(path, kind).beginning(options.profile)
-        sender = _sender(kind, key_map, options)
-        presses = sender.start()
-    except (KeyMapError, BackendError) as error:
-        raise TargetError(str(error)) from error
+    path = options.mapping or Path(__file__).with_name(f"{kind}.toml")
+    key_map = read(path, kind).beginning(options.profile)
+    sender = _sender(kind, key_map, options)
+    presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
     target.terminal = open_terminal()
     arming = [f"{key_map.arm_key} here", *_arming(key_map)]

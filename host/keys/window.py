@@ -17,7 +17,6 @@ _MARGIN: Final = 12
 _RIGHT_BUTTON: Final = 3
 _BUTTONS: Final = (1, _RIGHT_BUTTON)
 _LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut off
-_LETTERS: Final = 38  # a line of the strip
 
 
 class OrbWindow:
@@ -96,4 +95,5 @@ class OrbWindow:
         surface.blit(unit.text(word, 28, colour), (left, top))
         for line in lines:
             top += unit.px(26)
-            surface.blit(unit.text(line[:_LETTERS], 18, theme.TEXT), (left, top))
+            shown = unit.text(line, 18, theme.TEXT, strip.width - 2 * unit.px(18))
+            surface.blit(shown, (left, top))

@@ -13,14 +13,20 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol, cast
 
+from controller.console import count
+from controller.errors import TroubleError, UserError
 from controller.protocol import Command, Telemetry, Welcome
 
 if TYPE_CHECKING:
     from host.taps._worker import Worker
 
 
-class TapError(ValueError):
-    """There is no such tap, or it cannot be opened here; the message is one sentence."""
+class TapError(UserError, ValueError):
+    """There is no such tap, or no such place for it."""
+
+
+class TapUnavailableError(TroubleError, OSError):
+    """A tap cannot be opened here; the message is one sentence with what to do."""
 
 
 class Tap(Protocol):
@@ -62,7 +68,8 @@ def open_tap(words: str) -> Tap:
     """Open a tap: `create(where)` of the module that is named before "://".
 
     Raises:
-        TapError: There is no such module, or it does not work here.
+        TapError: There is no such module, or no such place.
+        TapUnavailableError: It does not work here.
     """
     name, _, where = words.partition("://")
     if name not in names():
@@ -79,7 +86,8 @@ def open_taps(wishes: Iterable[str], stack: ExitStack, warn: Callable[[str], Non
         warn: Takes a sentence for each that lost something.
 
     Raises:
-        TapError: One of them does not work.
+        TapError: There is no such tap, or no such place.
+        TapUnavailableError: One of them does not work here.
     """
     from host.taps._worker import Worker  # which needs this module
 
@@ -96,4 +104,5 @@ def _end(worker: Worker, warn: Callable[[str], None]) -> None:
     if worker.failure:
         warn(f"tap {worker.name} stopped: {worker.failure}")
     if worker.dropped:
-        warn(f"tap {worker.name} was too slow for {worker.dropped} messages, and did not get them")
+        lost = count(worker.dropped, "message")
+        warn(f"tap {worker.name} was too slow, and did not get {lost}")

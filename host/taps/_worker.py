@@ -62,7 +62,8 @@ class Worker:
                 self._take(news)
         except Exception as error:  # of a library that we do not know; the game goes on
             self.failure = " ".join(str(error).split()) or type(error).__name__
-            log.warning("tap %s has stopped: %s", self.name, self.failure)
+            # The traceback is for the library's maintainers, or for us.
+            log.exception("tap %s has stopped", self.name)
             self._swallow()
         finally:
             self._tap.close()

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from controller.errors import how_to_install
 from controller.protocol import Command, Telemetry, Welcome, image_from_bytes
-from host.taps import TapError
+from host.taps import TapError, TapUnavailableError
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # of an inlet that does not read; pylsl's own 360 s cost more memory
@@ -141,18 +142,17 @@ def create(where: str) -> LslTap:
     looks for one, counts in place of ours.
 
     Raises:
-        TapError: `where` is not understood, or pylsl or liblsl is missing.
+        TapError: `where` is not understood.
+        TapUnavailableError: pylsl or liblsl is missing.
     """
     if where not in ("", NETWORK):
         raise TapError(f"--tap lsl://{where} is not understood; write lsl, or lsl://{NETWORK}")
     try:
         import pylsl
     except ModuleNotFoundError:
-        raise TapError(
-            "--tap lsl needs pylsl; pip install 'orbtouch[lsl]' (docs/taps.md)"
-        ) from None
+        raise TapUnavailableError(f"--tap lsl needs pylsl; {how_to_install('lsl')}") from None
     except (OSError, RuntimeError) as error:  # pylsl is here, but not the library that it binds
-        raise TapError(
+        raise TapUnavailableError(
             f"--tap lsl needs the library liblsl, which this pylsl cannot load "
             f"({str(error).strip().splitlines()[0]}); install liblsl (docs/taps.md)"
         ) from error

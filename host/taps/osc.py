@@ -8,8 +8,9 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 from urllib.parse import urlsplit
 
+from controller.errors import how_to_install
 from controller.protocol import Command, Telemetry, Welcome, image_from_bytes
-from host.taps import TapError
+from host.taps import TapError, TapUnavailableError
 
 DEFAULT: Final = "127.0.0.1:9000"
 DESCRIBE_S: Final = 2.0  # who starts to listen later hears what the numbers mean by then
@@ -118,7 +119,8 @@ def create(where: str) -> OscTap:
     """Send to HOST:PORT, 127.0.0.1:9000 if it is left out.
 
     Raises:
-        TapError: The address is none, or python-osc is missing.
+        TapError: The address is none.
+        TapUnavailableError: The host is not known, or python-osc is missing.
     """
     try:
         parts = urlsplit(f"//{where or DEFAULT}")
@@ -130,9 +132,7 @@ def create(where: str) -> OscTap:
     try:
         from pythonosc import osc_message_builder
     except ModuleNotFoundError:
-        raise TapError(
-            "--tap osc needs python-osc; pip install 'orbtouch[osc]' (docs/taps.md)"
-        ) from None
+        raise TapUnavailableError(f"--tap osc needs python-osc; {how_to_install('osc')}") from None
 
     def build(address: str, values: list[Any]) -> bytes:
         return bytes(osc_message_builder.build_msg(address, values).dgram)
@@ -140,4 +140,6 @@ def create(where: str) -> OscTap:
     try:
         return OscTap(Udp(host, port, build))
     except OSError as error:
-        raise TapError(f"--tap osc://{where}: {host} is not known ({error.strerror})") from error
+        raise TapUnavailableError(
+            f"--tap osc://{where}: {host} is not known ({error.strerror})"
+        ) from error

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 import pygame
 
+from controller.errors import UserError
 from controller.protocol import Message
 from host.orb_view import OrbView
 
@@ -22,21 +23,21 @@ class TargetOptions:
 
     Attributes:
         seed: Which game.
-        keys: The mapping from commands to keys; the target's own if None.
+        mapping: The file of keys for commands; the target's own if None.
         backend: What presses keys; "auto": the best there is.
         dry_run: Print what would be pressed.
         profile: The mapping's profile to begin with; "": its first.
     """
 
     seed: int = 0
-    keys: Path | None = None
+    mapping: Path | None = None
     backend: str = "auto"
     dry_run: bool = False
     profile: str = ""
 
 
-class TargetError(ValueError):
-    """There is no target of that name, or it cannot be used here."""
+class TargetError(UserError, ValueError):
+    """There is no target of that name."""
 
 
 class Target(Protocol):
@@ -75,7 +76,9 @@ def load(name: str, options: TargetOptions | None = None) -> Target:
     """Make a target: `create(options)` of the module of that name.
 
     Raises:
-        TargetError: There is no such module, or it cannot be used here.
+        TargetError: There is no such module.
+        UserError: What the user asks of it is wrong.
+        BackendError: It cannot press keys here.
     """
     if name not in names():
         raise TargetError(f"there is no target {name!r}; there are: {', '.join(names())}")

@@ -22,7 +22,7 @@ from host.targets import TargetOptions
 from host.touch import Pad, Touch
 from tetris.engine import Action, Config, Event, Game, Phase
 from tetris.events import Paused
-from tetris.folders import config_folder
+from tetris.files import config_folder
 from tetris.window import bindings
 from tetris.window.keys import Keys
 from tetris.window.look import Look
@@ -47,6 +47,8 @@ ACTIONS: Final[dict[str, Action]] = {
 }
 HINTS: Final = {Phase.PAUSED: "P to go on", Phase.OVER: "pinch, or R, to play again"}
 _TWO_FINGERS: Final = pygame.K_2
+_CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
+_HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # what acts for as long as its key is down
 _RIGHT_BUTTON: Final = 3
 _BUTTONS: Final = (1, _RIGHT_BUTTON)
 
@@ -98,6 +100,7 @@ class TetrisTarget:
         self._now_s = 0.0
         self._running_s = 0.0  # when a game was last running or paused
         self._button = 0
+        self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._scene: Scene | None = None
         self._asked: list[Action] = []  # by the menu
         self.menu = PauseMenu(
@@ -214,7 +217,9 @@ class TetrisTarget:
         """Take one event of the window: a key, the mouse, a finger, the focus."""
         match event.type:
             case pygame.KEYDOWN if self.correcting.key(event.key, getattr(event, "mod", 0), now_s):
-                pass
+                self._waiting = 0
+            case pygame.KEYDOWN if event.key in _CTRL and self._waits(event.key):
+                self._waiting = event.key
             case pygame.KEYDOWN if event.key == _TWO_FINGERS:
                 self.touch.hold_two(True)
             case pygame.KEYUP if event.key == _TWO_FINGERS:
@@ -222,14 +227,30 @@ class TetrisTarget:
             case pygame.KEYDOWN if self.in_menu and event.key in OF_CODE:
                 self._navigate(OF_CODE[event.key])
             case pygame.KEYDOWN:
+                self._act(now_s)
                 self.keys.press(event.key, now_s)
             case pygame.KEYUP:
+                if event.key == self._waiting:
+                    self._act(now_s)
                 self.keys.release(event.key, now_s)
             case pygame.WINDOWFOCUSLOST:
+                self._waiting = 0
                 self.touch.lift_all()
                 self.keys.release_all()
             case _ if self._scene:
                 self._point(event, now_s, self._scene)
+
+    def _waits(self, code: int) -> bool:
+        """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
+        action = bindings.table(self._settings.keys).get(code)
+        return bool(self.correcting.labels) and action not in _HELD
+
+    def _act(self, now_s: float) -> None:
+        """Press the Ctrl that waits: it was no part of a correction."""
+        code, self._waiting = self._waiting, 0
+        if code:
+            self.keys.press(code, now_s)
+            self.keys.release(code, now_s)
 
     def outgoing(self, now_s: float) -> list[Message]:
         """Return what the orb has to be told now: corrections, and contacts if it is virtual."""

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from controller.recordings import writer
+from controller.files import atomic_write
 
 JOBS: Final = "jobs"
 RESULTS: Final = "results.json"
@@ -50,13 +50,8 @@ def keep(folder: Path, answer: Mapping[str, Any]) -> None:
 
 
 def replace(path: Path, content: str) -> None:
-    """Write a file beside, and rename it; an old one goes."""
-    beside = writer.write_aside(path, content.encode())
-    try:
-        beside.replace(path)
-        writer.sync_folder(path.parent)
-    finally:
-        beside.unlink(missing_ok=True)
+    """Write a file whole or not at all; an old one goes."""
+    atomic_write(path, content.encode())
 
 
 def text(content: Any) -> str:

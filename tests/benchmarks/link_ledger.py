@@ -172,7 +172,7 @@ def whole(role: str, title: str, count: int) -> Figures:
         host = subprocess.Popen(
             [
                 *(sys.executable, "-m", "host", "--target", "keyboard", "--headless"),
-                *("--backend", "x11", "--keys", str(place / "keys.toml")),
+                *("--backend", "x11", "--mapping", str(place / "keys.toml")),
                 *("--link", device.first["url"]),
             ],
             env=environment,

@@ -223,7 +223,7 @@ def starts(bundle: Bundle) -> dict[str, list[Start]]:
             replay = ("--replay", str(session), "--engine", engine)
             programs[engine] = [sys.executable, "-m", "controller", *replay]
         taken: dict[str, list[Start]] = {name: [] for name in programs}
-        environment = {**os.environ, "PYTHONPYCACHEPREFIX": folder}
+        environment = {**os.environ, "PYTHONPYCACHEPREFIX": folder, "ORT_DISABLE_TELEMETRY": "1"}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
         for number in range(STARTS + 1):
             for name, command in programs.items():

@@ -7,7 +7,7 @@ from typing import Final
 import pygame
 
 from tetris.engine import Action, Game
-from tetris.folders import config_folder, data_folder
+from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
 from tetris.window.bot_player import BotPlayer
 from tetris.window.display import open_window, set_fullscreen

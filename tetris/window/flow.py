@@ -34,7 +34,8 @@ class Start:
     """What to begin with; without any of it, the menu.
 
     Attributes:
-        mode: The mode's name; that of the settings if there is none.
+        mode: The mode's name; that of the settings if there is none, or the first mode with
+            levels if a level is given and that has none.
         seed: Which game; a new one each time if there is none.
         level: The start level; that of the settings if there is none.
         bot: The name of the bot that plays in the player's place.
@@ -81,6 +82,8 @@ class Flow:
             self.watch(start.replay)
         elif any(each is not None for each in (start.mode, start.seed, start.level, start.bot)):
             mode = MODES.get(start.mode or "") or chosen_mode(stage)
+            if start.mode is None and start.level is not None and not mode.levels:
+                mode = next(mode for mode in MODES.values() if mode.levels)
             self.play(mode, seed=start.seed, level=start.level, player=start.bot)
 
     def play(

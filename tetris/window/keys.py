@@ -37,11 +37,19 @@ _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
 
 
 class Due(NamedTuple):
-    """An action, and the moment at which it was due; repeated ones are no commands."""
+    """An action that is due.
+
+    Attributes:
+        time_s: The moment at which it was due.
+        action: What to do.
+        repeated: Whether a held key repeats it; then it is no command.
+        held: The actions whose keys were down at that moment, this one's included.
+    """
 
     time_s: float
     action: Action
     repeated: bool = False
+    held: frozenset[Action] = frozenset()
 
 
 class Keys:
@@ -75,13 +83,14 @@ class Keys:
         self._repeat_at_s = 0.0
 
     @property
+    def held(self) -> frozenset[Action]:
+        """The actions whose keys are down."""
+        return frozenset(self._held.values())
+
+    @property
     def soft_drop(self) -> bool:
         """Whether a key for down is held."""
         return Action.DOWN in self._held.values()
-
-    def holds(self, action: Action) -> bool:
-        """Return whether a key for an action is held."""
-        return action in self._held.values()
 
     def press(self, key: Code, time_s: float) -> None:
         """Take note of a key that went down; unknown ones are ignored."""
@@ -92,7 +101,7 @@ class Keys:
         guarded = self._drop_guard and action is Action.HARD_DROP and self._ruling() is not None
         self._held[key] = action
         if not guarded:
-            self._due.append(Due(time_s, action))
+            self._due.append(Due(time_s, action, held=self.held))
         if action in _SHIFTS:
             self._repeat_at_s = time_s + self._das_s
 
@@ -126,9 +135,10 @@ class Keys:
         ruling = self._ruling()
         if ruling is None or self._repeat_at_s > time_s:
             return
+        held = self.held
         if self._arr_s == 0:
-            self._due += [Due(time_s, ruling, True)] * _AT_ONCE
+            self._due += [Due(time_s, ruling, True, held)] * _AT_ONCE
             return
         while self._repeat_at_s <= time_s:
-            self._due.append(Due(self._repeat_at_s, ruling, True))
+            self._due.append(Due(self._repeat_at_s, ruling, True, held))
             self._repeat_at_s += self._arr_s

@@ -6,14 +6,13 @@ all is put aside, never overwritten.
 """
 
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from tetris.safe_file import put_aside, write_beside
+from tetris.files import DAMAGES, parse_toml, put_aside, read_toml, write_beside
 from tetris.window import bindings
 from tetris.window.bindings import Names
 
@@ -99,11 +98,13 @@ def load(path: Path) -> tuple[Settings, str]:
         path: The file; where there is none, everything is as it comes.
     """
     try:
-        return parse(path.read_text("utf-8")), ""
+        return _chosen(read_toml(path)), ""
     except FileNotFoundError:
         return Settings(), ""
     except OSError as error:
-        return Settings(), f"cannot read {path}: {error.strerror}"
+        if error.errno not in DAMAGES:
+            return Settings(), f"cannot read {path}: {error.strerror}"
+        return Settings(), _put_aside(path)
     except ValueError:
         return Settings(), _put_aside(path)
 
@@ -129,12 +130,12 @@ def parse(words: str) -> Settings:
     """Read settings; what makes no sense in them is as if it were not there.
 
     Raises:
-        ValueError: It is no TOML.
+        ValueError: It is no TOML, or costs too much to read.
     """
-    try:
-        read: dict[str, Any] = tomllib.loads(words)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ValueError(f"not TOML: {error}") from error
+    return _chosen(parse_toml(words))
+
+
+def _chosen(read: Mapping[str, Any]) -> Settings:
     given: dict[str, Any] = {}
     usual = Settings()
     for section, names in _SECTIONS.items():

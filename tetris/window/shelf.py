@@ -9,7 +9,7 @@ from typing import Final
 
 from tetris.engine import Finish, Phase
 from tetris.records import Entry, Records
-from tetris.replay_file import SUFFIX, save
+from tetris.replay_file import SUFFIX, ReplayError, save
 from tetris.window.session import Session
 
 _FOLDER: Final = "replays"
@@ -57,6 +57,8 @@ class Shelf:
             _forget(self.replays()[_MOST:])
         except OSError as error:
             notice = f"cannot save the replay: {error.strerror or error}"
+        except ReplayError as error:
+            notice = str(error)
         if not session.ranked or not (over or not game.config.gravity):
             return Kept(notice=notice)
         place = self._records.add(

@@ -13,7 +13,6 @@ right = { key = "pagedown" }
 """
 
 import re
-import tomllib
 from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
@@ -22,13 +21,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.bluetooth.hid.reports import KEY_USAGES, PAD_NAMES
+from controller.config import ConfigError, parse_toml, read_toml
+from controller.errors import UserError
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
 NEXT: Final = 0  # in place of a host's number
 SHIPPED: Final = ("gamepad", "keyboard")
 _DOWN_MS: Final = (10, 1000)
 _MOST_HOSTS: Final = 9
-_MAX_BYTES: Final = 64 * 1024
 _COMMAND: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _DOES: Final = ("key", "pad", "profile", "host")
 
@@ -43,7 +43,7 @@ _DANGEROUS: Final = (
 _SIDES: Final = {"rctrl": "ctrl", "rshift": "shift", "altgr": "alt"}
 
 
-class HidMapError(ValueError):
+class HidMapError(UserError, ValueError):
     """The mapping cannot be used; the message names the entry, and what belongs there."""
 
 
@@ -140,20 +140,11 @@ def read(name: str) -> HidMap:
     """
     try:
         if name in SHIPPED:
-            data = (resources.files(__package__) / f"{name}.toml").read_bytes()
-        else:
-            with Path(name).open("rb") as file:
-                data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise HidMapError(f"has more than {_MAX_BYTES} bytes; is it a mapping?")
-        return parse(tomllib.loads(data.decode()))
-    except OSError as error:
-        raise HidMapError(
-            f"cannot read {name}: {error.strerror or error}; name a file, or {' or '.join(SHIPPED)}"
-        ) from None
-    except UnicodeDecodeError:
-        raise HidMapError(f"{name} is no text in UTF-8; is it a mapping?") from None
-    except (ValueError, RecursionError) as error:  # of TOML, or ours
+            return parse(parse_toml((resources.files(__package__) / f"{name}.toml").read_bytes()))
+        return parse(read_toml(Path(name)))
+    except ConfigError as error:
+        raise HidMapError(f"{error}; name a file, or {' or '.join(SHIPPED)}") from None
+    except HidMapError as error:
         raise HidMapError(f"{name}: {error} (docs/hid.md)") from None
 
 

@@ -12,6 +12,8 @@ from typing import Final
 
 from controller import folders
 from controller.bluetooth.hid.hosts import Known
+from controller.config import MAX_BYTES, parse_json
+from controller.files import atomic_write, read_bytes
 
 FULL: Final = 100  # percent: also what a device says that has no battery
 SUPPLIES: Final = Path(
@@ -32,7 +34,7 @@ def place() -> Path:
 def recall(path: Path) -> Known:
     """Return the hosts of the last run; none if the file is not there or is not ours."""
     try:
-        found = json.loads(path.read_text())
+        found = parse_json(read_bytes(path, MAX_BYTES))
         hosts, wanted = tuple(found["hosts"]), found["wanted"]
     except FileNotFoundError:
         return Known()
@@ -45,11 +47,8 @@ def recall(path: Path) -> Known:
 
 def remember(path: Path, known: Known) -> None:
     """Keep the hosts for the next run; a disk that cannot is no reason to stop playing."""
-    fresh = path.with_name(path.name + ".new")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        fresh.write_text(json.dumps({"hosts": known.hosts, "wanted": known.wanted}))
-        fresh.replace(path)
+        atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())
     except OSError as error:
         log.warning("cannot write %s, so the next run will not know its hosts: %s", path, error)
 

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.hardware import HardwareError
+from controller.errors import how_to_install
+from controller.hardware import MissingHardwareError
 from controller.hardware.board import Board
 from controller.hardware.converters import find
 from controller.hardware.emulated.chip import FakeChip
@@ -79,13 +80,13 @@ class Bench:
             picofarads: The taxels, (rows, columns); 41.2 (SD 2.9) pF if not given.
 
         Raises:
-            HardwareError: gpiozero is missing.
+            MissingHardwareError: gpiozero is missing.
         """
         try:
             from controller.hardware.emulated.pins import CircuitFactory
         except ImportError as error:
-            raise HardwareError(
-                f"emulated hardware needs {error.name}; pip install gpiozero"
+            raise MissingHardwareError(
+                f"emulated hardware needs {error.name}; {how_to_install('pi')}"
             ) from None
         self.wiring = wiring = Wiring() if wiring is None else wiring
         self._model = BenchModel() if model is None else model

@@ -9,13 +9,14 @@ import os
 import sys
 from typing import Final, Protocol, cast
 
+from controller.errors import TroubleError
 from host.keys.mapping import Kind
 
 AUTO: Final = "auto"
 NAMES: Final = ("uinput", "x11", "windows", "macos")
 
 
-class BackendError(OSError):
+class BackendError(TroubleError, OSError):
     """Keys cannot be pressed here; the message is one sentence with what to do."""
 
 

@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 from typing import Any, Final
 
+from controller.errors import how_to_install
 from host.keys.backends import BackendError
 from host.keys.mapping import Kind
 from host.keys.table import KEYS
@@ -49,7 +50,7 @@ def create(kind: Kind) -> MacOS:
     try:
         from pynput.keyboard import Controller, KeyCode
     except ModuleNotFoundError:
-        raise BackendError("pynput is missing; pip install pynput") from None
+        raise BackendError(f"keys need pynput; {how_to_install('keys')}") from None
     if not _trusted():
         raise BackendError(
             "macOS lets no key be pressed yet; allow your terminal in System Settings, Privacy & "

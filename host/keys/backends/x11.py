@@ -5,6 +5,7 @@ Wayland's own windows are out of its reach.
 
 from typing import Any, Final
 
+from controller.errors import how_to_install
 from host.keys.backends import BackendError
 from host.keys.mapping import Kind
 from host.keys.table import KEYS
@@ -50,7 +51,7 @@ def create(kind: Kind) -> X11:
     try:
         from pynput.keyboard import Controller, KeyCode
     except ModuleNotFoundError:
-        raise BackendError("pynput is missing; pip install pynput") from None
+        raise BackendError(f"keys need pynput; {how_to_install('keys')}") from None
     except Exception as error:  # without a display its import fails, each time in another way
         raise BackendError(f"no X server can be reached: {_first_line(error)}") from error
     return X11(Controller(), KeyCode)

@@ -40,7 +40,7 @@ def one(guest: Guest, kind: str, victim: str) -> None:
     orb.expect('"listening"')
     keys = Path(f"/tmp/{kind}.toml")
     keys.write_text(MAPPINGS[kind])
-    words = ["--target", kind, "--headless", "--backend", "uinput", "--keys", str(keys)]
+    words = ["--target", kind, "--headless", "--backend", "uinput", "--mapping", str(keys)]
     host = guest.python("host", *words, "--link", f"rfcomm://{far}?local={near}")
     orb.expect("hello")
     device = guest.until(lambda: find(f"OrbTouch {kind}"), f"an input device for the {kind}")

@@ -1,6 +1,6 @@
 """The game itself: keys and buttons in, the board and what happens on it out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from operator import itemgetter
 from typing import Final
 
@@ -96,7 +96,7 @@ class PlayScreen(Screen):
 
     def act(self, action: Action, time_s: float) -> None:
         """Take a command, which is one press and never repeats."""
-        self._given.append(Due(time_s + self._offset_s, action))
+        self._given.append(Due(time_s + self._offset_s, action, held=self._keys.held))
 
     def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
@@ -136,7 +136,7 @@ class PlayScreen(Screen):
             self._begin_s = now_s + (0.0 if self._bot else READY_S)
             self._stage.sounds.effect("ready")
         if self._begun and self.session.game.phase is Phase.PAUSED:
-            self._update(now_s, [Action.PAUSE])  # no menu covers it any more
+            self._update(now_s, [Action.PAUSE], self._keys.held)  # no menu covers it any more
         due = sorted(self._keys.due(now_s) + self._given, key=itemgetter(0))
         self._given = []
         wanted = [each.action for each in due if each.action in _OURS]
@@ -154,23 +154,25 @@ class PlayScreen(Screen):
             return
         began_s = self._begin_s or 0.0
         self._over_s = None
-        for at_s, action, repeated in due:
-            if not self._idle(action):
-                self._update(max(at_s, began_s), [action], commands=int(not repeated))
+        for at_s, action, repeated, held in due:
+            if not (repeated and self._idle(action)):
+                self._update(max(at_s, began_s), [action], held, commands=int(not repeated))
         planned = self._bot.actions(game, time_s) if self._bot else []
-        self._update(time_s, planned, commands=len(planned))
+        self._update(time_s, planned, self._keys.held, commands=len(planned))
         if game.phase is Phase.OVER and self._over_s is None:
             self._over_s = time_s + _REST_S
 
-    def _update(self, at_s: float, actions: list[Action], commands: int = 0) -> None:
+    def _update(
+        self, at_s: float, actions: list[Action], held: Collection[Action], commands: int = 0
+    ) -> None:
+        """Act with what is held down at that moment, not yet with presses still to come."""
         at_s = max(at_s, self.session.recorder.time_s)  # presses while another screen was seen
-        keys = self._keys
-        initial = [action for action in _INITIAL if keys.holds(action)]
+        initial = [action for action in _INITIAL if action in held]
         events = self.session.update(
             at_s,
             actions,
             commands=commands,
-            soft_drop=keys.soft_drop,
+            soft_drop=Action.DOWN in held,
             initial=initial if self._stage.settings.initial else (),
         )
         if self._bot:

@@ -6,6 +6,7 @@ from typing import Final
 
 import pygame
 
+from tetris.film import SUFFIXES
 from tetris.modes import MODES
 from tetris.replay import Player, Recorder
 from tetris.window.figures import clock, figures_of
@@ -18,7 +19,6 @@ from tetris.window.view import GameView
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _USUAL: Final = 2  # which of them
-_FILMS: Final = (".gif", ".mp4")
 _STEP_S: Final = 5.0  # of a seek
 _COLUMN: Final = 430  # width of the menu, design units
 _LONGEST_S: Final = 0.25  # that one frame may bring
@@ -126,7 +126,7 @@ class ReplayScreen(MenuScreen):
             return []
         if film and film.going_on:
             return [Item(words("replays.film"), value=f"{film.share:.0%}", share=film.share)]
-        kind = _FILMS[self._suffix].removeprefix(".").upper()
+        kind = SUFFIXES[self._suffix].removeprefix(".").upper()
         hint = words("replays.film_hint")
         return [
             Item(
@@ -135,11 +135,11 @@ class ReplayScreen(MenuScreen):
         ]
 
     def _turn_film(self, step: int) -> None:
-        self._suffix = (self._suffix + step) % len(_FILMS)
+        self._suffix = (self._suffix + step) % len(SUFFIXES)
 
     def _make_film(self) -> None:
         if self._films:
-            path = self._films(_FILMS[self._suffix])
+            path = self._films(SUFFIXES[self._suffix])
             self._film = Filming(self._player.replay, path, self._stage.look)
 
     def _said(self) -> str:

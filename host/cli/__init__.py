@@ -1,0 +1,44 @@
+"""The verbs of `host`. A verb's module is imported when it is run, and nothing else."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Final
+
+from controller.console import run
+from controller.interrupt import importing
+from controller.errors import UserError
+
+# Name: the module whose `main` runs it, and a line of help.
+VERBS: Final = {
+    "find": ("host.find.command", "list the orbs that are here, and those that were"),
+    "pair": ("host.bluetooth.pair", "pair with an orb over Bluetooth"),
+    "install": ("host.install", "send an orb a new bundle"),
+}
+_PLAY: Final = "host.cli.play"  # without a verb
+
+
+def command(words: Sequence[str]) -> int:
+    """Run a command line; return the exit status."""
+    return run("host", lambda: _run([*words]))
+
+
+def _run(words: list[str]) -> int:
+    name, rest = _found(words)
+    with importing():
+        module = import_module(name)
+    status: int = module.main(rest)
+    return status
+
+
+def _found(words: list[str]) -> tuple[str, list[str]]:
+    """Return the module of the verb that is meant, and the words for its `main`."""
+    first = words[0] if words else "-"
+    if first in VERBS:
+        return VERBS[first][0], words[1:]
+    if first.startswith("-"):
+        return _PLAY, words
+    from difflib import get_close_matches  # in here, since it compiles regular expressions
+
+    near = get_close_matches(first, VERBS, n=1)
+    advice = f"did you mean `host {near[0]}`?" if near else f"a port is named with --link {first}"
+    raise UserError(f"there is no command {first!r}; {advice}")

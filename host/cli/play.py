@@ -1,0 +1,324 @@
+"""`host` without a verb: find or start an orb, and play."""
+
+import argparse
+import logging
+import math
+import secrets
+import signal
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+from controller import __version__
+from controller import key as keys
+from controller.console import complain
+from host import install, loop, remembering, taps, targets
+from host.cli import VERBS
+from host.device import OwnDevice
+from host.hops import Hops, Paced
+from host.keys import backends
+from host.overheard import Ear, Overheard
+from host.receiver import Receiver
+from host.settings import Memory
+from host.taps import open_taps
+from host.targets import TargetOptions
+from host.transport import open_transport
+
+_DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_USUAL = "tetris"  # the target, if neither the user nor the device's past names one
+_UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
+
+
+def main(words: list[str]) -> int:
+    """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
+    parser = _parser()
+    options = parser.parse_args(words)
+    if options.orb and "--" not in words:
+        parser.error(
+            f"{options.orb[0]} stands alone; a port is named with --link {options.orb[0]}, and "
+            "options of the virtual orb follow two dashes: host -- --preset paper-snr"
+        )
+    _check(parser, options)
+    logging.basicConfig(
+        format="%(message)s", level=logging.INFO if options.verbose else logging.ERROR
+    )
+    seed = secrets.randbits(31) if options.seed is None else options.seed
+    (_demo if options.demo else _play)(options, seed)
+    return 0
+
+
+def _play(options: argparse.Namespace, seed: int) -> None:
+    """Open the window and the link, and play until the window is closed."""
+    memory = Memory(warn=_warn)
+    ears: list[Ear] = []
+    with ExitStack() as stack:
+        for number in _ends():
+            stack.callback(signal.signal, number, signal.signal(number, _end))
+        seeker = remembering.seek(options, memory)
+        key = b"" if options.key is None else keys.read(options.key)
+        wish = TargetOptions(
+            seed, options.mapping, options.backend, options.dry_run, options.profile or ""
+        )
+        ears += [worker.hear for worker in open_taps(options.tap, stack, _warn)]
+        if seeker is not None:
+            receiver = Receiver(seeker.open, key=key)
+            ears.append(seeker.hear)
+        elif options.link is not None:
+            receiver = Receiver(lambda: open_transport(options.link), key=key)
+        else:
+            own = OwnDevice(seed, options.orb)
+            stack.callback(own.close)
+            receiver = Receiver(own.open, token=own.token)
+        stack.callback(receiver.close)
+        target = targets.load(options.target, wish)
+        stack.callback(target.close)  # before the receiver, which may take seconds to close
+        unseen = options.headless and options.target in _UNSEEN
+        surface = None if unseen else loop.window(headless=options.headless, size=target.size)
+        if options.link is not None or seeker is not None:
+            noted = remembering.Note(memory, options, target, seeker)
+            stack.callback(noted.close)
+            ears.append(noted.hear)
+        else:
+            remembering.offer(memory, _warn)
+        if options.install is not None:
+            ears.append(install.Errand(install.load(options.install), receiver.send).hear)
+        hops = Hops(lambda: receiver.clock_offset_ms)
+        ears.append(hops.hear)
+        stack.callback(_end_undisturbed)
+        receiver.start()
+        orb = Overheard(receiver, ears)
+        if surface is None:
+            loop.serve(target, orb, seconds=options.seconds)
+        else:
+            loop.play(
+                target,
+                orb,
+                surface,
+                seconds=options.seconds,
+                screenshot=options.screenshot,
+                drawn=lambda: _drawn(target, hops),
+            )
+
+
+def _drawn(target: targets.Target, hops: Hops) -> None:
+    """Note that a picture is on the screen, and let the panel show how long that took."""
+    hops.drawn()
+    if isinstance(target, Paced):
+        target.paced(hops)
+
+
+def _ends() -> list[int]:
+    """Return the signals that ask the program to end."""
+    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+    # Windows has no SIGHUP. One that is ignored stays so: by nohup, or in a shell's background.
+    return [number for number in numbers if number and signal.getsignal(number) != signal.SIG_IGN]
+
+
+def _end(number: int, frame: object) -> None:
+    """End as on a normal exit, so that everything is released."""
+    _end_undisturbed()
+    raise SystemExit(128 + number)
+
+
+def _end_undisturbed() -> None:
+    """Let no further signal cut the end short, before the keys are released."""
+    for number in _ends():
+        signal.signal(number, lambda *_: None)
+
+
+def _warn(words: str) -> None:
+    complain("host", words, 0)
+
+
+def _demo(options: argparse.Namespace, seed: int) -> None:
+    """Let the bot play with the virtual orb's own hand."""
+    from host import demo  # imported here, because playing by hand needs no bot and no judge
+
+    demo.run(
+        seed=seed,
+        seconds=options.seconds or _DEMO_S,
+        speed=options.speed,
+        headless=options.headless,
+        as_json=options.json,
+        screenshot=options.screenshot,
+        orb_options=options.orb,
+        link=options.link,
+    )
+
+
+def _check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Refuse combinations that make no sense, with what would."""
+    if options.device is not None and (options.demo or options.link is not None or options.orb):
+        parser.error("--device names an orb that is there; leave out --link, --demo and --")
+    if options.demo and options.tap:
+        parser.error("--tap reads along while you play; leave out --demo")
+    if options.orb and options.link is not None:
+        parser.error("what follows -- is for a virtual orb of our own; leave out --link")
+    if options.demo and options.target not in (None, "tetris"):
+        parser.error("--demo plays Tetris; leave out --target")
+    if not options.demo and (options.json or options.speed is not None):
+        parser.error("--json and --speed belong to the demo; add --demo")
+    if options.key is not None and options.link is None and options.device is None:
+        parser.error(
+            "--key is for an orb elsewhere, ours needs none; name it with --link or --device"
+        )
+    if options.link == "":
+        parser.error("--link names no port; leave it out to play with a virtual orb")
+    if options.device is None and options.target is None:
+        options.target = _USUAL
+    acts = options.target in (None, *_UNSEEN)  # None: what the device played last
+    chosen = options.backend != backends.AUTO
+    if not acts and (options.mapping or options.profile or options.dry_run or chosen):
+        parser.error(
+            "--mapping, --profile, --backend and --dry-run need --target keyboard or gamepad"
+        )
+    if acts and options.headless and options.screenshot:
+        parser.error("--screenshot needs a window; leave out --headless")
+    if options.headless and not (options.demo or acts) and options.seconds is None:
+        parser.error("--headless leaves nobody to close the window; add --demo or --seconds")
+    if options.speed is None:
+        options.speed = 1.0
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    verbs = "".join(f"  {name:7}  {purpose}\n" for name, (_, purpose) in VERBS.items())
+    parser = argparse.ArgumentParser(
+        prog="host",
+        usage="host [OPTION ...] [-- OPTION OF THE VIRTUAL ORB ...]\n       host COMMAND [-h] ...",
+        description="Play with an orb. Without one, a virtual orb is started: touch it with the\n"
+        "mouse. The left button presses, the right one pinches, a drag round the rim\n"
+        f"twists.\n\ncommands:\n{verbs}",
+        epilog="Try it without an orb: host; or lean back: host --demo",
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(
+            prog, max_help_position=20
+        ),
+        allow_abbrev=False,  # --key must stand for nothing but itself
+    )
+    add = parser.add_argument
+    add("--version", action="version", version=f"host {__version__}")
+    add(
+        "orb",
+        nargs="*",
+        metavar="-- OPTION",
+        help="options of the virtual orb, after two dashes: -- --preset paper-snr; "
+        "controller --help lists them",
+    )
+    add(
+        "--link",
+        metavar="URL",
+        help="where the orb is: a serial port's name, rfcomm://ADDRESS (paired before with "
+        "host pair), or a pyserial URL such as socket://127.0.0.1:4000 (default: a virtual orb "
+        "of our own)",
+    )
+    add(
+        "--device",
+        metavar="NAME",
+        help="the orb of this identity or name, whatever its port; host find lists them. Without "
+        "--target it plays what it played last",
+    )
+    add(
+        "--key",
+        metavar="FILE",
+        type=Path,
+        help="the key that the orb was started with, made by `controller key FILE`: docs/link.md",
+    )
+    add(
+        "--install",
+        metavar="FILE",
+        type=Path,
+        help="send the orb a new bundle while you play, as `host install` does without a game",
+    )
+    add(
+        "--target",
+        metavar="NAME",
+        help=f"what to play: {', '.join(targets.names())} (default: {_USUAL})",
+    )
+    add(
+        "--tap",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help=f"let other programs read along: {', '.join(taps.names())}, or "
+        "osc://HOST:PORT (docs/taps.md); may be given several times",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        help="which game, and which virtual orb; the same again (default: new ones)",
+    )
+    add(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="what commands press, for the targets keyboard and gamepad (docs/keys.md)",
+    )
+    add("--keys", dest="mapping", type=Path, help=argparse.SUPPRESS)  # its first name
+    add(
+        "--profile",
+        metavar="NAME",
+        help="the mapping's profile to begin with (default: its first)",
+    )
+    add(
+        "--backend",
+        metavar="NAME",
+        choices=(backends.AUTO, *backends.NAMES),
+        default=backends.AUTO,
+        help=f"what presses them: {', '.join(backends.NAMES)} (default: the best there is)",
+    )
+    add("--dry-run", action="store_true", help="print what would be pressed, and press nothing")
+    add("--demo", action="store_true", help="let the virtual orb's own hand play")
+    add("--headless", action="store_true", help="open no window; Tetris needs --demo or --seconds")
+    add(
+        "--seconds",
+        metavar="N",
+        type=_number(above=0.0),
+        help=f"stop after so long (default: play on; the demo: {_DEMO_S:g})",
+    )
+    add(
+        "--speed",
+        metavar="X",
+        type=_number(least=0.0),
+        help="of the demo: 1 is real time, 0 as fast as it can (default: 1)",
+    )
+    add("--json", action="store_true", help="end the demo with one line of JSON: how it went")
+    add(
+        "--screenshot",
+        metavar="FILE",
+        type=_picture,
+        help="save the last picture of the window, as .png",
+    )
+    add("--verbose", action="store_true", help="tell what happens to the link")
+    return parser
+
+
+def _seed(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**31):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to 2147483647")
+    return int(words)
+
+
+def _picture(words: str) -> Path:
+    path = Path(words)
+    if path.suffix.lower() != ".png" or not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"{words} must end in .png and be in a folder that exists")
+    if path.exists() and not path.is_file():
+        raise argparse.ArgumentTypeError(f"{words} is no file; name another one")
+    return path
+
+
+def _number(*, least: float = -math.inf, above: float = -math.inf) -> Callable[[str], float]:
+    """Return a reader of finite numbers from `least`, and more than `above`."""
+    wanted = f"above {above:g}" if above > -math.inf else f"{least:g} or more"
+
+    def read(words: str) -> float:
+        try:
+            number = float(words)
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and number >= least and number > above):
+            raise argparse.ArgumentTypeError(f"{words} must be a number, {wanted}")
+        return number
+
+    return read

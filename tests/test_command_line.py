@@ -1,0 +1,221 @@
+"""What all commands of the device have in common: their list, signals, output and statuses."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from controller import __version__, files
+from controller.__main__ import main
+from controller.commands import COMMANDS, RUN
+from controller.recordings import reader
+from controller.service import status
+
+DEMO = "assets/demo.npz"
+PRINTING = ("status", "doctor --no-touch", "key FILE", f"recordings info {DEMO}", "service")
+posix = pytest.mark.skipif(os.name != "posix", reason="no such signals, devices and permissions")
+
+
+def started(*words: str, **how: object) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
+    return subprocess.run(  # type: ignore[call-overload,no-any-return]
+        [sys.executable, "-m", "controller", *words],
+        **{"text": True, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **how},
+    )
+
+
+# --- which command --------------------------------------------------------------------------------
+
+
+def test_help_lists_every_command_with_its_purpose(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    lines = capsys.readouterr().out.splitlines()
+    for name, (module, purpose) in COMMANDS.items():
+        assert f"  {name:12}  {purpose}" in lines
+        assert callable(import_module(module).main)
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"controller {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("instal x.orb", "there is no command 'instal'; did you mean `controller install`?"),
+        ("techa", "there is no command 'techa'; did you mean `controller teach`?"),
+        ("zzz", f"there is no command 'zzz'; there are {', '.join(COMMANDS)}"),
+    ],
+)
+def test_a_misspelt_command_gets_one_sentence(
+    words: str, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words.split()) == 2
+    assert capsys.readouterr().err == f"controller: {sentence}\n"
+
+
+def test_wrong_usage_is_2_and_missing_hardware_is_1(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["--link", "hid:?keys=absent.toml"]) == 2
+    assert main(["--link", "socket://127.0.0.1:1"]) == 1
+    monkeypatch.setitem(sys.modules, "lgpio", None)
+    assert main(["calibrate", "--sensor", "orb"]) == 1
+    assert all(line.startswith("controller: ") for line in capsys.readouterr().err.splitlines())
+
+
+# --- signals --------------------------------------------------------------------------------------
+
+INTERRUPTED_AT = """
+import signal, sys
+from controller.__main__ import main
+
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+sys.exit(main({words!r}))
+"""
+
+
+@posix
+@pytest.mark.parametrize("command", [None, *COMMANDS])
+@pytest.mark.parametrize("module", ["numpy", "controller.console", None])
+def test_ctrl_c_while_modules_are_imported_ends_it_without_a_word(
+    command: str | None, module: str | None
+) -> None:
+    own = RUN if command is None else COMMANDS[command][0]
+    program = INTERRUPTED_AT.format(module=module or own, words=[command] if command else [])
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    if module == "numpy" and command in ("key", "pair", "service"):
+        return  # which need none of it
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "pair"])
+def test_ctrl_c_interrupts_a_command_with_130(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(words: list[str]) -> int:
+        signal.raise_signal(signal.SIGINT)
+        return 0
+
+    monkeypatch.setattr(import_module(COMMANDS[command][0]), "main", interrupted)
+    assert main([command]) == 130
+    assert capsys.readouterr().err == ""
+
+
+# --- output ---------------------------------------------------------------------------------------
+
+
+def test_every_command_prints_on_an_ascii_terminal(tmp_path: Path) -> None:
+    for words in PRINTING:
+        there = words.replace("FILE", str(tmp_path / "key")).split()
+        done = started(*there, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+        assert done.returncode == (words == "status"), done.stderr  # no controller runs
+        assert done.stdout
+        assert done.stderr == ""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
+@pytest.mark.parametrize("words", PRINTING)
+def test_a_full_disk_behind_the_output_is_one_sentence(words: str, tmp_path: Path) -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        done = started(*words.replace("FILE", str(tmp_path / "key")).split(), stdout=full)
+    assert done.returncode == 1
+    assert done.stderr == "controller: cannot write the output: no space left on device\n"
+
+
+@posix
+@pytest.mark.parametrize("words", PRINTING)
+def test_a_reader_that_has_gone_is_no_traceback(words: str, tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = started(*words.replace("FILE", str(tmp_path / "key")).split(), stdout=writing)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+# --- files that are written -----------------------------------------------------------------------
+
+
+def full(handle: int) -> None:
+    raise OSError(28, "No space left on device")
+
+
+def test_a_key_that_a_full_disk_does_not_take_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        assert main(["key", str(tmp_path / "orb.key")]) == 1
+    assert "no space left on device" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    assert main(["key", str(tmp_path / "orb.key")]) == 0
+
+
+def test_a_calibration_that_a_full_disk_does_not_take_names_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(files.os, "fsync", full)
+    assert main(["calibrate"]) == 1
+    (file,) = capsys.readouterr().err.splitlines()
+    assert file.startswith(f"controller: {tmp_path / 'orbtouch' / 'calibrations'}")
+    assert file.endswith(".json: no space left on device")
+
+
+@posix
+def test_recordings_follow_the_umask(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = os.umask(0o077)
+    try:
+        words = ["recordings", "trim", DEMO, "--to", "5", "--out", str(tmp_path / "new.npz")]
+        assert main(words) == 0
+    finally:
+        os.umask(before)
+    assert (tmp_path / "new.npz").stat().st_mode & 0o777 == 0o600
+
+
+def test_a_recording_is_found_by_a_text_as_well() -> None:
+    assert len(reader.load(DEMO).frames) == reader.survey(DEMO).frames
+
+
+# --- what a running controller says of itself -----------------------------------------------------
+
+SOUND = {
+    "pid": os.getpid(), "device": "d", "bundle": "b", "engine": "e", "link": "-", "frames": 1,
+    "missed": 0, "period_ms": 100.0, "hops": [["all", 1.0, 2.0, 3.0]],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", SOUND)
+@pytest.mark.parametrize("value", [None, [], {}, "x", -(2**70), [[]]])
+def test_a_damaged_status_is_no_running_controller(
+    key: str, value: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(status, "status_folders", lambda: [tmp_path])
+    for said in ({**SOUND, key: value}, {k: v for k, v in SOUND.items() if k != key}):
+        (tmp_path / "status.json").write_text(json.dumps(said))
+        found = status.read_running()
+        assert status.running_lines(found)
+
+
+@pytest.mark.parametrize("text", ["", "[" * 50_000, "3", "[]", '{"pid": ' + "9" * 5000 + "}"])
+def test_a_status_that_is_none_is_no_running_controller(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(status, "status_folders", lambda: [tmp_path])
+    (tmp_path / "status.json").write_text(text)
+    assert status.read_running() == {}
+    (tmp_path / "status.json").write_text(json.dumps(SOUND))
+    assert status.read_running() == SOUND

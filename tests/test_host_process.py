@@ -1,0 +1,133 @@
+"""`host` as a process: how it ends, what it leaves behind, and output that cannot be written."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+END_S = 30.0  # an upper bound; it takes a second
+UNSEEN = {**os.environ, "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
+HOST = (sys.executable, "-m", "host")
+DEMO = (*HOST, "--demo", "--headless", "--seconds", "1", "--speed", "0", "--json")
+
+# Presses Ctrl+C when `host` imports the module that is the first argument.
+INTERRUPTED = """
+import os, runpy, signal, sys
+
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == module:
+            os.kill(os.getpid(), signal.SIGINT)
+
+module = sys.argv.pop(1)
+sys.meta_path.insert(0, Finder())
+runpy.run_module("host", run_name="__main__", alter_sys=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
+@pytest.mark.parametrize(
+    "module", ["host.cli", "controller.console", "host.cli.play", "numpy", "pygame", "host.dome"]
+)
+def test_interrupt_while_modules_are_imported_is_silent(module: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, module, "--headless", "--seconds", "1"],
+        env=UNSEEN, capture_output=True, text=True, timeout=END_S,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into Linux's /proc")
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [
+        (signal.SIGINT, 130),
+        (signal.SIGTERM, 143),
+        (signal.SIGHUP, 129),
+        (signal.SIGKILL, -9),
+    ],
+)
+def test_no_virtual_orb_outlives_its_host(number: int, status: int, tmp_path: Path) -> None:
+    environment = {**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)}
+    with subprocess.Popen(
+        [*HOST, "--verbose"], env=environment, stderr=subprocess.PIPE, text=True
+    ) as host:
+        assert host.stderr is not None
+        assert host.stderr.readline().startswith("connected to ")
+        tasks = Path(f"/proc/{host.pid}/task").iterdir()
+        [orb] = [pid for task in tasks for pid in (task / "children").read_text().split()]
+        watch = os.pidfd_open(int(orb))
+        host.send_signal(number)
+        assert host.wait(END_S) == status
+        assert "Traceback" not in host.stderr.read()
+        ended, _, _ = select.select([watch], [], [], END_S)
+        os.close(watch)
+    assert ended
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
+@pytest.mark.parametrize("command", [DEMO, (*HOST, "find", "--json")])
+def test_full_disk_behind_standard_output_is_one_sentence(
+    command: tuple[str, ...], tmp_path: Path
+) -> None:
+    environment = {**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)}
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(
+            command, env=environment, stdout=full, stderr=subprocess.PIPE, text=True, timeout=END_S
+        )
+    assert done.returncode == 1
+    assert done.stderr.endswith("host: cannot write the output: no space left on device\n")
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGPIPE to mask")
+@pytest.mark.parametrize("command", [DEMO, (*HOST, "find", "--json")])
+def test_reader_that_has_gone_ends_it_without_a_word(
+    command: tuple[str, ...], tmp_path: Path
+) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = subprocess.run(
+            command,
+            env={**UNSEEN, "XDG_CONFIG_HOME": str(tmp_path)},
+            stdout=writing, stderr=subprocess.PIPE, text=True, timeout=END_S,
+        )  # fmt: skip
+    finally:
+        os.close(writing)
+    assert done.returncode == 1
+    assert "host: cannot" not in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no such signals")
+def test_signal_that_asks_for_the_end_is_heeded_once() -> None:
+    program = (
+        "import os, signal, time; from host.cli import play as host\n"
+        "for number in host._ends(): signal.signal(number, host._end)\n"
+        "try:\n"
+        "    os.kill(os.getpid(), signal.SIGTERM); time.sleep(60)\n"
+        "finally:\n"
+        "    for number in host._ends(): os.kill(os.getpid(), number)\n"
+        "    print('every key is up')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "every key is up\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGHUP")
+def test_signal_that_nohup_ignores_stays_ignored() -> None:
+    program = (
+        "import signal; from host.cli import play\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "print(signal.SIGHUP in play._ends(), signal.SIGTERM in play._ends())"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout == "False True\n"

@@ -1,0 +1,265 @@
+"""The command line: Tetris in a window, and bots and replays with or without one."""
+
+import argparse
+import json
+import secrets
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final, NoReturn
+
+from tetris import bots, console
+from tetris.console import complain, printable, say
+from tetris.engine import Game, Phase
+from tetris.film import SUFFIXES, FilmError
+from tetris.modes import LAST_START_LEVEL, MODES
+from tetris.replay import Player, Recorder
+from tetris.replay_file import ReplayError, load, save
+
+_MOST_PIECES: Final = 1_000_000
+_LAST_SEED: Final = 2**32 - 1
+_MOST_RATE_HZ: Final = 1000
+_BOT_RATE_HZ: Final = 12  # where the clock counts: a quick hand
+_MOST_SPEED: Final = 100
+
+
+def run(argv: list[str] | None = None) -> int:
+    """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
+    console.adapt()
+    try:
+        return _play(_options(argv))
+    except ReplayError as error:
+        return complain("tetris", error, 2)
+    except FilmError as error:
+        return complain("tetris", error, 1)
+
+
+def _options(argv: list[str] | None) -> argparse.Namespace:
+    """Read the options, and refuse those that do not go together."""
+    parser = _parser()
+    options = parser.parse_args(argv)
+    if options.headless and not (options.bot or options.replay):
+        parser.error("--headless leaves nobody to press keys; add --bot or --replay FILE")
+    if options.replay and (options.bot or options.mode):
+        parser.error("--replay plays what was played; leave --bot and --mode out")
+    if options.replay and (options.seed is not None or options.level):
+        parser.error("--replay plays what was played; leave --seed and --level out")
+    if options.level and options.mode and not MODES[options.mode].levels:
+        leveled = ", ".join(mode.name for mode in MODES.values() if mode.levels)
+        parser.error(f"--mode {options.mode} has no levels; leave --level out, or play {leveled}")
+    if options.film and not options.replay:
+        parser.error("--film shows a recorded game; add --replay FILE")
+    if options.film and options.film.suffix.lower() not in SUFFIXES:
+        parser.error(f"--film {options.film} must end in {' or '.join(SUFFIXES)}")
+    if options.record and not options.headless:
+        parser.error("--record is for --headless; the window keeps its games by itself")
+    return options
+
+
+def _play(options: argparse.Namespace) -> int:
+    if options.version:
+        return say("tetris", f"tetris {_version()}")
+    if options.film:
+        return _film(options)
+    if options.headless:
+        return _check(options) if options.replay else _play_unseen(options)
+    # Imported here, because a headless game needs neither pygame nor the time it takes.
+    from tetris.window.app import Start, play
+    from tetris.window.display import DisplayError
+
+    if options.replay:
+        load(options.replay)  # refused here, in a sentence, rather than in a window
+    start = Start(
+        mode=options.mode,
+        seed=options.seed,
+        level=options.level,
+        bot=options.bot,
+        replay=options.replay,
+    )
+    try:
+        game = play(start)
+    except DisplayError as error:
+        return complain("tetris", f"{error}; without one, play with --headless --bot", 1)
+    return 0 if game is None else _report(game, options.json)
+
+
+def _play_unseen(options: argparse.Namespace) -> int:
+    """Let a bot play without a window."""
+    seed = secrets.randbits(32) if options.seed is None else options.seed
+    mode = MODES[options.mode or "endless"]
+    config = mode.config(options.level or 1, seed)
+    rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
+    recorder = Recorder(seed, config, mode.name)
+    action_s = 1 / rate_hz if rate_hz else 0.0
+    bots.play(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    if options.record:
+        try:
+            save(options.record, recorder.replay())
+        except (OSError, ReplayError) as error:
+            return _unwritten(options.record, error)
+    return _report(recorder.game, options.json)
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Play a replay to its end without a window, and say whether it is what it says."""
+    player = Player(load(options.replay))
+    player.advance(player.end_s)
+    if player.differs:
+        return complain(
+            "tetris",
+            f"{options.replay}: the replay ends otherwise than it was recorded; "
+            "it was made by another program, or altered",
+            1,
+        )
+    return _report(player.game, options.json)
+
+
+def _film(options: argparse.Namespace) -> int:
+    """Save a replay as a film; on a terminal, show how far it is."""
+    from tetris.window import film
+
+    replay = load(options.replay)
+    film.unseen()
+    shown = -1
+    watched = sys.stderr is not None and sys.stderr.isatty()
+    try:
+        for share in film.export(replay, options.film, speed=options.speed):
+            if watched and round(100 * share) != shown:
+                shown = round(100 * share)
+                print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
+    except OSError as error:
+        return _unwritten(options.film, error)
+    return say("tetris", ("\r" if shown >= 0 else "") + printable(str(options.film)))
+
+
+def _unwritten(path: Path, error: OSError | ReplayError) -> int:
+    reason = getattr(error, "strerror", None) or error
+    return complain("tetris", f"cannot write {path}: {reason}", 1)
+
+
+def _version() -> str:
+    from importlib import metadata  # dear, and seldom asked for
+
+    try:
+        return metadata.version("orbtouch")
+    except metadata.PackageNotFoundError:  # unpacked, not installed
+        return "of no known version"
+
+
+def _report(game: Game, as_json: bool) -> int:
+    result = {
+        "seed": game.seed,
+        "score": game.score,
+        "level": game.level,
+        "lines": game.lines,
+        "pieces": game.pieces_placed,
+        "time_s": round(game.time_s, 3),
+        "over": game.phase is Phase.OVER,
+        "result": game.result.value if game.result else None,
+    }
+    if as_json:
+        return say("tetris", json.dumps(result))
+    return say(
+        "tetris",
+        f"{_count(game.score, 'point')}, {_count(game.lines, 'line')}, level {game.level}, "
+        f"{_count(game.pieces_placed, 'piece')} (seed {game.seed})",
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number:,} {noun}" + "s" * (number != 1)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that answers wrong usage in one printable sentence, whatever was typed."""
+
+    def print_help(self, file: object = None) -> NoReturn:
+        sys.exit(say(self.prog, self.format_help().rstrip()))
+
+    def error(self, message: str) -> NoReturn:
+        sys.exit(complain(self.prog, message, 2))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="tetris",
+        description="Play Tetris. Arrows shift, turn and lower a piece, Z turns it the other way, "
+        "space drops it, C holds it, P pauses, R begins anew.",
+        epilog="Try it: tetris --bot",
+    )
+    parser.add_argument(
+        "--mode",
+        choices=MODES,
+        metavar="NAME",
+        help=f"begin at once with {', '.join(MODES)} (default: the menu)",
+    )
+    parser.add_argument(
+        "--seed",
+        type=_whole(_LAST_SEED, least=0),
+        metavar="N",
+        help="which game; the same again (default: a new one)",
+    )
+    parser.add_argument(
+        "--level",
+        type=_whole(LAST_START_LEVEL),
+        metavar="N",
+        help=f"level to start with, 1 to {LAST_START_LEVEL}, where the mode has levels",
+    )
+    parser.add_argument(
+        "--bot",
+        nargs="?",
+        choices=bots.BOTS,
+        const=bots.STRONGEST,
+        metavar="NAME",
+        help=f"watch a bot play: {', '.join(bots.BOTS)} (default: {bots.STRONGEST})",
+    )
+    parser.add_argument(
+        "--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it"
+    )
+    parser.add_argument(
+        "--headless", action="store_true", help="no window, as fast as it can; with --bot, --replay"
+    )
+    parser.add_argument(
+        "--pieces",
+        type=_whole(_MOST_PIECES),
+        default=1000,
+        metavar="N",
+        help="pieces of a bot's headless game (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--rate",
+        type=_whole(_MOST_RATE_HZ),
+        metavar="HZ",
+        help="the bot's actions a second in a headless game (default: as fast as the rules "
+        f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
+    )
+    parser.add_argument("--record", type=Path, metavar="FILE", help="keep a headless game")
+    parser.add_argument(
+        "--film",
+        type=Path,
+        metavar="FILE",
+        help="save --replay as a .gif or .mp4 (needs the film extra)",
+    )
+    parser.add_argument(
+        "--speed",
+        type=_whole(_MOST_SPEED),
+        default=1,
+        metavar="N",
+        help="how many times faster the film is than the game (default: %(default)s)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument("--version", action="store_true", help="print the version")
+    return parser
+
+
+def _whole(most: int, *, least: int = 1) -> Callable[[str], int]:
+    """Return a reader of whole numbers from `least` to `most`."""
+
+    def read(words: str) -> int:
+        short = len(words) <= len(str(most)) and words.isascii() and words.isdecimal()
+        if not (short and least <= int(words) <= most):
+            wanted = f"a whole number from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"{words[:40]} must be {wanted}")
+        return int(words)
+
+    return read

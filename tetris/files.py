@@ -1,0 +1,189 @@
+"""The player's files: where they are, how they are read at a bounded cost, and how replaced whole.
+
+Every error of reading and writing is an `OSError` whose `strerror` completes the sentence "cannot
+read FILE: ..." or "cannot write FILE: ...".
+"""
+
+import errno
+import os
+import re
+import stat
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+import platformdirs
+
+_PROGRAM: Final = "orbtouch"
+_ROOM: Final = "tetris"
+_NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_KINDS: Final = (
+    (stat.S_ISDIR, errno.EISDIR, "a folder"),
+    (stat.S_ISFIFO, errno.EINVAL, "a pipe"),
+    (stat.S_ISSOCK, errno.EINVAL, "a socket"),
+    (stat.S_ISCHR, errno.EINVAL, "a device"),
+    (stat.S_ISBLK, errno.EINVAL, "a device"),
+)
+# A file with one of these has what this program never wrote; it can be put aside.
+DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
+
+_MOST_TOML_BYTES: Final = 64 << 10
+_MOST_PARTS: Final = 16  # of a key, between dots
+_MOST_NESTING: Final = 16  # brackets
+# Strings and comments; one without an end goes on to the end of its line, or of the text.
+_QUOTED: Final = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"""|\\?\Z)' r"|'''.*?(?:'''|\Z)"
+    r'|"(?:[^"\\\n]|\\[^\n])*(?:"|$)' r"|'[^'\n]*(?:'|$)" r"|\#[^\n]*",
+    re.DOTALL | re.MULTILINE,
+)  # fmt: skip
+_DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{_MOST_PARTS}}}")
+
+
+# -- where they are ----------------------------------------------------------------------------
+
+
+def data_folder() -> Path:
+    """Return the folder of best lists and replays; it may not exist yet."""
+    return _own(platformdirs.user_data_path(_PROGRAM, appauthor=False), ".local/share")
+
+
+def config_folder() -> Path:
+    """Return the folder of settings; it may not exist yet."""
+    return _own(platformdirs.user_config_path(_PROGRAM, appauthor=False), ".config")
+
+
+def _own(folder: Path, usual: str) -> Path:
+    """Return our folder below; a relative XDG_*_HOME is ignored, as its specification asks."""
+    if not folder.is_absolute():
+        folder = Path.home() / usual / _PROGRAM
+    return folder / _ROOM
+
+
+# -- reading -----------------------------------------------------------------------------------
+
+
+def read_bytes(path: Path, limit_bytes: int) -> bytes:
+    """Return the content of a regular file. Pipes and devices are refused: they may never end.
+
+    Raises:
+        OSError: It cannot be read, is not a regular file, or has more than `limit_bytes`.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | _NO_WAITING)
+    except ValueError as error:  # a zero byte in the name
+        raise OSError(errno.EINVAL, str(error), str(path)) from None
+    try:
+        _check_regular(os.fstat(handle).st_mode, path)
+        with open(handle, "rb", closefd=False) as file:
+            data = file.read(limit_bytes + 1)
+    finally:
+        os.close(handle)
+    if len(data) > limit_bytes:
+        raise OSError(errno.EFBIG, f"it has more than {limit_bytes} bytes", str(path))
+    return data
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the table in a TOML file.
+
+    Raises:
+        OSError: It cannot be read, is not a regular file, or is too large.
+        ValueError: It is not TOML in UTF-8, or exceeds a limit of dots or nesting.
+    """
+    return parse_toml(read_bytes(path, _MOST_TOML_BYTES).decode("utf-8-sig"))
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the table in a text of TOML, at a cost that grows with its length only.
+
+    Python's parser needs time and memory quadratic in the parts of one key, and recurses into
+    nested values, so both are bounded before.
+
+    Raises:
+        ValueError: It is not TOML, or exceeds a limit of dots or nesting.
+    """
+    bare = _QUOTED.sub("_", text.replace("\r\n", "\n"))
+    if _DOTTED.search(bare):
+        raise ValueError(f"a key has more than {_MOST_PARTS} parts")
+    depth = 0
+    for bracket in re.findall(r"[\[\]{}]", bare):
+        depth += 1 if bracket in "[{" else -1
+        if depth > _MOST_NESTING:
+            raise ValueError(f"values are nested more than {_MOST_NESTING} deep")
+    return tomllib.loads(text)
+
+
+# -- writing -----------------------------------------------------------------------------------
+
+
+def write_beside(path: Path, content: bytes) -> None:
+    """Write a whole file at once: beside the old one, onto the disk, and then in its place.
+
+    The path stands for the old content or the new one, never for a part. Folders that are
+    missing are made. A pipe or a device is never replaced.
+
+    Raises:
+        OSError: The disk is full, or the folder may not be written; the old file is as it was.
+    """
+    check_replaceable(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", dir=path.parent)
+    beside = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+    _sync_folder(path.parent)
+
+
+def check_replaceable(path: Path) -> None:
+    """Raise if a path stands for something else than a regular file; it need not exist.
+
+    Raises:
+        OSError: It does, or cannot be looked at.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except ValueError as error:
+        raise OSError(errno.EINVAL, str(error), str(path)) from None
+    _check_regular(mode, path)
+
+
+def put_aside(path: Path) -> Path:
+    """Rename a damaged file, so that a new one can take its place; return where it is now.
+
+    Raises:
+        OSError: It cannot be renamed.
+    """
+    number = 1
+    while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
+        number += 1
+    return path.rename(aside)
+
+
+def _check_regular(mode: int, path: Path) -> None:
+    for of_kind, number, words in _KINDS:
+        if of_kind(mode):
+            raise OSError(number, f"it is {words}, expected is a file", str(path))
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a rename last through a power cut, where folders can be opened (not on Windows)."""
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:
+        return
+    try:
+        os.fsync(handle)
+    except OSError:  # some network drives refuse; the file itself is safe
+        pass
+    finally:
+        os.close(handle)
