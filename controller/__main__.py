@@ -14,11 +14,12 @@ def main(argv: list[str] | None = None) -> int:
         import os
         from importlib import import_module
 
-        from controller.commands import COMMANDS, RUN, unknown
-        from controller.console import USAGE, complain, run
+        from controller.commands import COMMANDS, RUN
+        from controller.console import complain, run, unknown_command
 
         if name is not None and name not in COMMANDS:
-            return complain("controller", unknown(name), USAGE)
+            error = unknown_command("controller", name, COMMANDS)
+            return complain("controller", error, error.status)
         # Our matrices are small: NumPy's threads would wait for each other five times as long.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         # Modules are here to stay: to look for garbage among them took a sixth of the start.

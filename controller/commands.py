@@ -1,6 +1,5 @@
 """Table of the commands of `controller`: name, module whose `main` runs it, and purpose."""
 
-from difflib import get_close_matches
 from typing import Final
 
 RUN: Final = "controller.run"  # without a command
@@ -17,10 +16,3 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "service": ("controller.service.unit", "print a systemd unit for this installation"),
     "status": ("controller.service.status", "show service, Bluetooth and latency"),
 }
-
-
-def unknown(name: str) -> str:
-    """Return what to say of a command that does not exist."""
-    near = get_close_matches(name, COMMANDS, 1)
-    advice = f"did you mean `controller {near[0]}`?" if near else f"there are {', '.join(COMMANDS)}"
-    return f"there is no command {name!r}; {advice}"

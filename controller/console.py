@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Final, TextIO
 
@@ -54,9 +54,19 @@ def complain(program: str, problem: Exception | str, status: int) -> int:
     return status
 
 
-def count(number: int, noun: str) -> str:
-    """Return a number of things, as in "1 line" and "2 lines"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def count(number: int, noun: str, nouns: str = "") -> str:
+    """Return a number of things, as in "1 line" and "2 lines"; `nouns` is another plural."""
+    return f"{number} {noun if number == 1 else nouns or noun + 's'}"
+
+
+def unknown_command(program: str, name: str, known: Iterable[str], advice: str = "") -> UserError:
+    """Return the error that there is no such command, with the nearest one, or advice."""
+    from difflib import get_close_matches  # in here: it compiles regular expressions
+
+    names = list(known)
+    near = get_close_matches(name, names, n=1)
+    advice = f"did you mean `{program} {near[0]}`?" if near else advice
+    return UserError(f"there is no command {name!r}; {advice or 'there are ' + ', '.join(names)}")
 
 
 def printable(text: str) -> str:

@@ -35,11 +35,10 @@ def open_regular(path: Path) -> IO[bytes]:
         if error.errno == errno.ENXIO:  # so Linux answers for a socket
             error.strerror = "it is a socket, expected is a file"
         raise
-    try:
-        _check_regular(path, os.fstat(handle).st_mode)
-    except OSError:
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
         os.close(handle)
-        raise
+        raise _special(mode, path)
     return os.fdopen(handle, "rb")
 
 
@@ -72,6 +71,18 @@ def read_text(path: Path, limit_bytes: int) -> str:
         raise OSError(errno.EILSEQ, "it is not text in UTF-8", str(path)) from None
 
 
+def check_target(path: Path) -> None:
+    """Check that a file may be written under a name: it is free, or that of a regular file.
+
+    Raises:
+        OSError: It is the name of a folder, a device or the like, which a rename would replace.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise _special(mode, path)
+
+
 def atomic_write(
     path: Path,
     data: bytes,
@@ -96,14 +107,14 @@ def atomic_write(
 
     Raises:
         FileExistsError: The name is taken, and `replace` is false.
-        OSError: It cannot be written; an older file is as it was. `filename` is `path`.
+        OSError: It cannot be written, or is no file; what was there is as it was. `filename` is
+            `path`.
     """
+    check_target(path)
     beside = path.with_name(f".{path.name[:100]}.{os.urandom(4).hex()}")
     try:
         if folders:
             path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists():
-            _check_regular(path, path.stat().st_mode)  # a device is never replaced
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         with os.fdopen(os.open(beside, flags, 0o600 if private else 0o666), "wb") as file:
             file.write(data)
@@ -137,10 +148,10 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _check_regular(path: Path, mode: int) -> None:
-    if not stat.S_ISREG(mode):
-        kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
-        raise OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
+def _special(mode: int, path: Path) -> OSError:
+    """Return the error that a name is not that of a regular file."""
+    kind = next((words for of_kind, words in _KINDS if of_kind(mode)), "something else")
+    return OSError(errno.EINVAL, f"it is {kind}, expected is a file", str(path))
 
 
 def _name_once(beside: Path, path: Path) -> None:

@@ -124,12 +124,12 @@ def prepare(options: Namespace) -> Parts:
         key=b"" if options.key is None else _key(options.key),
         exposed=options.unprotected,
     )
+    ledger = None if options.ledger is None else _ledger(options.ledger)
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
         __version__, platform.python_version(), recognizer.engine, _system(), bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
-    ledger = None if options.ledger is None else _ledger(options.ledger)
     return Parts(
         options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan, ledger, None
     )

@@ -14,14 +14,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from models import scores
+from models import missed, scores
 from models.augment import Symmetry
 from models.fit import fit
 from models.learn import Work
 from models.lessons import Gestures, Parts
 from models.reading import Data
 from models.recipe import Course
-from models.results import ClassRow, GestureResult, Training
+from models.results import ENOUGH, ClassRow, GestureResult, Training
 from models.splitting import Split
 
 SHARES: Final = (0.25, 0.5, 1.0)  # of the examples
@@ -64,14 +64,21 @@ def advise(result: Training, work: Work, *, measured: bool, say: Say) -> Trainin
     if measured and held.sum():
         say("measuring how much more examples would help")
         rows = _with_curves(rows, work)
+    table, asks = result.gesture.answered, work.data.vocabulary.table
+    wrong = missed.failing(table)
     rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
+    for i in wrong:  # what is named rightly may not be answered all the same
+        little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
+        said = missed.advice(result.labels, table, i, more=rows[i].more, little=little)
+        rows[i] = replace(rows[i], advice=said)
     lines = [
-        *(row.advice for row in rows if row.more),
+        *(rows[i].advice for i in wrong),
+        *(row.advice for i, row in enumerate(rows) if row.more and i not in wrong),
         *confused(result.labels, result.gesture.event_confusion),
-        *safest(result.labels, result.gesture.event_confusion, work.data.vocabulary.table),
+        *safest(result.labels, table or result.gesture.event_confusion, asks),
     ]
     if not lines:
-        lines = ["there is enough of every gesture, and none is confused with another"]
+        lines = [ENOUGH]
     return replace(result, classes=tuple(rows), advice=tuple(lines))
 
 
@@ -126,7 +133,7 @@ def safest(
 
     Args:
         labels: "null" first.
-        table: Events: true class by named class.
+        table: Events: true class by answered, or named, class.
         asks: What each gesture asks for.
     """
     matrix = np.array(table)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from models import missed
 from models.intervals import Figure
 from models.metrics import Broken, Evaluation, Result, Row
 
@@ -23,6 +24,7 @@ def text(found: Evaluation) -> str:
         "| figure | " + " | ".join(result.name for result in found.results) + " |",
         "|---" * (1 + len(found.results)) + "|",
         *figures(found.results),
+        *(f"\n{line}" for line in missed.of_all(found.results)),
     ]
     for result in found.results:
         lines += ["", f"## {result.name}", "", *_confusion(result)]

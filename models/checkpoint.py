@@ -5,8 +5,8 @@ that goes on gives the same bytes as one that was never interrupted.
 """
 
 import hashlib
+import io
 import json
-import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,25 +15,27 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from controller import npz
+from controller import files, npz
+from controller.errors import UserError
+from models import user_files
 
 MAX_BYTES: Final = 1 << 30
 _WORDS: Final = "words"  # the JSON among the arrays
 
 
-class CheckpointError(ValueError):
+class CheckpointError(UserError, ValueError):
     """The folder holds what another training left; the message is one sentence."""
 
 
 def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-    """Write a checkpoint, complete or not at all."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with beside.open("wb") as file:
-            np.savez(file, allow_pickle=False, **{_WORDS: np.array(json.dumps(words))}, **arrays)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    """Write a checkpoint, complete or not at all.
+
+    Raises:
+        OSError: It cannot be written; the one before it is as it was.
+    """
+    whole = io.BytesIO()
+    np.savez(whole, allow_pickle=False, **{_WORDS: np.array(json.dumps(words))}, **arrays)
+    files.atomic_write(path, whole.getvalue())
 
 
 def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
@@ -42,14 +44,19 @@ def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
     Raises:
         CheckpointError: It cannot be read.
     """
-    if not path.exists():
+    if not path.is_symlink() and not path.exists():
         return None
     try:
         arrays = npz.unpack(path, MAX_BYTES)
         words = json.loads(str(arrays.pop(_WORDS)))
         return arrays, dict(words)
-    except (ValueError, KeyError, TypeError):
-        raise CheckpointError(f"{path} is damaged; remove it, and training begins anew") from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise damaged(path) from None
+
+
+def damaged(path: Path) -> CheckpointError:
+    """Return the error that a checkpoint does not hold what it should."""
+    return CheckpointError(f"{path} is damaged; remove it, and training begins anew")
 
 
 def claim(folder: Path, name: str, of: object, what: str) -> Path:
@@ -72,7 +79,7 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
             f"{folder} holds an interrupted {what} of other data or options; repeat its command, "
             "or remove it"
         )
-    folder.mkdir(exist_ok=True)
+    user_files.folder_target(folder)
     if found is None:
         save(mark, {}, {"of": own})
     return folder

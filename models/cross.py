@@ -17,8 +17,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from controller.console import count
 from controller.recordings.recording import software
-from models import checkpoint, folds, reading, scores, splits, trajectory
+from models import checkpoint, folds, reading, scores, splits, trajectory, user_files
 from models.augment import Symmetry
 from models.dataset import refuse_test_seed
 from models.fit import fit, prepare_torch
@@ -55,6 +56,7 @@ class Request:
         steps: Batches that each network learns from; 0: the recipe's.
         window: Images in a window; 0: those of a second.
         labels: Whose labels are learned.
+        every: Recordings that fail the check are taken too.
         given: Labels are taken as they were given, not moved to the touch.
         choose: Each fold chooses among its own people first.
         sound: No taxel or electrode dies in training: the sensor is not one that breaks.
@@ -70,6 +72,7 @@ class Request:
     steps: int = 0
     window: int = 0
     labels: Choice = "auto"
+    every: bool = False
     given: bool = False
     choose: bool = False
     sound: bool = False
@@ -105,11 +108,14 @@ def cross(request: Request, say: Say) -> Crossed:
     """
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
-    if not request.out.resolve().parent.is_dir():
-        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    user_files.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
-    data = reading.read(request.paths, recipe, request.labels, say, window=request.window)
+    data = reading.read(
+        request.paths, recipe, request.labels, say, window=request.window, every=request.every
+    )
+    for note in data.notes:
+        say(note)
     examples = data.examples
     group = (data.user if request.by == "user" else data.session)[examples.session]
     rounds = splits.by_group(examples.ends, examples.window, group, _count(request, group, data))
@@ -129,7 +135,7 @@ def cross(request: Request, say: Say) -> Crossed:
         told = [f"{NAMES[key]} {_right(one, fold, data):.4f}" for key, one in arrays.items()]
         say(f"fold {number + 1} of {len(rounds)}: {', '.join(told)} {words['chosen']}".rstrip())
     found = _found(request, work, rounds, done, listed, reading_s)
-    request.out.write_text(found.text() + "\n", encoding="utf-8")
+    user_files.write_text(request.out, f"{found.text()}\n")
     shutil.rmtree(folder)
     return found
 
@@ -185,7 +191,7 @@ def _sentence(data: Data, listed: Rowed) -> str:
     return (
         f"{len(examples.ends)} windows of {examples.window} images of {rows}×{columns} taxels at "
         f"{settings.rate_hz:g} Hz, in {int(listed.stretch[-1]) + 1} stretches, of "
-        f"{len(listed.people)} people"
+        f"{count(len(listed.people), 'person', 'people')}"
     )
 
 
@@ -207,7 +213,7 @@ def _done(
     """Return what a fold's models answer to the people whom it leaves out, and what it cost."""
     kept = folder / f"fold-{number}.npz"
     if (found := checkpoint.load(kept)) is not None:
-        return found
+        return _checked(kept, found, fold, work)
     examples = work.data.examples
     arrays: dict[str, NDArray[Any]] = {}
     words: dict[str, Any] = {}
@@ -230,6 +236,29 @@ def _done(
     for part in folder.glob(f"fold-{number}-*.npz"):
         part.unlink()
     return arrays, words
+
+
+def _checked(
+    kept: Path, found: tuple[dict[str, NDArray[Any]], dict[str, Any]], fold: Fold, work: _Work
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Return what is kept of a fold, if it is whole.
+
+    Raises:
+        CheckpointError: It is not.
+    """
+    arrays, words = found
+    names = {"ours", *work.rows}
+    shape = len(fold.test), len(work.data.vocabulary.labels)
+    cpu_s = words.get("cpu_s")
+    if (
+        set(arrays) != names
+        or any(array.shape != shape for array in arrays.values())
+        or not isinstance(cpu_s, dict)
+        or not all(isinstance(cpu_s.get(name), float) for name in names)
+        or not isinstance(words.get("chosen"), str)
+    ):
+        raise checkpoint.damaged(kept)
+    return found
 
 
 def _choose(

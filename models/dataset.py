@@ -4,6 +4,7 @@ A data set may be larger than memory: its recordings are surveyed first, loaded 
 what becomes of them is kept in a file if a folder is given for it.
 """
 
+import hashlib
 import tempfile
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
@@ -14,6 +15,7 @@ from typing import IO, Any, Final, Generic, Literal, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import files
 from controller.preprocess import Preprocessor, PreprocessSettings
 from controller.recordings import reader
 from controller.recordings.reader import Survey
@@ -159,6 +161,38 @@ class Recordings(Sequence[Recording]):
         return loaded
 
 
+def recording_files(paths: Iterable[Path]) -> list[Path]:
+    """Return recordings: files, and all in folders, in order of their names.
+
+    Raises:
+        ValueError: There are none.
+    """
+    named = list(paths)
+    found = [
+        file
+        for path in named
+        for file in (sorted(path.rglob("[!.]*.npz")) if path.is_dir() else [path])
+    ]
+    if not found:
+        where = " or ".join(map(str, named))
+        raise ValueError(
+            f"there are no recordings in {where}; make some with: models simulate --out DIR"
+        )
+    return found
+
+
+def digest(recordings: Iterable[Path]) -> str:
+    """Return the SHA-256 over recordings, in order.
+
+    Raises:
+        OSError: One cannot be read.
+    """
+    whole = hashlib.sha256()
+    for path in recordings:
+        whole.update(hashlib.sha256(files.read_bytes(path, reader.MAX_BYTES)).digest())
+    return whole.hexdigest()
+
+
 def read_training(paths: Iterable[Path]) -> Recordings:
     """Return recordings to train or tune on: files, and all in folders, in order of their names.
 
@@ -168,20 +202,14 @@ def read_training(paths: Iterable[Path]) -> Recordings:
         RecordingError: One cannot be read.
         ValueError: There are none, one is for tests only, or they are not of one kind.
     """
-    files = [
-        file
-        for path in paths
-        for file in (sorted(path.rglob("[!.]*.npz")) if path.is_dir() else [path])
-    ]
-    if not files:
-        raise ValueError("there are no recordings there; make some with: models simulate --out DIR")
+    found = recording_files(paths)
     surveys: list[Survey] = []
-    for file in files:
+    for file in found:
         surveys.append(reader.survey(file))
         refuse_test_seed(surveys[-1].origin.seed, f"the recording {file}")
         first, this = _kind(surveys[0].origin), _kind(surveys[-1].origin)
         if first != this:
-            raise ValueError(f"{files[0]} has {first}, {file} has {this}; train on one kind")
+            raise ValueError(f"{found[0]} has {first}, {file} has {this}; train on one kind")
     recordings = Recordings(tuple(surveys))
     most = recordings.labels
     for survey in surveys:
@@ -216,12 +244,12 @@ def prepare(
     Raises:
         ValueError: No session has frames enough for one window.
     """
-    with ExitStack() as files:
+    with ExitStack() as stack:
 
         def column(kind: type[_Scalar]) -> _Column[_Scalar]:
             if folder is None:
                 return _Column(kind, None)
-            return _Column(kind, files.enter_context(tempfile.TemporaryFile(dir=folder)))
+            return _Column(kind, stack.enter_context(tempfile.TemporaryFile(dir=folder)))
 
         images, touches, idle = column(np.float32), column(np.float32), column(np.float32)
         labels, ends, sessions = column(np.int64), column(np.int64), column(np.int32)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundle import Bundle
+from controller.console import count
 from controller.debounce import NULL
 from controller.recordings.recording import Recording
 from models import faulty, intervals, scores, surely
@@ -52,7 +53,7 @@ def evaluate(
             answers = networks.probabilities(felt.windows)
             stream = answered(known, felt, answers, labels, bundle.debounce)
         tallies.append(tally(stream, labels))
-        say(f"{name}: {tallies[-1].hits} of {tallies[-1].events} events")
+        say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies
 
 

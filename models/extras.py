@@ -3,6 +3,8 @@
 from importlib.util import find_spec
 from typing import Final
 
+from controller.errors import how_to_install
+
 # Module -> the name that pip knows it by.
 PACKAGES: Final = {
     "torch": "torch",
@@ -29,6 +31,5 @@ def require(what: str, *modules: str, extra: str = "train") -> None:
     missing = [PACKAGES[module] for module in modules if find_spec(module) is None]
     if missing:
         raise ValueError(
-            f"{what} needs {' and '.join(missing)}; install the extra with: "
-            f"pip install -e '.[{extra}]'"
+            f"{what} needs {' and '.join(missing)}; install it with: {how_to_install(extra)}"
         )

@@ -74,7 +74,10 @@ def fit(lesson: Lesson, course: Course, seed: int, keep: Path | None, watch: Wat
     """
     run = _Run(lesson, course, seed)
     if keep is not None and (found := checkpoint.load(keep)) is not None:
-        run.restore(*found)
+        try:
+            run.restore(*found)
+        except (KeyError, ValueError, TypeError, AttributeError, RuntimeError, IndexError):
+            raise checkpoint.damaged(keep) from None
     while not run.over():
         run.epoch(watch)
         if keep is not None:

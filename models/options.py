@@ -3,11 +3,23 @@
 import argparse
 import sys
 from collections.abc import Callable
+from typing import Final
+
+STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe (models/recipe.py)
 
 
 def say(line: str) -> None:
     """Print a message: to standard error, because results go to standard output."""
     print(line, file=sys.stderr, flush=True)
+
+
+def take_all(parser: argparse.ArgumentParser) -> None:
+    """Add the option that takes every recording."""
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        help="learn from recordings that fail the check, too (controller recordings check)",
+    )
 
 
 def count(text: str) -> int:

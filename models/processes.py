@@ -5,9 +5,9 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from typing import Final
+from typing import Any, Final
 
 # What libraries ask for how many threads they may take.
 THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -17,6 +17,28 @@ def spare() -> None:
     """Leave processes that begin from now on one thread each, unless somebody said otherwise."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
+
+
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Let processes that begin in here never get Ctrl-C; ours comes afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Pool(ProcessPoolExecutor):
+    """Processes that Ctrl-C does not reach, not even while they begin."""
+
+    def submit(self, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Hand work to a process, which may begin for it."""
+        with deaf():
+            return super().submit(*args, **kwargs)
 
 
 @contextmanager
@@ -30,7 +52,7 @@ def pool(workers: int, *, hasty: bool = False) -> Iterator[ProcessPoolExecutor]:
     spare()
     before = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
-    made = ProcessPoolExecutor(workers, mp_context=context, initializer=_serve)
+    made = _Pool(workers, mp_context=context, initializer=_serve)
     try:
         yield made
     except BaseException:

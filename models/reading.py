@@ -1,6 +1,7 @@
 """From folders of recordings to examples: every one checked, its labels chosen, its group known."""
 
 import hashlib
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import vocabulary as vocabularies
+from controller.console import count
 from controller.preprocess import PreprocessSettings
 from controller.recordings import quality
 from controller.recordings.duplicates import Register
@@ -17,10 +19,19 @@ from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, 
 from controller.recordings.response import respond
 from controller.vocabulary import FILE, Vocabulary
 from models import labels as people
-from models.dataset import COLUMNS, Examples, Labels, Recordings, Source, prepare, read_training
+from models.dataset import (
+    COLUMNS,
+    Examples,
+    Labels,
+    Recordings,
+    Source,
+    digest,
+    prepare,
+    read_training,
+)
 from models.places import places
 from models.recipe import Recipe
-from models.results import SessionRow
+from models.results import Lateness, SessionRow
 
 Choice = Literal["auto", "true", "button", "key", "cue"]
 Say = Callable[[str], None]
@@ -32,6 +43,7 @@ WINDOWS: Final = (4, 250)  # images; a bundle holds no more
 FIRM: Final = 0.08
 KNOWN: Final = 0.5  # share of frames from which on the truth counts as known
 SAMPLED: Final = 8  # recordings from which a scale is taken
+SAID: Final = 3  # recordings left out that an error names
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +94,7 @@ def read(
     *,
     window: int = 0,
     folder: Path | None = None,
+    every: bool = False,
 ) -> Data:
     """Read data sets, and make examples of them.
 
@@ -92,28 +105,24 @@ def read(
         say: Takes lines of progress.
         window: Images in a window; 0: those of a second.
         folder: Where examples are kept; None: in memory.
+        every: Recordings that fail the check are taken too.
 
     Raises:
         ValueError: There is nothing to learn from; one sentence.
     """
     recordings = read_training(paths)
     origin = recordings.surveys[0].origin
-    vocabulary = _vocabulary(paths, recordings.labels)
+    vocabulary = vocabulary_of(paths, recordings.labels)
     length = window or min(WINDOWS[1], max(WINDOWS[0], round(WINDOW_S * origin.rate_hz)))
     settings = recipe.settings(origin.rate_hz, length)
     if origin.unit != PICOFARAD:
         settings = replace(settings, normalise="difference", scale=_scale(recordings))
     found = _Found()
-    sources = _sources(recordings, recipe, choice, vocabulary, found, say)
+    sources = _sources(recordings, recipe, choice, vocabulary, found, say, every=every)
     try:
         examples = prepare(sources, settings, folder)
     except ValueError as error:
-        if found.rows:
-            raise
-        raise ValueError("; ".join(found.notes[:2]) or str(error)) from None
-    digest = hashlib.sha256()
-    for survey in recordings.surveys:
-        digest.update(hashlib.sha256(survey.path.read_bytes()).digest())
+        raise ValueError(_nothing(found, len(recordings), str(error))) from None
     return Data(
         examples,
         tuple(found.rows),
@@ -123,7 +132,7 @@ def read(
         settings,
         origin.pitch_mm,
         origin.unit,
-        digest.hexdigest(),
+        digest(survey.path for survey in recordings.surveys),
         tuple(found.notes),
     )
 
@@ -135,16 +144,22 @@ def _sources(
     vocabulary: Vocabulary,
     found: _Found,
     say: Say,
+    *,
+    every: bool,
 ) -> Iterator[Source]:
     """Yield what is learned from each recording, and note what is known about it."""
     for number, survey in enumerate(recordings.surveys):
         recording = recordings[number]
         report = quality.examine(survey.path, recording)
         labeller = _labeller(recording, choice, recipe)
-        if why := _useless(report, recording, labeller, choice):
-            found.notes.append(f"{survey.path.name} is left out: {why}")
+        if labeller is None:
+            found.notes.append(f"{survey.path} is left out: {_unlabelled(recording, choice)}")
             continue
-        assert labeller is not None
+        if why := _failed(report, recording):
+            done = "taken although it failed the check" if every else "left out"
+            found.notes.append(f"{survey.path} is {done}: {why}")
+            if not every:
+                continue
         lateness = None
         if labeller != "true":
             repaired, lateness = people.repair(recording, labeller)
@@ -152,6 +167,9 @@ def _sources(
             if choice == "auto" and recipe.truth:  # what somebody knows better
                 said = np.where(recording.label != UNKNOWN, recording.label, said)
             recording = people.with_labels(recording, labeller, said)
+            if (said == UNKNOWN).all():
+                found.notes.append(f"{survey.path} is left out: {_vanished(lateness, labeller)}")
+                continue
         source = Source.of(recording, labeller, vocabulary.labels)
         place = places(recording, source.label, vocabulary)
         source = replace(source, touch=place)
@@ -179,10 +197,25 @@ def _sources(
         yield source
 
 
-def _vocabulary(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return what lies beside the recordings, or what is known of their labels."""
+def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
+    """Return a hash of all that a training learns from: recordings, and what is known of them.
+
+    Args:
+        digest: SHA-256 over the recordings.
+        vocabulary: Their gestures; where the files of gestures lie does not count.
+    """
+    entries = [replace(entry, file=None) for entry in vocabulary.entries]
+    return hashlib.sha256(f"{digest} {entries!r}".encode()).hexdigest()
+
+
+def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
+    """Return what lies beside the recordings, or what is known of their labels.
+
+    Raises:
+        ValueError: It is of other gestures, or there are several that differ.
+    """
     folders = [path if path.is_dir() else path.parent for path in paths]
-    files = [folder / FILE for folder in folders if (folder / FILE).is_file()]
+    files = [folder / FILE for folder in folders if os.path.lexists(folder / FILE)]
     if not files:
         return vocabularies.of(labels)
     vocabulary = vocabularies.read(files[0])
@@ -208,23 +241,38 @@ def _labeller(recording: Recording, choice: Choice, recipe: Recipe) -> Labels | 
     return named[0] if named else None
 
 
-def _useless(
-    report: quality.Report, recording: Recording, labeller: Labels | None, choice: Choice
-) -> str:
-    """Return why a recording cannot be learned from; "": it can."""
-    if labeller is None:
-        said = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
-        other = f"; it has {' and '.join(said)} labels" if said else ""
-        return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
+def _nothing(found: _Found, recordings: int, error: str) -> str:
+    """Return why there is nothing to learn from, with the first recordings that are left out."""
+    if not found.rows:
+        error = f"nothing can be learned from {count(recordings, 'recording')}"
+    more = len(found.notes) - SAID
+    rest = [f"and {more} more"] if more > 0 else []
+    return "; ".join([error, *found.notes[:SAID], *rest])
+
+
+def _unlabelled(recording: Recording, choice: Choice) -> str:
+    """Return why no labels of a recording can be learned."""
+    said = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
+    other = f"; it has {' and '.join(said)} labels" if said else ""
+    return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
+
+
+def _failed(report: quality.Report, recording: Recording) -> str:
+    """Return why a recording should not be learned from; "": it may."""
     off = recording.rate_hz / recording.origin.rate_hz - 1.0
     if abs(off) > RATE_TOLERANCE:
         return (
             f"it runs at {recording.rate_hz:.2f} Hz, more than 2 % off the "
             f"{recording.origin.rate_hz:g} Hz that it was meant for"
         )
-    if report.level is quality.Level.FAILED:
-        return next(f.text for f in report.findings if f.level is quality.Level.FAILED)
-    return ""
+    return next((f.text for f in report.findings if f.level is quality.Level.FAILED), "")
+
+
+def _vanished(lateness: Lateness, labeller: Labels) -> str:
+    """Return why nothing is left of a recording's labels after their repair."""
+    if lateness.unfelt:
+        return f"the sensor felt no touch where its {labeller} labels are"
+    return f"its {labeller} labels are too short: every frame is near an edge of one"
 
 
 def _scale(recordings: Recordings) -> float:

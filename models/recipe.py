@@ -5,6 +5,7 @@ from typing import Final
 
 from controller.preprocess import PreprocessSettings
 from models.augment import Augmentation
+from models.options import STEPS
 
 VARIED: Final = Augmentation()
 UNTOUCHED: Final = Augmentation(
@@ -146,7 +147,7 @@ DEFAULT: Final = Recipe(
     # Normalised layers are as good after 12 epochs as others after 30.
     gesture=Course(
         epochs=0,
-        steps=15_000,
+        steps=STEPS,
         limits=(8, 100),
         batch=256,
         rate=1.1e-2,

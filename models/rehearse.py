@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import bundle as bundles
+from controller import files
 from controller.adapt import rehearsal
 from controller.adapt.rehearsal import Rehearsal
 from controller.bundle import Bundle
@@ -84,7 +85,7 @@ def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
     """
     import tomli_w
 
-    parts = bundles.unpack(source.read_bytes())
+    parts = bundles.unpack(files.read_bytes(source, bundles.MAX_BYTES))
     content = {**bundles.content(parts), bundles.REHEARSAL: chosen.pack()}
     table = bundles.manifest(parts[bundles.MANIFEST])
     bundles.write(out, manifest=tomli_w.dumps(table).encode(), parts=content)

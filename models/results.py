@@ -6,9 +6,12 @@ not be had; in the file it is null.
 
 import math
 from dataclasses import asdict, dataclass, field
+from typing import Final
 
 from controller.touch import Spread
 from models import plain
+
+ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +187,8 @@ class GestureResult:
         event_confusion: Events, likewise; the first row and column are null's, and empty.
         calibration: Of its probabilities.
         weights: How many it has.
+        answered: Events of sessions held out by what the device would answer; row 0: nothing
+            happened, column 0: no answer. (): nobody tried.
     """
 
     epochs: tuple[Epoch, ...]
@@ -195,6 +200,7 @@ class GestureResult:
     event_confusion: tuple[tuple[int, ...], ...]
     calibration: Calibration
     weights: int
+    answered: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

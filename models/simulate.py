@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from controller import files
 from controller.recordings import recording, writer
 from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
@@ -24,7 +25,7 @@ from controller.simulator.presets import preset
 from controller.simulator.repertoire import Repertoire, load
 from controller.simulator.session import DATA, Protocol, simulate
 from controller.simulator.style import Style, person
-from models import processes
+from models import processes, user_files
 from models.report import words
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
@@ -103,7 +104,10 @@ class DataSet:
 
     def describe(self) -> str:
         """Return the settings as the text of `DESCRIPTION`."""
-        own = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in self.files}
+        own = {
+            path.name: hashlib.sha256(files.read_bytes(path, user_files.MAX_BYTES)).hexdigest()
+            for path in self.files
+        }
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
         if not self.one_orb:  # as it was said before there was such a setting
             del settings["one_orb"]
@@ -202,12 +206,8 @@ def generate(
         OSError: A recording cannot be written.
     """
     data.model(), data.repertoire()  # what is impossible is told before anything is written
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        _claim(out, data.describe())
-    except OSError as error:
-        problem = error.strerror or error
-        raise ValueError(f"cannot write into {out}: {problem}; choose another --out") from None
+    user_files.folder_target(out)
+    _claim(out, data.describe())
     wanted = [(user, number) for user in range(users) for number in range(sessions)]
     missing = [(u, n) for u, n in wanted if not _whole(out / name(u, n))]
     kept = len(wanted) - len(missing)
@@ -236,7 +236,7 @@ def _write(data: DataSet, out: Path, user: int, number: int) -> str:
     """Simulate a session into its file, and return a line about it."""
     made = data.session(user, number)
     path = out / name(user, number)
-    writer.write_beside(path, writer.pack(made))
+    files.atomic_write(path, writer.pack(made), replace=False)
     assert made.truth is not None
     return f"{path.name}: {len(made.frames)} frames, {len(made.truth.events)} touches"
 
@@ -247,8 +247,8 @@ def _claim(out: Path, description: str) -> None:
     if not path.exists():
         if any(out.glob("[!.]*.npz")):
             raise ValueError(f"{out} holds recordings of another origin; choose another --out")
-        writer.write_beside(path, description.encode())
-    elif path.read_text(encoding="utf-8") != description:
+        user_files.write_text(path, description)
+    elif user_files.read_text(path) != description:
         raise ValueError(
             f"{out} holds a data set with other settings ({path}); repeat them, or choose "
             "another --out"

@@ -11,6 +11,7 @@ import numpy as np
 
 from controller import bundle
 from controller.bundle import Bundle
+from controller.console import count
 from controller.debounce import DebounceSettings
 from controller.recordings.recording import software
 from controller.vocabulary import Vocabulary
@@ -21,9 +22,11 @@ from models import (
     export,
     learn,
     reading,
+    replayed,
     splitting,
     touches,
     training_card,
+    user_files,
 )
 from models.augment import Symmetry
 from models.dataset import read_training, refuse_test_seed
@@ -54,6 +57,7 @@ class Request:
         task: What is trained; "": whatever the data teach.
         recipe: "default" or "paper".
         labels: Whose labels are learned.
+        every: Recordings that fail the check are taken too.
         base: The bundle that gives the network that is not trained; None: the one that ships,
             where it fits.
         split: "session", "user", "time", or "": what fits.
@@ -72,6 +76,7 @@ class Request:
     task: Task | Literal[""] = ""
     recipe: str = "default"
     labels: Choice = "auto"
+    every: bool = False
     base: Path | None = None
     split: str = ""
     seed: int = 0
@@ -94,12 +99,15 @@ def train(request: Request, say: Say) -> Training:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    if not request.out.resolve().parent.is_dir():
-        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    user_files.bundle_target(request.out)
+    if request.base is not None:
+        bundle.read(request.base)  # before anything that takes long
     device = prepare_torch(request.seed)
     recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
     paths = (*request.paths, *request.auxiliary)
-    data = reading.read(paths, recipe, request.labels, say, window=request.window)
+    data = reading.read(
+        paths, recipe, request.labels, say, window=request.window, every=request.every
+    )
     answers = _answers(request, data.vocabulary)
     people = len({row.user for row in data.rows})
     recipe = replace(recipe, gesture=recipe.gesture.of_people(people))
@@ -135,10 +143,14 @@ def train(request: Request, say: Say) -> Training:
         plan = replace(plan, location=placed)
         second, worst = export.location_part(place_net, _images(found, request.seed))
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
-    if gesture:
+    manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
+    if plan.gesture is not None:
+        tried = folder / "tried.orb"
+        export.write_bundle(tried, manifest, first, second)
+        answered = replayed.replay(bundle.read(tried), data, split)
+        plan = replace(plan, gesture=replace(plan.gesture, answered=answered))
         measured = request.advised and not request.auxiliary
         plan = advice.advise(plan, work, measured=measured, say=say)
-    manifest = _manifest(plan, data, lender, located=bool(second.onnx), gesture=gesture)
     export.write_bundle(request.out, manifest, first, second)
     plan = replace(plan, debounce=manifest["debounce"])
     training_card.write(request.out, bundle.read(request.out), plan)
@@ -220,10 +232,9 @@ def _announcement(
     minutes = sum(row.seconds for row in plan.sessions) / 60.0
     doubtful = sum(row.verdict != "good" for row in plan.sessions)
     labellers = sorted({row.labeller for row in plan.sessions})
-    count = len(plan.sessions)
     lines = [
         *plan.notes,
-        f"{count} recording{'s' if count > 1 else ''}, {minutes:.0f} minutes, "
+        f"{count(len(plan.sessions), 'recording')}, {count(round(minutes), 'minute')}, "
         f"{plan.rows}×{plan.columns} taxels at {plan.rate_hz:g} Hz in {plan.unit}; "
         f"{' and '.join(labellers)} labels",
     ]
@@ -257,6 +268,7 @@ def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
         *(recipe, data.digest, data.vocabulary, data.settings, software()),
         *(request.task, request.labels, request.split, request.seed, request.base),
         request.auxiliary,
+        request.every,
     )
     return checkpoint.claim(folder, "training.npz", of, "training")
 
@@ -287,7 +299,7 @@ def _manifest(
     made = {
         "software": plan.software,
         "command": textwrap.shorten(plan.command, LONGEST, placeholder=" ..."),
-        "data": f"{len(plan.sessions)} recordings, SHA-256 {data.digest[:16]}",
+        "data": f"{count(len(plan.sessions), 'recording')}, SHA-256 {data.digest[:16]}",
         "split": plan.split,
     }
     if auxiliary := data.vocabulary.labels[len(plan.labels) :]:

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 from controller.bundle import Bundle
+from models import missed, user_files
 from models.report import page
 from models.report.data import ReportData
 from models.results import Honesty, Training
@@ -11,8 +12,8 @@ from models.results import Honesty, Training
 
 def write(out: Path, loaded: Bundle, result: Training) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
-    out.with_suffix(".md").write_text(text(loaded, result) + "\n", encoding="utf-8")
-    out.with_suffix(".json").write_text(result.text() + "\n", encoding="utf-8")
+    user_files.write_text(out.with_suffix(".md"), f"{text(loaded, result)}\n")
+    user_files.write_text(out.with_suffix(".json"), f"{result.text()}\n")
     report = out.with_suffix(".html")
     report.unlink(missing_ok=True)  # what it says of an earlier bundle is not true of this one
     page.write(report, ReportData(training=result))
@@ -69,6 +70,8 @@ def headline(result: Training) -> list[str]:
             f"{_percent(honest.random_binary)} | {_points(binary)} |"
         )
         lines.append(f"| right events | {_percent(gesture.event_accuracy)} | | |")
+        right, events = missed.right(gesture.answered)
+        lines.append(f"| answered rightly, as in play | {right} of {events} | | |")
     if (location := result.location) is not None:
         honest = location.honesty
         lines.append(

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle
+from controller import bundle, files
 from controller.bundle import MANIFEST, Bundle
 from controller.debounce import DebounceSettings
 from controller.events import Answer, judge
@@ -191,7 +191,7 @@ def write(
     import tomli_w
 
     bundle.read(loaded)  # every byte of it is checked
-    parts = bundle.unpack(loaded.read_bytes())
+    parts = bundle.unpack(files.read_bytes(loaded, bundle.MAX_BYTES))
     table = bundle.manifest(parts[MANIFEST])
     table["debounce"] = dataclasses.asdict(settings)
     card = table.pop("card")  # it stands last

@@ -72,22 +72,6 @@ class People:
             yield name, self.data.session(user, session, broken)
 
 
-def recordings(paths: Iterable[Path]) -> list[Path]:
-    """Return recordings: files, and all in folders, in order of their names.
-
-    Raises:
-        ValueError: There are none.
-    """
-    files = [
-        file
-        for path in paths
-        for file in (sorted(path.rglob("[!.]*.npz")) if path.is_dir() else [path])
-    ]
-    if not files:
-        raise ValueError("there are no recordings there; make some with: models simulate --out DIR")
-    return files
-
-
 def named(
     files: Iterable[Path], grid: tuple[int, int], faults: Sequence[str] = ()
 ) -> Iterator[tuple[str, Recording]]:

@@ -1,5 +1,6 @@
 """What several rooms' tests share."""
 
+import signal
 import socket
 import sys
 from collections.abc import Iterator
@@ -9,7 +10,17 @@ import pytest
 
 # A machine that is busy, or emulated, is no finding.
 hypothesis.settings.register_profile("orbtouch", deadline=None)
+# The same examples each time, and a failing one is not made smaller.
+hypothesis.settings.register_profile(
+    "mutants",
+    deadline=None,
+    derandomize=True,
+    phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
+)
 hypothesis.settings.load_profile("orbtouch")
+
+# A run in the background ignores Ctrl+C, and the programs that it starts would, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [

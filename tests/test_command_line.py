@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from controller import __version__, files
+from controller import __version__
 from controller.__main__ import main
 from controller.commands import COMMANDS, RUN
 from controller.recordings import reader
@@ -168,7 +168,7 @@ def test_a_calibration_that_a_full_disk_does_not_take_names_its_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(files.os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", full)
     assert main(["calibrate"]) == 1
     (file,) = capsys.readouterr().err.splitlines()
     assert file.startswith(f"controller: {tmp_path / 'orbtouch' / 'calibrations'}")

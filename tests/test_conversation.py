@@ -5,9 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from controller import conversation, session
+from controller import conversation, protocol, session
 from controller.conversation import DEVICE, EVENTS, HOST, Way, drawn, listed, next_states
+from controller.links import stream
+from host import receiver
 from host import session as host_session
+from host.session import BACKOFF_S
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "link.md"
 TABLES = [("device", DEVICE, "waiting"), ("host", HOST, "over")]
@@ -17,13 +20,32 @@ TABLES = [("device", DEVICE, "waiting"), ("host", HOST, "over")]
 def test_the_page_draws_the_table(name: str, table: tuple[Way, ...], first: str) -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert f"```mermaid\n{drawn(table, first)}\n```" in page
-    assert listed(table) in page
+    assert f"\n\n{listed(table)}\n\n" in page
 
 
 def test_the_page_explains_every_event() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for event, meaning in EVENTS.items():
         assert f"| {event} | {meaning} |" in page
+
+
+@pytest.mark.parametrize(
+    ("sentence", "value"),
+    [
+        ("a command is sent again after {} ms, or two round trips", protocol.RESEND_MS),
+        ("is silent for {} ms | everything is released", protocol.DEADMAN_MS),
+        ("is silent for {:g} s | lost", protocol.LOST_MS / 1000),
+        ("tries again after {0[0]:g} s, then {0[1]:g}, {0[2]:g}, {0[3]:g}, 2", BACKOFF_S),
+        ("commands that are {} ms old", protocol.LATE_MS),
+        ("forgets a silent host after {:g} s", protocol.SILENCE_MS / 1000),
+        ("({} requests waiting)", stream.REQUESTS),
+        ("whose news nobody takes ({:,})", receiver.INBOX),
+        ("dropped at {:g} KiB", session.BACKLOG / 1024),
+        ("made up for within {} ms", protocol.HEARTBEAT_MS),
+    ],
+)
+def test_the_page_names_the_limits_that_are_kept(sentence: str, value: object) -> None:
+    assert sentence.format(value) in " ".join(PAGE.read_text(encoding="utf-8").split())
 
 
 @pytest.mark.parametrize(("name", "table", "first"), TABLES, ids=lambda value: str(value)[:6])

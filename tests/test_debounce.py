@@ -31,6 +31,15 @@ def test_a_held_press_fires_once_after_four_sure_frames() -> None:
     assert fired([NULL] * 5 + [PRESS] * 40) == [(8, "press")]
 
 
+@pytest.mark.parametrize("label", range(1, len(LABELS)))
+def test_every_gesture_fires_under_its_own_name(label: int) -> None:
+    assert fired([NULL] * 5 + [label] * 40) == [(8, LABELS[label])]
+
+
+def test_a_second_gesture_fires_after_rest_whatever_the_first_was() -> None:
+    assert fired([PRESS] * 6 + [NULL] * 6 + [PINCH] * 6) == [(3, "press"), (15, "pinch")]
+
+
 def test_rest_re_arms() -> None:
     touch = [PRESS] * 6 + [NULL] * 6
     assert [label for _, label in fired(touch * 3)] == ["press"] * 3

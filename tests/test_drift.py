@@ -52,6 +52,15 @@ def test_what_each_taxel_does_by_itself_is_scattered() -> None:
     assert drift.shape(np.zeros((5, 5))) == "scattered"
 
 
+def test_the_causes_of_a_drift_add_up_to_it() -> None:
+    rng = np.random.default_rng(4)
+    before, now = rng.uniform(30.0, 50.0, (2, 5, 5))
+    causes = drift.causes(before, now)
+    sum_of_all = causes.common + causes.rows[:, None] + causes.columns + causes.film
+    assert sum_of_all == pytest.approx(np.log(now / before))
+    assert np.median(causes.rows) == np.median(causes.columns) == 0.0
+
+
 def test_each_cause_of_a_drift_is_told_apart() -> None:
     before = np.random.default_rng(3).normal(41.2, 2.9, (5, 5))
     now = before * 0.9

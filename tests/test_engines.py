@@ -27,7 +27,12 @@ def sliding(frames: int, seed: int) -> list[np.ndarray[tuple[int, ...], np.dtype
 
 @pytest.mark.parametrize("engine", engines.NAMES)
 def test_every_engine_gives_the_golden_answers(engine: str) -> None:
-    Recognizer(SHIPPED, engine)  # asks all golden questions, and refuses more than 1e-5
+    recognizer = Recognizer(SHIPPED, engine)
+    golden = SHIPPED.golden
+    probabilities = [recognizer.probabilities(window) for window in golden.windows]
+    touches = [recognizer.touch(image) for image in golden.images]
+    assert np.abs(np.array(probabilities) - golden.probabilities).max() <= 1e-5
+    assert np.abs(np.array(touches) - golden.touches).max() <= 1e-5
 
 
 def test_engines_agree_while_the_window_slides() -> None:

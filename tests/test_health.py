@@ -1,10 +1,12 @@
 """Health: what a sensor is told to lack while people play on it."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.health import LETTERS, MOST, Health
-from controller.preprocess import Preprocessor, PreprocessSettings
+from controller.preprocess import Prepared, Preprocessor, PreprocessSettings
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 
@@ -96,3 +98,126 @@ def test_sentences_fit_on_the_wire() -> None:
     assert 0 < len(found) <= MOST
     assert max(map(len, found)) <= LETTERS
     assert all(line.isascii() and line.isprintable() for line in found)
+
+
+# --- the limits, frame by frame ---
+
+FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)
+OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all of row 2
+
+
+def found(frames: list[Prepared], rest: NDArray[np.float64] | None = None) -> tuple[str, ...]:
+    """What is found after these frames, at 10 Hz."""
+    health = Health(10.0, ratio=True)
+    for prepared in frames:
+        health.notice(prepared)
+        lines = health.look(prepared.dead, rest)
+    return lines
+
+
+def test_a_lead_counts_as_off_after_one_second() -> None:
+    off = replace(FELT, lost=OFF)
+    assert found([FELT, *[off] * 9]) == ()
+    assert found([off] * 10) == ("row 2: no signal, play goes on without; fasten the lead",)
+
+
+def test_three_losses_within_thirty_seconds_are_a_crackle_and_two_are_none() -> None:
+    loss = [replace(FELT, lost=OFF), FELT]
+    crackle = ("a lead crackles: it was off and on again several times; fasten leads and plug",)
+    assert found([*loss * 2, *[FELT] * 6]) == ()
+    assert found([*loss * 3, *[FELT] * 4]) == crackle
+    assert found([*loss * 3, *[FELT] * 294]) == crackle  # the first one 29.9 s ago
+    assert found([FELT, *loss * 2, *[FELT] * 297, *loss, *[FELT] * 6]) == ()  # the first two 30 s
+
+
+def test_a_lead_that_is_off_once_for_long_does_not_crackle() -> None:
+    assert found([*[replace(FELT, lost=OFF)] * 9, FELT]) == ()
+
+
+def test_a_sensor_that_is_not_ready_after_ten_seconds_is_never_quiet() -> None:
+    restless = replace(FELT, ready=False, quiet=False)
+    assert found([restless] * 90) == ()
+    assert found([restless] * 100) == (
+        "no quiet second since the start; take hands and things off the orb",
+    )
+    assert found([FELT, *[restless] * 199]) == ()
+
+
+def test_a_hand_has_to_stay_for_a_minute_without_a_pause() -> None:
+    touched = replace(FELT, quiet=False)
+    assert found([touched] * 590) == ()
+    assert found([touched] * 600) == ("something has touched the orb for 1 min; take it off",)
+    assert found([touched] * 1800) == ("something has touched the orb for 3 min; take it off",)
+    assert found([*[touched] * 599, FELT, *[touched] * 200]) == ()
+
+
+def test_taxels_that_do_not_answer_are_named() -> None:
+    assert found([replace(FELT, dead=OFF)] * 10) == (
+        "row 2: no answer to touch, filled in; run: controller doctor",
+    )
+
+
+def test_what_is_found_is_looked_for_once_a_second() -> None:
+    off = replace(FELT, lost=OFF)
+    assert found([off] * 19) == found([off] * 10)
+    assert found([*[off] * 10, *[FELT] * 9]) == found([off] * 10)
+    assert found([*[off] * 10, *[FELT] * 10]) == ()
+
+
+def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple[str, ...]:
+    """What is found once rest has become so many times what a calibration has found."""
+    health = Health(10.0, ratio=ratio, before=REST_PF)
+    for _ in range(10):
+        health.notice(FELT)
+        lines = health.look(None, REST_PF * factor)
+    return lines
+
+
+def test_a_drift_against_the_calibration_is_told_from_the_first_second() -> None:
+    assert drifted(np.exp(0.079)) == ()
+    assert drifted(np.exp(0.081)) == ("pressure up 4 %: let air out (or the orb has warmed)",)
+    assert drifted(np.exp(-0.081)) == ("pressure down 4 %: pump (or the orb has cooled)",)
+    assert drifted(np.exp(0.081), ratio=False) == ()
+
+
+def test_an_electrode_and_the_film_may_drift_less_than_they_are_told_of() -> None:
+    column, taxel = np.zeros((5, 5)), np.zeros((5, 5))
+    column[:, 1], taxel[4, 0] = 1.0, 1.0
+    assert drifted(np.exp(0.119 * column)) == ()
+    assert drifted(np.exp(0.121 * column)) == ("column 1 has drifted by +13 %; look at its lead",)
+    assert drifted(np.exp(0.299 * taxel)) == ()
+    assert drifted(np.exp(-0.301 * taxel)) == (
+        "taxel row 4, column 0: drifted by -26 %; the film may be cracking",
+    )
+
+
+def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
+    column, taxel = np.zeros((5, 5)), np.zeros((5, 5))
+    column[:, 1], taxel[4, 0] = 0.13, 0.31
+    for change in (column, taxel, np.full((5, 5), 0.085)):
+        health = Health(10.0, ratio=True, before=REST_PF)
+        told = []
+        for share in (0.9, 1.0, 0.9, 0.75, 0.6, 0.9):
+            for _ in range(10):
+                health.notice(FELT)
+                lines = health.look(None, REST_PF * np.exp(share * change))
+            told.append(bool(lines))
+        assert told == [False, True, True, True, False, False]
+
+
+def test_no_more_than_eight_sentences_are_told_at_once() -> None:
+    health, rest = Health(10.0, ratio=True, before=np.full((20, 20), 40.0)), np.full((20, 20), 40.0)
+    rest[:9] *= 1.2
+    for _ in range(10):
+        health.notice(FELT)
+        lines = health.look(None, rest)
+    assert [line.split(" has")[0] for line in lines] == [f"row {row}" for row in range(8)]
+
+
+def test_a_sensor_that_was_never_calibrated_drifts_from_its_first_rest() -> None:
+    health = Health(10.0, ratio=True)
+    for rest, lines in ((None, 0), (REST_PF, 0), (REST_PF * 0.9, 1)):
+        for _ in range(10):
+            health.notice(FELT)
+            found = health.look(None, rest)
+        assert len(found) == lines

@@ -104,7 +104,7 @@ def test_games_alone_make_a_report(tmp_path: Path, capsys: pytest.CaptureFixture
         (["--only", "everything"], "there is no part 'everything'"),
         (["nothing-here"], "nothing-here"),
         (["--out", "nowhere"], "nowhere is no directory; make it first"),
-        (["--only", "none", "--games", "none.json"], "cannot read the game none.json"),
+        (["--only", "none", "--games", "none.json"], "cannot read none.json"),
     ],
 )
 def test_wrong_usage_is_one_sentence(

@@ -88,6 +88,14 @@ def test_one_long_touch_does_not_condemn_the_taxels_far_from_it() -> None:
     assert answers.dead is None
 
 
+def test_of_a_very_slow_sensor_one_frame_of_each_touch_counts() -> None:
+    answers, filler = Answers(5, 5, 0.1), Filler(5, 5)
+    for _ in range(3):
+        for quiet in (True, False, False):
+            answers.learn(dent(2.0, 2.0), filler, quiet=quiet)
+    assert answers.counts.tolist() == [3.0, 2.0]
+
+
 @pytest.mark.parametrize("name", ["nominal", "paper-snr"])
 def test_a_dead_taxel_of_a_simulated_orb_is_found_in_play(name: str) -> None:
     session = simulate(7, 2.0, domain=EVALUATION, model=preset(name), faults=[

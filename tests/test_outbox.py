@@ -84,6 +84,32 @@ def test_the_shortest_round_trip_tells_the_offset_best() -> None:
     assert (echo.rtt_ms, echo.offset_ms) == (100, 4_000)
 
 
+@pytest.mark.parametrize(("now_ms", "rtt_ms"), [(10_000, 10_000), (10_001, None)])
+def test_a_round_trip_of_more_than_ten_seconds_is_none(now_ms: int, rtt_ms: int | None) -> None:
+    echo = Echo()
+    echo.hear(sent_ms=1, echo_ms=0, held_ms=0, now_ms=now_ms)
+    assert echo.rtt_ms == rtt_ms
+
+
+def test_of_the_last_thirty_two_round_trips_the_shortest_counts() -> None:
+    echo = Echo()
+    echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
+    for number in range(1, 33):
+        assert echo.offset_ms == 4_000
+        sent_ms = 1_000 + 100 * number
+        echo.hear(sent_ms + 4_060, sent_ms, 0, sent_ms + 100)  # 100 ms, and 10 off
+    assert echo.offset_ms == 4_010
+
+
+def test_two_samples_may_differ_by_half_of_both_round_trips_and_two_milliseconds() -> None:
+    for off_ms, offset_ms in ((5, 4_000), (6, 4_006)):
+        echo = Echo()
+        for sent_ms, trip_ms, wrong_ms in ((1_000, 2, 0), (1_100, 4, off_ms)):
+            there_ms = sent_ms + 4_000 + trip_ms // 2 + wrong_ms
+            echo.hear(there_ms, sent_ms, 0, sent_ms + trip_ms)
+        assert echo.offset_ms == offset_ms
+
+
 def test_a_clock_that_was_set_is_noticed() -> None:
     echo = Echo()
     echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)

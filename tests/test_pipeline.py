@@ -16,11 +16,16 @@ REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 
 
 class Certain:
-    """Networks that are sure of a press where the newest image deviates most."""
+    """Networks that are sure of one gesture where the newest image deviates most."""
+
+    def __init__(self, label: str = "press") -> None:
+        self.label = SHIPPED.labels.index(label)
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
-        pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
-        return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
+        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
+        probabilities[self.label if touched else 0] = 1.0
+        return probabilities
 
     def touch(self, image: Image) -> tuple[float, float]:
         row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
@@ -50,12 +55,40 @@ def test_a_press_at_the_left_becomes_left_once() -> None:
     assert records[0].probability == 1.0
 
 
+@pytest.mark.parametrize(
+    ("label", "command"),
+    [("pinch", "drop"), ("twist_cw", "rotate_cw"), ("twist_ccw", "rotate_ccw")],
+)
+def test_every_other_gesture_becomes_its_command_too(label: str, command: str) -> None:
+    networks = Pipeline(SHIPPED, Certain(label), SHIPPED.mapping)
+    steps = played(networks, [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.gesture) for r in records] == [(command, label)]
+
+
 def test_the_gesture_is_held_until_rest() -> None:
     steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
     held = [step.held for step in steps]
     assert held[:20] == [""] * 20
     assert held[35] == "press"
     assert held[-1] == ""
+
+
+def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:
+    class Doubtful(Certain):
+        def probabilities(self, window: Window) -> NDArray[np.float32]:
+            return np.array([0.5, 0.5, 0, 0, 0], dtype=np.float32)
+
+    steps = played(Pipeline(SHIPPED, Doubtful(), SHIPPED.mapping), [REST] * 20)
+    assert [step.touch is not None for step in steps] == [step.ready for step in steps]
+
+
+def test_a_new_pipeline_remembers_nothing() -> None:
+    state = {name: array.tolist() for name, array in pipeline().state().items() if array.any()}
+    assert state == {
+        "debounce.mean": [1.0, 0.0, 0.0, 0.0, 0.0],
+        "preprocess.recent": np.ones((5, 5)).tolist(),
+    }
 
 
 def test_before_the_rest_image_is_taken_everything_is_null_for_certain() -> None:

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from controller import drift
 from controller.preprocess import Known, Preprocessor, PreprocessSettings, z_image
+from controller.returns import Returns
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -177,6 +179,18 @@ def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up() -> None:
         assert abs(float((stage.rest / (REST_PF * drift[-1])).mean()) - 1.0) < 0.015
 
 
+def test_rest_is_frozen_for_four_tenths_of_a_second_after_a_touch() -> None:
+    stage = fresh()
+    for frame in [*idle(3.0), *pressed(1.0)]:
+        stage.step(frame)
+    assert stage.rest is not None
+    frozen, same = stage.rest.tolist(), []
+    for frame in idle(0.8, seed=7):
+        stage.step(frame)
+        same.append(stage.rest is not None and stage.rest.tolist() == frozen)
+    assert same == [True] * 4 + [False] * 4
+
+
 def test_drift_is_followed_again_after_a_touch() -> None:
     stage = fresh()
     for frame in np.concatenate([idle(5.0), pressed(3.0)]):
@@ -234,11 +248,52 @@ def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
     assert stage.step(idle(0.1)[0]).deviation == pytest.approx(0.024, abs=0.004)
 
 
+def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> None:
+    returns = Returns(PreprocessSettings(adopt_s=0.3))  # a third of it is long
+    settled, found = REST_PF * 1.025, []
+    for _ in range(3):
+        for frame, deviation in ((REST_PF * 0.8, 0.2), *[(settled, 0.025)] * 3):
+            found.append(returns.step(frame, deviation, REST_PF, 0.015))
+    assert [one is None for one in found] == [True] * 11 + [False]
+    assert found[-1] == pytest.approx(settled)
+
+
 def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
     stage = fresh()
     for frame in (*idle(2.0), *pressed(25.0)):
         prepared = stage.step(frame)
     assert prepared.deviation > 0.05
+
+
+def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
+    stage = fresh()
+    for frame in idle(2.0):
+        stage.step(frame)
+    tap = pressed(0.6)
+    tap[:, :, :2] *= 0.6
+    for _ in range(15):
+        for frame in (*tap, *pressed(0.5)):
+            deviation = stage.step(frame).deviation
+    assert deviation > 0.05
+
+
+def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shape, asked = drift.shape, []
+
+    def judge(change: NDArray[np.float64]) -> drift.Shape:
+        asked.append(change)
+        return shape(change)
+
+    monkeypatch.setattr(drift, "shape", judge)
+    stage, judged = fresh(), []
+    for number, frame in enumerate((*idle(2.0), *pressed(70.0))):
+        before = len(asked)
+        stage.step(frame)
+        if number > 100 and len(asked) > before:
+            judged.append(number)
+    assert judged == [judged[0], judged[0] + 300]
 
 
 # --- fingers that are there from the start, and for long ------------------------------------------
@@ -297,6 +352,51 @@ def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
     ready = [stage.step(frame).ready for frame in idle(2.0)]
     assert ready.index(True) < 14
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
+
+
+def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
+    """How much of a change of the whole sensor rest has taken up, frame by frame."""
+    shares = []
+    for _ in range(frames):
+        stage.step((REST_PF * (1.0 + change)).astype(np.float32))
+        assert stage.rest is not None
+        shares.append((stage.rest[0, 0] / REST_PF[0, 0] - 1.0) / change)
+    return shares
+
+
+def test_a_calibration_that_holds_counts_like_the_ten_frames_of_a_first_second() -> None:
+    stage = known()
+    for _ in range(3):
+        stage.step(REST_PF.astype(np.float32))
+    assert followed(stage, 0.01, 3) == pytest.approx([0, 1 / 11, 2 / 12], abs=1e-3)
+
+
+def test_a_known_rest_follows_with_a_time_constant_of_two_seconds() -> None:
+    stage = known()
+    for _ in range(40):
+        stage.step(REST_PF.astype(np.float32))
+    assert followed(stage, 0.01, 2) == pytest.approx([1 / 20, 1 - (19 / 20) ** 2], abs=1e-3)
+
+
+def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None:
+    stage = known()
+    finger = np.ones((5, 5))
+    finger[1:4, 1:4] = 0.85
+    for _ in range(3):
+        stage.step((REST_PF * finger).astype(np.float32))
+    assert followed(stage, 0.01, 7) == pytest.approx([0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4], abs=1e-3)
+
+
+def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
+    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
+    stage = Preprocessor(PreprocessSettings(), 5, 5, Known(other.astype(np.float32), 0.003))
+    without = fresh()
+    for frame in idle(0.3):
+        assert not stage.step(frame).ready
+        assert not without.step(frame).ready
+    assert {name: value.tolist() for name, value in stage.state().items()} == {
+        name: value.tolist() for name, value in without.state().items()
+    }
 
 
 def test_a_calibration_of_another_shape_is_refused() -> None:

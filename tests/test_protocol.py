@@ -1,7 +1,10 @@
 """The wire: every message there and back, and nothing at all out of noise."""
 
 import random
+import re
 import zlib
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from cobs import cobs as oracle
@@ -336,6 +339,78 @@ def test_the_largest_packet_fits_and_one_byte_more_does_not() -> None:
     with pytest.raises(ProtocolError, match="1025 bytes"):
         encode(telemetry(most + 1), session=1, sequence=2, t_ms=3)
     assert Decoder().feed(frame(bytes.fromhex("20120100020003000000") + bytes(1025))) == []
+
+
+NAMES = ": u8 count <= 64, each text40"  # what the specification says that names are
+SAMPLES = {type(message).__name__: message for message, _ in GOLDEN}
+SPECIFIED = {  # the payload of each message, as the specification's table has it
+    kind: " ".join(payload.split())
+    for kind, payload in re.findall(
+        r"^    \d+ +(\w+) +(?:H|D|H,D) +(.+?)(?=^    [\d=])", protocol.__doc__ or "", re.M | re.S
+    )
+}
+TEXTS = [
+    (kind, field, int(width))
+    for kind, payload in SPECIFIED.items()
+    for field, width in re.findall(r"(?<!each )\b(?!each\b)(\w+) (?:text|octets)(\d+)", payload)
+]
+LISTS = [
+    (kind, field, int(count))
+    for kind, payload in SPECIFIED.items()
+    for field, count in re.findall(r"(\w+): u8 count <= (\d+)", payload.replace(" names", NAMES))
+]
+LISTED_TEXTS = [
+    (kind, field, int(width))
+    for kind, payload in SPECIFIED.items()
+    for field, width in re.findall(r"(\w+): .*?each text(\d+)", payload.replace(" names", NAMES))
+]
+
+
+def fits(message: Message) -> bool:
+    """Return whether a message arrives as it was sent; if not, sending it was refused."""
+    try:
+        data = encode(message, session=1, sequence=2, t_ms=3)
+    except ProtocolError:
+        return False
+    return Decoder().feed(data) == [packet(message)]
+
+
+def test_the_specification_says_how_long_every_text_and_every_list_may_be() -> None:
+    values = {
+        (kind, field): getattr(message, field)
+        for kind, message in SAMPLES.items()
+        for field in message.__match_args__
+    }
+    del values["Telemetry", "image"], values["Telemetry", "probabilities"]  # kinds of their own
+    texts = {place for place, value in values.items() if isinstance(value, (str, bytes))}
+    lists = {place for place, value in values.items() if isinstance(value, tuple)}
+    assert set(SPECIFIED) == set(SAMPLES)
+    assert f"names is{NAMES[1:]}" in (protocol.__doc__ or "")
+    assert {(kind, field) for kind, field, _ in TEXTS} == texts
+    assert {(kind, field) for kind, field, _ in LISTS} == lists - {("Numbered", "touch")}
+
+
+@pytest.mark.parametrize(("kind", "field", "width"), TEXTS)
+def test_a_text_fits_up_to_its_specified_width(kind: str, field: str, width: int) -> None:
+    message = SAMPLES[kind]
+    letter = getattr(message, field)[:1]
+    assert fits(replace(message, **{field: letter * width}))
+    assert not fits(replace(message, **{field: letter * (width + 1)}))
+
+
+@pytest.mark.parametrize(("kind", "field", "count"), LISTS)
+def test_a_list_fits_up_to_its_specified_length(kind: str, field: str, count: int) -> None:
+    message = SAMPLES[kind]
+    value = getattr(message, field)[:1]
+    assert fits(replace(message, **{field: value * count}))
+    assert not fits(replace(message, **{field: value * (count + 1)}))
+
+
+@pytest.mark.parametrize(("kind", "field", "width"), LISTED_TEXTS)
+def test_a_text_of_a_list_fits_up_to_its_width(kind: str, field: str, width: int) -> None:
+    message: Any = SAMPLES[kind]
+    assert fits(replace(message, **{field: ("x" * width,)}))
+    assert not fits(replace(message, **{field: ("x" * (width + 1),)}))
 
 
 def test_an_unknown_type_is_ignored_and_counted() -> None:

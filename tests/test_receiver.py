@@ -6,12 +6,14 @@ import errno
 import os
 import pty
 import queue
+import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
+import tty
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -44,6 +46,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
+from controller.session import DeviceSession
 from host import receiver as receiver_module
 from host import transport as transport_module
 from host.device import OwnDevice
@@ -153,6 +156,30 @@ def test_two_processes_talk_over_tcp(device: OwnDevice, ears: Callable[[Receiver
     assert ear.receiver.send(Perform(5, "press", 1.0, 1.0))
     assert ear.message(Truth).number == 5
     assert ear.receiver.state == "live"
+
+
+def test_round_trip_and_clock_offset_are_known_only_while_connected(
+    device: OwnDevice, ears: Callable[[Receiver], Ear]
+) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    ear = ears(receiver)
+    known = [(receiver.rtt_ms, receiver.clock_offset_ms)]
+    receiver.connect()
+    ear.until(lambda _: receiver.rtt_ms is not None)
+    assert 0 <= (receiver.rtt_ms or 0) < 1000 * DEADLINE_S
+    assert receiver.clock_offset_ms is not None
+    receiver.close()
+    known.append((receiver.rtt_ms, receiver.clock_offset_ms))
+    assert known == [(None, None), (None, None)]
+
+
+def test_waiting_ends_when_there_is_news_to_poll(device: OwnDevice) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    receiver.start()
+    for _ in range(2):  # at the latest the second time, with what waits already
+        receiver.wait(DEADLINE_S)
+    assert isinstance(receiver.poll()[0], Connected)
+    receiver.close()
 
 
 def test_granted_time_gives_the_same_messages_however_it_is_cut(
@@ -334,6 +361,7 @@ def test_silence_nonsense_and_our_own_echo_are_no_orb(
         listening[url].receiver.start()
     for url, ear in listening.items():
         assert ear.next(Refused) == Refused(sentences[url])
+        assert ear.receiver.state == "connecting"
 
 
 def test_an_orb_of_another_version_says_so_in_its_refusal(
@@ -392,6 +420,127 @@ def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(
     first.close()
     ear.next(Connected)
     link.close()
+
+
+def test_a_port_without_a_file_descriptor_gives_all_that_has_come() -> None:
+    transport = open_transport("loop://")
+    assert transport.read(0.0) == b""
+    transport.write(b"OrbTouch")
+    assert transport.read(DEADLINE_S) == b"OrbTouch"
+    transport.write(b"!")
+    assert transport.read(0.0) == b"!"
+    assert transport.read(0.0) == b""
+    transport.close()
+
+
+def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+
+        def wake() -> None:
+            for _ in range(5_000):  # more than fit between reader and others
+                transport.wake()
+
+        waking = threading.Thread(target=wake, daemon=True)
+        waking.start()
+        waking.join(DEADLINE_S)
+        assert not waking.is_alive()
+        assert transport.read(DEADLINE_S) == b""
+        transport.close()
+
+
+def test_a_port_that_pyserial_watches_carries_every_byte_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    transport = open_transport(f"spy://{os.ttyname(slave)}")
+    sent = bytes(range(256)) * 80  # more than a pty takes at once
+    transport.write(sent)
+    came = b""
+    end_s = time.monotonic() + DEADLINE_S
+    while len(came) < len(sent) and time.monotonic() < end_s:
+        if select.select([master], [], [], 0.0)[0]:
+            came += os.read(master, 4096)
+        transport.read(0.01)  # sends what has to wait
+    assert came == sent
+    assert "TX" in capsys.readouterr().err
+    transport.close()
+    os.close(slave)
+    os.close(master)
+
+
+def test_pauses_grow_with_failures_and_a_connection_ends_that(
+    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome())
+    failures: list[int] = []
+
+    def pause_s(failed: int, jitter: float) -> float:
+        failures.append(failed)
+        return 0.01
+
+    monkeypatch.setattr(receiver_module, "pause_s", pause_s)
+    attempts = iter((False, False, True))
+
+    def attempt() -> Transport:
+        if next(attempts, False):
+            return open_transport(link.url)
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    ear.next(Connected)
+    link.close()
+    ear.next(Lost)
+    ear.next(Refused)
+    assert failures[:3] == [1, 2, 0]
+
+
+class LateOrb:
+    """An orb in this process: it sends one command, which is 400 ms old, and is gone."""
+
+    name = "orb"
+
+    def __init__(self) -> None:
+        self.device, self.sent = DeviceSession(welcome()), False
+
+    def read(self, timeout_s: float) -> bytes:
+        if self.device.live and not self.sent and not self.device.output:
+            command = Command("drop", "pinch", 0.5, None, 1)
+            self.device.send(command, 0, time.monotonic_ns() // 1_000_000 - 400)
+            self.sent = True
+        data = bytes(self.device.output)
+        self.device.output.clear()
+        if self.sent and not data:
+            raise LinkError("it is gone")
+        return data
+
+    def write(self, data: bytes) -> None:
+        self.device.receive(data, time.monotonic_ns() // 1_000_000)
+
+    def wake(self) -> None:
+        """Nobody waits."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_a_command_that_is_too_late_is_missed_and_counted(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    orbs = iter([LateOrb()])
+
+    def attempt() -> Transport:
+        for orb in orbs:
+            return orb
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    assert ear.next(Missed) == Missed(1)
+    ear.next(Refused)  # of the next attempt
+    assert (ear.receiver.late, ear.receiver.past.missed) == (1, 1)
 
 
 # --- ports that do not open ---

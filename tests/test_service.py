@@ -75,11 +75,15 @@ def test_it_beats_three_times_in_each_interval_however_often_it_is_called(
     assert beats == BEATS
 
 
-def test_without_systemd_nothing_is_said() -> None:
-    heart = Heart({"WATCHDOG_USEC": "1"})
+def test_without_systemd_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[object] = []
+    monkeypatch.setattr(socket, "socket", lambda *kind: opened.append(kind))
+    now_s = iter((0.0, 1.0, 1.0))
+    heart = Heart({"WATCHDOG_USEC": "1"}, lambda: next(now_s))
     heart.ready()
     heart.beat()
     heart.tell("x")
+    assert opened == []
 
 
 def test_a_watchdog_for_another_process_is_none_of_ours(systemd: socket.socket) -> None:
@@ -92,7 +96,13 @@ def test_a_watchdog_for_another_process_is_none_of_ours(systemd: socket.socket) 
 
 
 def test_a_supervisor_that_has_gone_does_not_stop_the_orb(tmp_path: Path) -> None:
-    Heart({"NOTIFY_SOCKET": str(tmp_path / "nobody")}).ready()
+    heart = Heart({"NOTIFY_SOCKET": str(tmp_path / "notify")})
+    heart.ready()
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as back:
+        back.bind(str(tmp_path / "notify"))
+        back.settimeout(60.0)
+        heart.stopping()
+        assert heard(back) == "STOPPING=1"
 
 
 def test_the_real_controller_is_ready_beats_tells_and_stops(systemd: socket.socket) -> None:

@@ -34,7 +34,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.session import BACKLOG, DeviceSession
+from controller.session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from host.session import (
     Connected,
     Delivered,
@@ -65,7 +65,7 @@ def greet(
 ) -> list[Message]:
     """Let a session hear Hello and Join; what it hears next is of sequence + 2."""
     ended = heard(session, Hello(VERSION, VERSION, "", "", False), sequence=sequence, now_ms=now_ms)
-    return ended + heard(session, join, sequence=sequence + 1, now_ms=now_ms)
+    return ended + heard(session, join, sequence=(sequence + 1) & 0xFFFF, now_ms=now_ms)
 
 
 def heard(session: DeviceSession, message: Message, *, sequence: int, now_ms: int) -> list[Message]:
@@ -118,6 +118,25 @@ def test_hello_gets_an_offer_and_join_a_welcome_and_the_state_that_nothing_is_he
         (42, 501, welcome()),
         (42, 502, State(())),
     ]
+
+
+def test_a_new_session_has_counted_nothing() -> None:
+    device, host = DeviceSession(welcome()), HostSession("orb", 1, 0)
+    assert (device.number, device.taken_by, device.dropped, device.ignored) == (0, 0, 0, 0)
+    assert (device.granted, device.resumed, device.refused) == (False, False, "")
+    assert (host.late, host.ignored, host.past) == (0, 0, Past(1, 0, 0, 0))
+    assert (host.welcomed, host.over, host.pressed) == (False, False, ())
+
+
+@pytest.mark.parametrize(("sequence", "following"), [(500, 501), (65_535, 0)])
+def test_a_host_that_is_turned_away_gets_the_packet_that_follows_the_offer(
+    sequence: int, following: int
+) -> None:
+    session = DeviceSession(welcome(), token="secret", draw=bytes)
+    greet(session, sequence=sequence)
+    offer, refuse = said(session)
+    assert (offer.sequence, refuse.sequence) == (sequence, following)
+    assert isinstance(refuse.message, Refuse)
 
 
 def test_a_host_may_come_long_after_the_orb_was_switched_on() -> None:
@@ -301,6 +320,51 @@ def test_a_host_that_does_not_read_costs_no_memory() -> None:
     assert session.dropped > 1_000
 
 
+@pytest.mark.parametrize(("granted", "most"), [(False, BACKLOG), (True, GRANTED_BACKLOG)])
+def test_what_comes_on_top_of_a_full_backlog_is_dropped_and_counted(
+    granted: bool, most: int
+) -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1, join=dataclasses.replace(JOIN, granted=granted))
+    session.output[:] = bytes(most)
+    session.send(FRAME, 0, 0)
+    assert (len(session.output) > most, session.dropped) == (True, 0)
+    session.send(FRAME, 0, 0)
+    session.send(FRAME, 0, 0)
+    assert session.dropped == 2
+
+
+def test_without_a_host_messages_are_dropped_and_counted_and_commands_wait() -> None:
+    session = DeviceSession(welcome())
+    for message in (FRAME, State(("down",)), DROP):
+        session.send(message, 0, 0)
+    assert (session.dropped, len(session.outbox.posted), bytes(session.output)) == (2, 1, b"")
+
+
+def test_whatever_has_no_business_here_is_ignored_and_counted() -> None:
+    session = DeviceSession(welcome())
+    greet(session, sequence=1)
+    counts = [session.ignored]
+    for sequence, message in (
+        (2, ALIVE),  # not ahead of Join
+        (3, JOIN),  # a second time
+        (4, welcome()),  # which only orbs say
+        (5, Grant(100)),  # time is not granted
+    ):
+        assert heard(session, message, sequence=sequence, now_ms=0) == []
+        counts.append(session.ignored)
+    foreign = encode(ALIVE, session=session.number + 1, sequence=6, t_ms=0)
+    assert session.receive(foreign, 0) == []
+    assert [*counts, session.ignored] == [0, 1, 2, 3, 4, 5]
+    host = HostSession("orb", 1, 0)
+    host.receive(encode(State(()), session=0, sequence=1, t_ms=0), 0)
+    assert host.ignored == 1
+    pair = Pair()
+    pair.exchange()
+    pair.host.receive(encode(State(()), session=9, sequence=1, t_ms=0), pair.now_ms)
+    assert pair.host.ignored == 1
+
+
 def test_host_and_device_greet_each_other_and_stay_alive() -> None:
     pair = Pair(token="secret")
     assert pair.exchange() == [Connected(welcome()), Delivered(State(()), 0)]
@@ -449,6 +513,17 @@ def test_a_host_says_how_long_it_can_wait() -> None:
     assert pair.host.wait_ms(pair.now_ms + 5_000) == 0
 
 
+def test_a_host_waits_for_an_orb_or_for_the_answer_to_a_grant_and_never_less_than_nothing() -> None:
+    host = HostSession("orb", 1, 0)
+    assert [host.wait_ms(now_ms) for now_ms in (0, 1_990, 2_010)] == [2_000, 10, 0]
+    pair = Pair(granted=True)
+    pair.exchange()
+    assert pair.host.wait_ms(pair.now_ms + 5_000) == 1_000  # a Grant may follow at any time
+    pair.host.send(Grant(100), pair.now_ms)
+    waits = [pair.host.wait_ms(pair.now_ms + later_ms) for later_ms in (0, 1_990, 2_010)]
+    assert waits == [2_000, 10, 0]
+
+
 # --- acknowledgement, resume, and what is missed ---
 
 
@@ -504,6 +579,16 @@ def test_a_command_that_crawled_through_the_wire_is_too_late() -> None:
     pair.now_ms += 260
     assert pair.host.state == "live"  # 260 ms are no silence yet
     assert pair.host.receive(kept, pair.now_ms) == [Missed(1)]
+    assert (pair.host.late, pair.host.past.missed, pair.host.past.done) == (1, 1, 1)
+
+
+def test_a_command_of_250_ms_is_obeyed_and_an_older_one_is_not() -> None:
+    for age_ms, news in ((250, Delivered(DROP, 0)), (251, Missed(1))):
+        pair = Pair()
+        pair.exchange()
+        pair.let(500)
+        pair.device.send(DROP, 0, pair.now_ms)
+        assert pair.host.receive(bytes(pair.device.output), pair.now_ms + age_ms) == [news]
 
 
 class Again(Pair):

@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
+from controller import vocabulary
 from controller.recordings import writer
+from controller.recordings.recording import UNKNOWN
 from models import reading, splits, splitting, touches
 from models.recipe import DEFAULT
 from models.simulate import DataSet
@@ -119,15 +122,76 @@ def test_a_split_that_leaks_is_refused_by_name(data: reading.Data) -> None:
         splitting.split(data, "windows", seed=0)
 
 
+# --- what is left out --------------------------------------------------------------------------
+
+
+SLOW = "it runs at 9.52 Hz, more than 2 % off the 10 Hz that it was meant for"
+
+
+def write(path: Path, number: int, **changes: Any) -> Path:
+    """Write a short session with other columns."""
+    made = DataSet(minutes=0.5).session(0, number)
+    if changes.pop("slow", False):
+        changes["t"] = made.t * 1.05
+    if changes.pop("unfelt", False):  # a press that was held all the time, and nobody touched
+        rng = np.random.default_rng(number)
+        quiet = made.frames[:1] * (1.0 + 0.002 * rng.standard_normal(made.frames.shape))
+        unsaid, said = np.full_like(made.label, UNKNOWN), np.ones_like(made.label)
+        changes |= {"frames": quiet.astype(np.float32), "label": unsaid, "button": said}
+        changes["truth"] = None
+    path.write_bytes(writer.pack(replace(made, **changes)))
+    return path
+
+
+def read(folder: Path, **options: Any) -> reading.Data:
+    return reading.read([folder], DEFAULT, "auto", lambda _: None, **options)
+
+
 def test_a_recording_that_runs_at_another_rate_is_left_out_and_said(tmp_path: Path) -> None:
-    made = DataSet(minutes=0.5)
-    for number in range(2):
-        one = made.session(0, number)
-        if number:
-            one = replace(one, t=one.t * 1.05)
-        (tmp_path / f"{number}.npz").write_bytes(writer.pack(one))
-    found = reading.read([tmp_path], DEFAULT, "auto", lambda _: None)
+    write(tmp_path / "0.npz", 0)
+    slow = write(tmp_path / "1.npz", 1, slow=True)
+    found = read(tmp_path)
+    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
+    assert found.notes == (f"{slow} is left out: {SLOW}",)
+
+
+def test_a_recording_that_fails_the_check_is_taken_if_all_are_asked_for(tmp_path: Path) -> None:
+    write(tmp_path / "0.npz", 0)
+    slow = write(tmp_path / "1.npz", 1, slow=True)
+    found = read(tmp_path, every=True)
+    assert [Path(row.path).name for row in found.rows] == ["0.npz", "1.npz"]
+    assert found.notes == (f"{slow} is taken although it failed the check: {SLOW}",)
+
+
+def test_a_recording_whose_labels_are_all_repaired_away_is_left_out_and_said(
+    tmp_path: Path,
+) -> None:
+    write(tmp_path / "0.npz", 0)
+    unfelt = write(tmp_path / "1.npz", 1, unfelt=True)
+    found = read(tmp_path)
     assert [Path(row.path).name for row in found.rows] == ["0.npz"]
     assert found.notes == (
-        "1.npz is left out: it runs at 9.52 Hz, more than 2 % off the 10 Hz that it was meant for",
+        f"{unfelt} is left out: the sensor felt no touch where its button labels are",
     )
+
+
+def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path: Path) -> None:
+    for number in range(5):
+        write(tmp_path / f"{number}.npz", number, slow=number < 2, unfelt=number >= 2)
+    with pytest.raises(ValueError, match="nothing can be learned from 5 recordings") as caught:
+        read(tmp_path)
+    assert f"; {tmp_path / '1.npz'} is left out: {SLOW};" in str(caught.value)
+    assert str(caught.value).endswith("where its button labels are; and 2 more")
+
+
+def test_what_is_known_of_gestures_is_part_of_what_is_learned_from() -> None:
+    plain = vocabulary.of(("null", "press", "pinch"))
+    press, pinch = plain.entries
+    for entry in (replace(press, rotations="none"), replace(press, mirror="none"),
+                  replace(press, shifts=True), replace(press, located=False)):  # fmt: skip
+        other = replace(plain, entries=(entry, pinch))
+        assert reading.fingerprint("ff", other) != reading.fingerprint("ff", plain)
+    assert reading.fingerprint("fe", plain) != reading.fingerprint("ff", plain)
+    elsewhere = replace(press, file=Path("somewhere.toml"))
+    same = replace(plain, entries=(elsewhere, pinch), text="# a comment")
+    assert reading.fingerprint("ff", same) == reading.fingerprint("ff", plain)

@@ -142,7 +142,7 @@ def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
          "simulations have such an axis"),
         (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
          f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
-        ("[axes\n", "people.toml: "),
+        ("[axes\n", "people.toml, line 1: "),
     ],
 )  # fmt: skip
 def test_a_mistake_is_told_with_its_line_and_what_was_expected(text: str, said: str) -> None:
@@ -150,10 +150,10 @@ def test_a_mistake_is_told_with_its_line_and_what_was_expected(text: str, said: 
 
 
 def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match="there is no file"):
+    with pytest.raises(PlanError, match="no such file or directory; models sweep"):
         plan.read(tmp_path / "none.toml", allow)
     (tmp_path / "odd.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(PlanError, match="is no text"):
+    with pytest.raises(PlanError, match="not text in UTF-8"):
         plan.read(tmp_path / "odd.toml", allow)
 
 

@@ -66,4 +66,5 @@ def test_clearing_bits_and_clearing_the_drawing_agree(lines: list[str]) -> None:
     board.clear_full_rows()
     kept = [line for line in lines if "." in line]
     assert board.bits == Board.parse("\n".join(kept)).bits
+    assert board.planes == Board.parse("\n".join(kept)).planes
     assert board.rows == Board.parse("\n".join(kept)).rows

@@ -32,7 +32,9 @@ def test_without_gymnasium_a_sentence_says_what_to_install(monkeypatch: pytest.M
 @pytest.mark.parametrize("config", [Config(), Config(columns=6, rows=9, hold=False)])
 def test_gymnasium_finds_no_fault(name: str, config: Config) -> None:
     env = gymnasium.make(name, config=config, render_mode="ansi")
-    check_env(env.unwrapped)
+    check_env(env.unwrapped)  # it raises, or warns, which is an error here
+    observation, _ = env.reset(seed=1)
+    assert env.observation_space.contains(observation)
 
 
 @pytest.mark.parametrize("acts", ["inputs", "placements"])

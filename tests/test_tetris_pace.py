@@ -58,6 +58,16 @@ def test_a_command_every_second_and_a_half_is_level_2() -> None:
     assert paced(*[1.7] * 10).level == 2
 
 
+def test_the_rate_is_that_of_the_last_twenty_four_intervals() -> None:
+    assert paced(3.0, *[0.5] * 23).rate_hz == pytest.approx(24 / 14.5)
+    assert paced(3.0, *[0.5] * 24).rate_hz == pytest.approx(2.0)
+
+
+def test_an_interval_of_four_seconds_counts_and_a_longer_one_does_not() -> None:
+    assert paced(*[4.0] * 8).rate_hz == pytest.approx(0.25)
+    assert paced(*[4.001] * 8).rate_hz is None
+
+
 def test_a_long_rest_says_nothing_of_the_hand() -> None:
     assert paced(*[1.0] * 8, 60.0, *[1.0] * 4).rate_hz == pytest.approx(1.0)
 

@@ -227,6 +227,21 @@ def test_a_board_of_another_width_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
+    "extreme",
+    [
+        *({"start_level": 1}, {"gravity_cap": 1}, {"gravity_cap": 20}, {"lines_goal": 1}),
+        *({"lock_delay_s": 0.001}, {"lock_delay_s": 1e6}, {"time_limit_s": 0.001}),
+        *({"generation_delay_s": 0.0}, {"guard_s": 0.0}, {"lock_resets": 0}),
+        *({"soft_drop_factor": 1}, {"previews": 1}, {"columns": 4}, {"columns": 10}),
+        *({"rows": 4}, {"rows": 30}, {"rows": 5, "board": "J.........\n" * 5}),
+        {"dig": True, "board": "#........."},
+    ],
+)
+def test_rules_at_their_limits_are_taken(extreme: dict[str, Any]) -> None:
+    assert Game(1, Config(**extreme)).phase is Phase.RUNNING
+
+
+@pytest.mark.parametrize(
     "wrong",
     [
         {"start_level": 0},
@@ -247,6 +262,14 @@ def test_a_board_of_another_width_is_refused() -> None:
         {"board": "JJJ"},
         {"dig": True},
         {"gravity_cap": 0},
+        {"lock_delay_s": 0.0009},
+        {"lock_delay_s": 1_000_001},
+        {"generation_delay_s": -0.1},
+        {"time_limit_s": 0.0009},
+        {"previews": 0},
+        {"columns": 11},
+        {"rows": 3},
+        {"rows": 5, "board": "J.........\n" * 6},
     ],
 )
 def test_impossible_rules_are_refused(wrong: dict[str, Any]) -> None:

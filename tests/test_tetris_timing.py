@@ -109,12 +109,35 @@ def test_a_grounded_piece_locks_after_half_a_second() -> None:
     assert of(game.update(0.501), Locked)
 
 
+def test_a_shift_says_where_to() -> None:
+    game = game_with("", Piece("O", 4, 5))
+    moved = of(game.update(0.1, [Action.LEFT, Action.RIGHT]), Moved)
+    assert moved == [
+        Moved(0.1, Piece("O", 3, 5), -1, 0, Action.LEFT),
+        Moved(0.1, Piece("O", 4, 5), 1, 0, Action.RIGHT),
+    ]
+
+
 def test_a_shift_restarts_the_lock_delay() -> None:
     game = game_with("", Piece("T", 3, -1))
     game.update(0.4, [Action.LEFT])
     game.update(0.8, [Action.RIGHT])
     assert not of(game.update(1.299), Locked)
     assert of(game.update(1.301), Locked)
+
+
+def test_a_shift_onto_a_block_starts_the_lock_delay() -> None:
+    game = game_with("....J.....", Piece("O", 2, 1))
+    game.update(0.4, [Action.RIGHT])
+    assert not of(game.update(0.899), Locked)
+    assert of(game.update(0.901), Locked)
+
+
+def test_a_turn_onto_a_block_starts_the_lock_delay() -> None:
+    game = game_with("J.........\n..........", Piece("T", 0, 1, 1))
+    game.update(0.4, [Action.ROTATE_CW])
+    assert not of(game.update(0.899), Locked)
+    assert of(game.update(0.901), Locked)
 
 
 def shuffle(game: Game, shifts: int) -> list[Event]:
@@ -132,6 +155,22 @@ def test_after_fourteen_shifts_there_is_still_delay() -> None:
     game = game_with("", Piece("T", 3, -1))
     shuffle(game, 14)
     assert not of(game.update(0.001), Locked)
+
+
+@pytest.mark.parametrize(("turns", "locked"), [(14, False), (15, True)])
+def test_a_turn_on_the_ground_costs_a_reset_as_a_shift_does(turns: int, locked: bool) -> None:
+    game = game_with("", Piece("O", 4, 0))
+    assert not of(game.update(0.0, [Action.ROTATE_CW] * turns), Locked)
+    assert bool(of(game.update(0.001), Locked)) is locked
+
+
+@pytest.mark.parametrize("action", [Action.ROTATE_CW, Action.LEFT])
+def test_in_the_air_neither_turns_nor_shifts_cost_a_reset(action: Action) -> None:
+    game = game_with("", Piece("O", 4, 1))
+    game.update(0.0, [action, Action.RIGHT] * 20)
+    game.update(0.0, [Action.DOWN])
+    assert not of(game.update(0.499), Locked)
+    assert of(game.update(0.501), Locked)
 
 
 def test_a_new_lowest_row_restores_the_resets() -> None:

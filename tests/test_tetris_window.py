@@ -61,11 +61,13 @@ def test_a_pause_covers_the_board_and_says_why(view: GameView, reason: str) -> N
     assert differs(running, drawn(game, view, 0.0, reason), view.layout.board)
 
 
-def test_the_end_of_a_game_is_drawn(view: GameView) -> None:
+def test_the_end_of_a_game_is_said_on_the_board(view: GameView) -> None:
     game = Game(seed=1)
     while game.phase is Phase.RUNNING:
         view.show(game.update(0.0, [Action.HARD_DROP]))
-    drawn(game, view, 0.0)
+    said, unsaid = drawn(game, view, 0.0), pygame.Surface((640, 480))
+    view.draw(unsaid, game, 0.0, words=False)
+    assert differs(said, unsaid, view.layout.board)
 
 
 def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:

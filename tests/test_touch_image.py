@@ -1,11 +1,13 @@
 """The image of a touch: its frames laid over each other."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from controller.preprocess import Image
-from controller.touch import TouchImage
+from controller.touch import Spread, TouchImage
 
 QUIET = np.ones((5, 5), dtype=np.float32)
 
@@ -110,6 +112,37 @@ def test_an_image_says_how_much_of_it_is_noise() -> None:
     assert blur(8, 0.2, 0.02) < 0.6 * blur(1, 0.2, 0.02)  # frames are laid over each other
     assert blur(4, 0.1, 0.02) > 1.5 * blur(4, 0.2, 0.02)  # a faint touch
     assert blur(1, 0.0, 0.02) <= 1.0  # nothing but noise
+
+
+def test_the_noise_of_an_image_is_that_of_a_reading_and_of_what_was_left_before() -> None:
+    reading, left = math.pi / 2 * 0.02**2, 0.01**2  # variances
+    alone = shown(finger(1), idle=0.02)
+    seen(alone)
+    assert alone.blur == pytest.approx(math.sqrt((reading + left) / 0.2**2), rel=1e-4)
+    # Four images of the untouched sensor, before the one in which the finger arrives.
+    after_rest = shown(*[QUIET] * 9, finger(1), idle=0.02)
+    seen(after_rest)
+    known = reading / left / 4
+    noise = reading + left * known / (1.0 + known)
+    assert after_rest.blur == pytest.approx(math.sqrt(noise / 0.2**2), rel=1e-4)
+
+
+def test_an_image_that_shows_nothing_is_all_noise() -> None:
+    touch = TouchImage(30, 5, 5)
+    touch.step(QUIET, 0.0, null=False)
+    assert seen(touch).tolist() == QUIET.tolist()
+    assert touch.blur == 1.0
+
+
+def test_a_place_is_off_by_its_floor_and_by_the_noise_of_its_image() -> None:
+    assert Spread(0.3, 2.0).sigma(0.2) == pytest.approx(0.5)
+
+
+def test_only_the_latest_frames_of_a_long_touch_count() -> None:
+    touch = TouchImage(3, 5, 5)
+    for x in (0, 1, 1, 1):
+        touch.step(finger(x), 0.0, null=False)
+    assert seen(touch).tolist() == finger(1).tolist()
 
 
 def test_it_goes_on_exactly_where_its_state_was_taken() -> None:

@@ -88,7 +88,9 @@ def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path
         honest = found[network]["honesty"]
         assert honest["unseen"] is not None
         assert honest["random"] is not None
+    events = sum(map(sum, found["gesture"]["answered"][1:]))
     card = (tmp_path / "my.md").read_text()
+    assert f"of {events} | | |" in card.partition("answered rightly, as in play")[2]
     assert "windows at random, as the paper's protocol" in card
     assert loaded.card["command"] in card
     assert not (tmp_path / "my.orb.training").exists()
@@ -144,7 +146,7 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
 
     monkeypatch.setattr(fit._Run, "epoch", epoch)
     for _ in range(2):
-        assert train(parts, data) == 1
+        assert train(parts, data) == 130
         assert "the same command goes on from here" in capsys.readouterr().err
         assert parts.with_name("my.orb.training").is_dir()
         assert not parts.exists()

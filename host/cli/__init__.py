@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Final
 
-from controller.console import run
+from controller.console import run, unknown_command
 from controller.interrupt import importing
-from controller.errors import UserError
 
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {
@@ -37,8 +36,4 @@ def _found(words: list[str]) -> tuple[str, list[str]]:
         return VERBS[first][0], words[1:]
     if first.startswith("-"):
         return _PLAY, words
-    from difflib import get_close_matches  # in here, since it compiles regular expressions
-
-    near = get_close_matches(first, VERBS, n=1)
-    advice = f"did you mean `host {near[0]}`?" if near else f"a port is named with --link {first}"
-    raise UserError(f"there is no command {first!r}; {advice}")
+    raise unknown_command("host", first, VERBS, f"a port is named with --link {first}")

@@ -7,6 +7,7 @@ A command's file has
     EXAMPLE      a first thing to try
     add(parser)  its options
     run(arguments) -> int  does it; the exit status
+    resumes(arguments) -> bool  whether the same command goes on where Ctrl-C ended it; optional
 
 and imports at its top only what every machine has: PyTorch and the like inside `run`, after
 `models.extras.require`.
@@ -15,6 +16,8 @@ and imports at its top only what every machine has: PyTorch and the like inside 
 import importlib
 import pkgutil
 from types import ModuleType
+
+from controller.console import unknown_command
 
 
 def names() -> list[str]:
@@ -25,3 +28,15 @@ def names() -> list[str]:
 def load(name: str) -> ModuleType:
     """Return a command's file."""
     return importlib.import_module(f"{__name__}.{name}")
+
+
+def require(name: str) -> str:
+    """Return the name of a command.
+
+    Raises:
+        UserError: There is no such command; the message names the nearest.
+    """
+    known = names()
+    if name in known:
+        return name
+    raise unknown_command("models", name, known)

@@ -19,7 +19,7 @@ SUMMARY: Final = "judge a bundle on sessions that it never saw"
 DESCRIPTION: Final = (
     "Play recordings through a bundle as the device would, and count what it answers: confusion, "
     "event metric, false alarms, latency, calibration and places, by session and by user, with "
-    "95 %% intervals over the sessions. Without recordings, new people on new orbs are simulated."
+    "95 % intervals over the sessions. Without recordings, new people on new orbs are simulated."
 )
 EXAMPLE: Final = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
 
@@ -56,10 +56,15 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller import bundle
-    from models import card
+    from models import card, user_files
     from models.evaluate import evaluate, summarise, summarise_broken
     from models.metrics import Evaluation
+    from models.report import page
 
+    for path in filter(None, (arguments.card, arguments.json)):
+        user_files.target(path)
+    if arguments.html:
+        page.read(arguments.html)
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
@@ -86,11 +91,10 @@ def run(arguments: argparse.Namespace) -> int:
     content = card.text(found)
     print(content)
     if arguments.card:
-        arguments.card.write_text(content + "\n", encoding="utf-8")
+        user_files.write_text(arguments.card, f"{content}\n")
     if arguments.json:
-        arguments.json.write_text(found.text() + "\n", encoding="utf-8")
+        user_files.write_text(arguments.json, f"{found.text()}\n")
     if arguments.html:
-        from models.report import page
         from models.report.data import ReportData
 
         page.write(arguments.html, ReportData(evaluation=found))
@@ -101,13 +105,16 @@ def _recorded(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
-    from models import faulty, unseen
+    from controller.recordings import reader
+    from models import dataset, faulty, unseen
 
     grid = loaded.rows, loaded.columns
     sets: dict[str, Played] = {}
     loose = [path for path in arguments.data if not path.is_dir()]
     for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
-        files = unseen.recordings(paths)
+        files = dataset.recording_files(paths)
+        for file in files:
+            reader.survey(file)  # what cannot be read is told before anything is begun
         name = str(paths[0]) if paths is not loose else "recordings"
         sets[name] = partial(unseen.named, files, grid)
     note = (

@@ -56,7 +56,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and draw."""
-    from models import extras
+    from models import extras, markdown, user_files
 
     extras.require("drawing figures", "torch", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -65,6 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     if not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
+    if arguments.paper:
+        markdown.check(arguments.paper, tables.BEGIN, tables.END)
     prepare_torch(arguments.seed)
     settings = study.Settings(
         arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed
@@ -73,7 +75,12 @@ def run(arguments: argparse.Namespace) -> int:
     for path in drawing.draw(found, arguments.out):
         options.say(f"wrote {path}")
     if arguments.paper:
-        page = arguments.paper.read_text(encoding="utf-8")
-        arguments.paper.write_text(tables.into(page, found), encoding="utf-8")
+        page = user_files.read_text(arguments.paper)
+        user_files.write_text(arguments.paper, tables.into(page, found))
     print(tables.tables(found))
     return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

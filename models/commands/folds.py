@@ -44,7 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=options.count,
         default=0,
         metavar="N",
-        help="batches that each network learns from (default: the recipe's 30,000)",
+        help=f"batches that each network learns from (default: the recipe's {options.STEPS:,})",
     )
     add(
         "--window",
@@ -60,6 +60,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="whose labels to learn and to judge by (default: auto: the first of these that names "
         "a gesture)",
     )
+    options.take_all(parser)
     add(
         "--as-given",
         action="store_true",
@@ -105,6 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
         steps=arguments.steps,
         window=arguments.window,
         labels=arguments.labels,
+        every=arguments.all,
         given=arguments.as_given,
         choose=arguments.choose,
         sound=arguments.sound,
@@ -112,11 +114,12 @@ def run(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         command=f"models {shlex.join(sys.argv[1:])}",
     )
-    try:
-        found = cross(request, options.say)
-    except KeyboardInterrupt:
-        print("\nmodels: interrupted; the same command goes on from here", file=sys.stderr)
-        return 1
+    found = cross(request, options.say)
     print(fold_card.text(found))
     options.say(f"wrote {request.out}")
     return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

@@ -63,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, and draw."""
-    from models import extras
+    from models import extras, markdown, user_files
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -72,20 +72,15 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out and not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
+    if arguments.paper:
+        markdown.check(arguments.paper, tables.BEGIN, tables.END)
     kept = arguments.out / data.MEASURED if arguments.out else None
     sets = _sets(arguments)
     players = _players(arguments.games)
-    try:
-        found = study.measure(
-            sets, _wanted(arguments.only), arguments.workers, kept, options.say,
-            checked=arguments.check,
-        )  # fmt: skip
-    except KeyboardInterrupt:
-        options.say(
-            "models: interrupted; "
-            + ("the same command goes on where it was" if kept else "nothing was written")
-        )
-        return 1
+    found = study.measure(
+        sets, _wanted(arguments.only), arguments.workers, kept, options.say,
+        checked=arguments.check,
+    )  # fmt: skip
     for name, played in players.items():
         found["games"][name] = games.figures(games.gather(played))
     data.keep(kept, found)
@@ -97,15 +92,15 @@ def run(arguments: argparse.Namespace) -> int:
             options.say(f"wrote {path}")
         options.say(f"wrote {report.write(arguments.out, found)}")
     if arguments.paper:
-        page = arguments.paper.read_text(encoding="utf-8")
-        arguments.paper.write_text(tables.into(page, found), encoding="utf-8")
+        page = user_files.read_text(arguments.paper)
+        user_files.write_text(arguments.paper, tables.into(page, found))
     return 0
 
 
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all loose files as one; without any, both presets."""
     from controller.recordings import reader
-    from models import unseen
+    from models import dataset
     from models.information.sets import RecordingSet, simulated
 
     if not arguments.data:
@@ -119,7 +114,7 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     for name, paths in zip([*short, "recordings"], [*([path] for path in folders), loose],
                            strict=True):  # fmt: skip
         if paths:
-            files = tuple(unseen.recordings(paths))
+            files = tuple(dataset.recording_files(paths))
             for file in files:
                 reader.survey(file)  # what cannot be read is told before anything is begun
             made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
@@ -152,3 +147,8 @@ def _players(paths: list[Path]) -> dict[str, list[dict[str, object]]]:
         name = path.name if path.is_dir() else "games"
         made.setdefault(name, []).extend(games.read(file) for file in files)
     return made
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return arguments.out is not None

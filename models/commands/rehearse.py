@@ -38,17 +38,18 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Choose and write."""
-    from controller import bundle
-    from models import extras, rehearse
+    from controller import bundle, console
+    from models import extras, rehearse, user_files
     from models.dataset import read_training
 
     extras.require("writing a bundle", "tomli_w")
+    user_files.bundle_target(arguments.out)
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     chosen = rehearse.choose(loaded, recordings, arguments.frames)
     made = rehearse.write(arguments.out, arguments.bundle, chosen)
     options.say(
-        f"{arguments.out} is written with {len(chosen.images)} frames of {len(recordings.surveys)} "
-        f"recordings to rehearse, SHA-256 {made.hash[:16]}…"
+        f"{arguments.out} is written with {len(chosen.images)} frames of "
+        f"{console.count(len(recordings), 'recording')} to rehearse, SHA-256 {made.hash[:16]}…"
     )
     return 0

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import sys
 from pathlib import Path
 from typing import Final
 
@@ -123,10 +122,11 @@ def run(arguments: argparse.Namespace) -> int:
         one_orb=arguments.one_orb,
     )
     out, users, sessions = arguments.out, arguments.users, arguments.sessions
-    try:
-        generate(data, out, users, sessions, arguments.workers, options.say)
-    except KeyboardInterrupt:
-        print("models: interrupted; the same command goes on from here", file=sys.stderr)
-        return 1
+    generate(data, out, users, sessions, arguments.workers, options.say)
     print(arguments.out)
     return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

@@ -1,7 +1,6 @@
 """`models sweep`: many trainings from one file, on this machine's cores or on a cluster."""
 
 import argparse
-import hashlib
 import os
 import signal
 from collections.abc import Iterator, Sequence
@@ -88,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
+    from models import user_files
     from models.sweep import cluster, kept, local, report, study, told
 
     workers = arguments.workers or os.cpu_count() or 1
@@ -97,26 +97,25 @@ def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
             return cluster.run(orders, arguments.cluster, sweep.places, options.say)
         return local.run(orders, workers, options.say)
 
-    again = "the same command goes on from here"
     try:
         found = study.run(sweep, engine, options.say)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
-        options.say(f"\nmodels: interrupted; {again}")
-        return 1
+        raise
     except cluster.GoneError as error:
-        options.say(f"models: {error}; start it again, and {again}")
+        options.say(f"models: {error}; start it again, and the same command goes on from here")
         return 1
     print(told.table(found))
     page = sweep.folder / kept.REPORT
-    kept.replace(page, report.html(found, study.times(sweep.named(), kept.answers(sweep.folder))))
+    spent = study.times(sweep.named(), kept.answers(sweep.folder))
+    user_files.write_text(page, report.html(found, spent))
     options.say(f"wrote {sweep.folder / kept.RESULTS}, and {page} to look at")
     return int(any("failed" in job for job in found["jobs"]))
 
 
 def _sweep(plan: "Plan", arguments: argparse.Namespace) -> "Sweep":
     """Return what was asked for, its recordings looked through."""
-    from models.dataset import read_training
+    from models import dataset, reading
     from models.sweep.study import Sweep
 
     file: Path = arguments.file
@@ -127,10 +126,12 @@ def _sweep(plan: "Plan", arguments: argparse.Namespace) -> "Sweep":
     for place, said in zip(places, plan.data["folders"], strict=True):
         if not place.exists():
             raise ValueError(f"{file}: there is no folder {said} (looked for {place})")
-    digest = hashlib.sha256()  # as models/reading.py makes it
-    for survey in read_training(places).surveys:
-        digest.update(hashlib.sha256(survey.path.read_bytes()).digest())
-    return Sweep(plan, out, digest.hexdigest(), tuple(map(str, places)))
+    recordings = dataset.read_training(places)
+    known = reading.fingerprint(
+        dataset.digest(survey.path for survey in recordings.surveys),
+        reading.vocabulary_of(places, recordings.labels),
+    )
+    return Sweep(plan, out, known, tuple(map(str, places)))
 
 
 def _list(sweep: "Sweep") -> int:
@@ -140,3 +141,8 @@ def _list(sweep: "Sweep") -> int:
     for name, job in sweep.named().items():
         print(f"{name} {'done' if name in there else '    '} {jobs.words(job)}")
     return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

@@ -3,7 +3,6 @@
 import argparse
 import os
 import shlex
-import sys
 from pathlib import Path
 from typing import Final
 
@@ -45,6 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="whose labels to learn from (default: auto: the first of these that names a gesture)",
     )
+    options.take_all(parser)
     add(
         "--split",
         default="",
@@ -141,6 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
         task=arguments.task,
         recipe=arguments.recipe,
         labels=arguments.labels,
+        every=arguments.all,
         base=arguments.base,
         split=arguments.split,
         seed=arguments.seed,
@@ -151,11 +152,7 @@ def run(arguments: argparse.Namespace) -> int:
         auxiliary=tuple(arguments.auxiliary),
         command=_command(arguments),
     )
-    try:
-        result = train(request, options.say)
-    except KeyboardInterrupt:
-        print("\nmodels: interrupted; the same command goes on from here", file=sys.stderr)
-        return 1
+    result = train(request, options.say)
     print("\n".join(training_card.headline(result)).strip())
     for line in result.advice:
         print(f"- {line}")
@@ -181,17 +178,14 @@ def _people(arguments: argparse.Namespace) -> int:
         base=arguments.base,
         gestures=tuple(word for word in arguments.gestures.split(",") if word),
         labels=arguments.labels,
+        every=arguments.all,
         split=arguments.split,
         seed=arguments.seed,
         epochs=arguments.epochs,
         command=_command(arguments),
         mapping=arguments.mapping,
     )
-    try:
-        found = train(request, options.say)
-    except KeyboardInterrupt:
-        print("\nmodels: interrupted; nothing was written", file=sys.stderr)
-        return 1
+    found = train(request, options.say)
     print(result.card(found))
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: controller install {request.out}, or controller --bundle {request.out}")
@@ -205,9 +199,15 @@ def _command(arguments: argparse.Namespace) -> str:
         value = getattr(arguments, name)
         if value not in ("", 0, None, "default", "auto"):
             words += [f"--{'with' if name == 'base' else name}", str(value)]
+    words += ["--all"] if arguments.all else []
     words += ["--bare"] if arguments.bare else []
     words += ["--gestures", arguments.gestures] if arguments.gestures else []
     words += ["--auxiliary", *map(str, arguments.auxiliary)] if arguments.auxiliary else []
     words += ["--mapping", str(arguments.mapping)] if arguments.mapping else []
     words += ["--others", *map(str, arguments.others)] if arguments.others else []
     return shlex.join([*words, "--out", arguments.out.name])
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return bool(arguments.task != "user")

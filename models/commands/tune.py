@@ -84,27 +84,36 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from controller import bundle
-    from models import extras, scatter, surely
+    from controller.console import count
+    from models import extras, scatter, surely, user_files
     from models.dataset import read_training
     from models.known import know
+    from models.report import page
     from models.streams import Batched
     from models.streams import run as play
     from models.tune import Goal, settings_of, spread, tune, write
 
     if arguments.out:
         extras.require("writing a bundle", "tomli_w")
+        user_files.bundle_target(arguments.out)
+    page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
+    if arguments.json:
+        user_files.target(arguments.json)
+    if page_of:
+        page.read(page_of)
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
         streams.append(play(replace(loaded, spread=surely.BARE), networks, recording, known))
-        options.say(f"{survey.path.stem}: {len(known.events)} events")
+        options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
     goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
-    print(f"{found.events} events and {found.idle_minutes:.0f} idle minutes in {found.sessions} "
-          f"recordings; {found.tried} points, {len(found.front)} of them on the front")  # fmt: skip
+    on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
+    idle = count(round(found.idle_minutes), "idle minute")
+    print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
     print(scatter.draw(found))
     print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
     print(found.goal)
@@ -112,18 +121,16 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"places are {far.floor:.3f} grid units off without noise, and "
               f"{far.noise:.1f} times as far as their images are noisy")  # fmt: skip
     if (unseen := 3.0 / found.events) > SEEN:
-        print(f"losses below {unseen:.1%} cannot be seen in {found.events} events: record more "
-              "before you make it faster")  # fmt: skip
+        print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
+              "record more before you make it faster")  # fmt: skip
     if arguments.json:
-        arguments.json.write_text(found.text() + "\n", encoding="utf-8")
-    page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
+        user_files.write_text(arguments.json, f"{found.text()}\n")
     if page_of:
-        from models.report import page
         from models.report.data import ReportData
 
         page.write(page_of, ReportData(tuning=found))
     if arguments.out:
-        said = f"on {found.sessions} recordings with {found.events} events; {found.goal}"
+        said = f"on {on}; {found.goal}"
         made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

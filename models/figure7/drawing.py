@@ -1,5 +1,6 @@
 """Figure 7 of the paper, drawn for both recipes: a to f, a picture for each preset."""
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -7,7 +8,10 @@ from typing import Any, Final
 import matplotlib as mpl
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from controller import files
 
 MEASURED: Final = "figure7.json"  # beside the pictures
 CORAL, BLUE, INK, DIM, LINE = "#c2510f", "#1f6fd0", "#1e2535", "#8c96ae", "#dfe3ec"
@@ -72,9 +76,16 @@ def _picture(found: Mapping[str, Any], preset: str, folder: Path) -> Path:
         ):
             panel.set_title(f"{letter}  {words}")
         figure.tight_layout(w_pad=2.0, h_pad=2.0)
-        figure.savefig(path, metadata={"Date": None})
+        save(figure, path, metadata={"Date": None})
         plt.close(figure)
     return path
+
+
+def save(figure: Figure, path: Path, **options: Any) -> None:
+    """Write a drawing, complete or not at all; its name says in which format."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=path.suffix.removeprefix("."), **options)
+    files.atomic_write(path, drawn.getvalue())
 
 
 def _panel(axes: Axes, own: Parts, network: str, over: str) -> None:

@@ -26,7 +26,7 @@ from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import LABELS
 from models import labels as people
-from models import learn, splits, touches
+from models import learn, splits, touches, user_files
 from models.augment import Symmetry
 from models.dataset import Source, prepare
 from models.figure7 import people as ten
@@ -82,7 +82,7 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
         NETWORK".
     """
     fresh: dict[str, Any] = {"settings": asdict(settings), "parts": {}}
-    found = json.loads(path.read_text(encoding="utf-8")) if path.exists() else fresh
+    found = _kept(path) if path.exists() else fresh
     if found["settings"] != fresh["settings"]:
         found = fresh
     found["labels"] = {preset: labels(preset, settings) for preset in PRESETS}
@@ -107,8 +107,24 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
     return found
 
 
+def _kept(path: Path) -> dict[str, Any]:
+    """Return what a file holds.
+
+    Raises:
+        UserFileError: It cannot be read, or holds something else.
+    """
+    found = user_files.read_json(path)
+    if isinstance(found, dict) and {"settings", "parts"} <= set(found):
+        parts = found["parts"]
+        if isinstance(parts, dict) and all(isinstance(part, dict) for part in parts.values()):
+            return found
+    raise user_files.UserFileError(
+        f"{path} holds no figures of this program; remove it, or choose another DIR"
+    )
+
+
 def _keep(path: Path, found: dict[str, Any]) -> None:
-    path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    user_files.write_text(path, f"{json.dumps(found, indent=1)}\n")
 
 
 def _people(

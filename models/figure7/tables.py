@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
+from models import markdown
+
 BEGIN: Final = "<!-- models figures -->"
 END: Final = "<!-- so far models figures -->"
 
@@ -18,11 +20,7 @@ def into(page: str, found: Mapping[str, Any]) -> str:
     Raises:
         ValueError: The marks are not in it.
     """
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"there is no place for the tables; write {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n\n{tables(found)}\n\n{END}{after}"
+    return markdown.between(page, BEGIN, END, tables(found))
 
 
 def ends(found: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
 
 from controller.simulator.presets import PRESETS
-from models.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE
+from models.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE, save
 from models.information import growth
 from models.information.found import of_set, sets_of
 from models.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION
@@ -41,8 +41,8 @@ def draw(found: Found, folder: Path) -> list[Path]:
             if figure is None:
                 continue
             path = folder / f"{name}.svg"
-            figure.savefig(path, metadata={"Date": None})
-            figure.savefig(path.with_suffix(".png"), dpi=DOTS_PER_INCH)
+            save(figure, path, metadata={"Date": None})
+            save(figure, path.with_suffix(".png"), dpi=DOTS_PER_INCH)
             plt.close(figure)
             paths.append(path)
     return paths

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from models import user_files
+
 MEASURED: Final = "information.json"
 
 Found = dict[str, Any]
@@ -19,23 +21,25 @@ def load(path: Path | None) -> Found:
     """Return what was found so far.
 
     Raises:
-        ValueError: The file holds something else.
+        UserFileError: The file cannot be read, or holds something else.
     """
     if path is None or not path.exists():
         return {"parts": {}, "games": {}, "check": []}
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        if {"parts", "games", "check"} <= set(found):
-            return dict(_numbers(found))
-    except (ValueError, TypeError):
-        pass
-    raise ValueError(f"{path} holds no estimates of this program; remove it, or choose another DIR")
+    found = user_files.read_json(path)
+    kinds = {"parts": dict, "games": dict, "check": list}
+    if isinstance(found, dict) and all(
+        isinstance(found.get(key), kind) for key, kind in kinds.items()
+    ):
+        return dict(_numbers(found))
+    raise user_files.UserFileError(
+        f"{path} holds no estimates of this program; remove it, or choose another DIR"
+    )
 
 
 def keep(path: Path | None, found: Found) -> None:
     """Write what was found, if it is kept anywhere."""
     if path is not None:
-        path.write_text(json.dumps(_rounded(found), indent=1) + "\n", encoding="utf-8")
+        user_files.write_text(path, f"{json.dumps(_rounded(found), indent=1)}\n")
 
 
 def of_set(found: Mapping[str, Any], name: str, part: str) -> Any:

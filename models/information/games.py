@@ -7,8 +7,8 @@ or one for none, is counted beside it.
 """
 
 import itertools
-import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +16,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.config import ConfigError, parse_json
+from controller.errors import UserError
 from controller.events import Answer, Event
+from models import user_files
 from models.information import channel
 from models.intervals import LEVEL, Figure
 from models.tally import attach
@@ -25,7 +28,7 @@ NOTHING: Final = "nothing"
 DRAWS: Final = 200
 
 
-class GameError(ValueError):
+class GameError(UserError, ValueError):
     """A file holds no game; the message is one sentence."""
 
 
@@ -67,22 +70,33 @@ def read(path: Path) -> dict[str, Any]:
     """Return the game in a file: its last line that is JSON.
 
     Raises:
-        GameError: There is none, or it says nothing of what was meant.
+        UserError: It cannot be read, or holds none that says what was meant.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
-        raise GameError(f"cannot read the game {path}: {reason}") from None
-    for line in reversed(lines):
-        try:
-            game = json.loads(line)
-        except ValueError:
-            continue
-        if isinstance(game, dict) and {"events", "commands", "seconds"} <= set(game):
-            return game
+    for line in reversed(user_files.read_text(path).splitlines()):
+        with suppress(ConfigError):
+            if _is_game(game := parse_json(line, user_files.MAX_BYTES)):
+                return dict(game)
     raise GameError(
         f"{path} holds no game; make one with: host --demo --headless --speed 0 --json > FILE"
+    )
+
+
+def _is_game(value: Any) -> bool:
+    """Whether this is what a demo prints: what was meant, what was understood, and how long."""
+
+    def rows(key: str, *kinds: tuple[type, ...]) -> bool:
+        listed = value.get(key)
+        return isinstance(listed, list) and all(
+            isinstance(row, list) and len(row) == len(kinds) and all(map(isinstance, row, kinds))
+            for row in listed
+        )
+
+    number = (int, float)
+    return (
+        isinstance(value, dict)
+        and isinstance(value.get("seconds"), number)
+        and rows("events", number, number, (str,))
+        and rows("commands", number, (str,))
     )
 
 

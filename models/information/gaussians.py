@@ -17,6 +17,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from models import user_files
+
 Points = NDArray[np.float64]
 
 CLASSES: Final = (2, 3, 5)
@@ -151,7 +153,7 @@ def main() -> None:
             print(f"{name(classes, dimensions)}: {found[0]:.5f} ({found[1]:.5f}) nats", flush=True)
     table = {"drawn": DRAWN, "nats": nats}
     path = Path(__file__).with_name(TRUTHS)
-    path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    user_files.write_text(path, f"{json.dumps(table, indent=1)}\n")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
+from models import user_files
 from models.information import tables
 from models.information.found import of_set, sets_of
 from models.information.histogram import BITS, PAPER_INFORMATION
@@ -78,7 +79,7 @@ STATES: Final = (
 def write(folder: Path, found: Found) -> Path:
     """Write the page beside its drawings, and return its path."""
     path = folder / PAGE
-    path.write_text(html(found, folder), encoding="utf-8")
+    user_files.write_text(path, html(found, folder))
     return path
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
+from models import markdown
 from models.information import growth
 from models.information.found import of_set, sets_of
 from models.information.histogram import (
@@ -36,11 +37,7 @@ def into(page: str, found: Found) -> str:
     Raises:
         ValueError: The marks are not in it.
     """
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"there is no place for the tables; write {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n\n{text(found)}\n\n{END}{after}"
+    return markdown.between(page, BEGIN, END, text(found))
 
 
 def section_6(found: Found) -> str:

@@ -19,6 +19,7 @@ def cards(found: Evaluation) -> list[str]:
     first = found.results[0]
     on = f"{escape(first.name)}, {words.several(first.events, 'event')}"
     shown = [
+        words.answered(first.labels, first.answered, f"in {first.name}"),
         words.card(words.number(first.f1.value, 4), "F1 of events in play", on),
         words.card(
             words.number(first.false_alarms_per_min.value),

@@ -4,7 +4,7 @@ import math
 
 from models.metrics import Evaluation
 from models.report import charts, maps, words
-from models.results import ClassRow, Training
+from models.results import ClassRow, GestureResult, Training
 
 
 def classes(found: Training) -> str:
@@ -19,6 +19,7 @@ def classes(found: Training) -> str:
         "windows found",
         "windows precise",
         "gestures found",
+        "answered",
         "with more",
     )
     rows = [
@@ -30,15 +31,17 @@ def classes(found: Training) -> str:
             words.percent(row.recall),
             words.percent(row.precision),
             "" if row.label == "null" else words.percent(row.event_recall),
+            _answered(found.gesture, number),
             charts.examples_curve(row.curve),
         )
-        for row in found.classes
+        for number, row in enumerate(found.classes)
     ]
     below = words.paragraph(
         "<small>Windows found: share of its windows that are named so. Precise: share of those so "
         "named that are it. Gestures found: share of whole gestures, by their mean probability. "
-        "All in sessions held out. With more: the share of gestures missed, after a short "
-        "training on a quarter, a half, and all of the examples; where it still falls, more "
+        "Answered: how many of them the device would answer rightly, with the thresholds that "
+        "training sets. All in sessions held out. With more: the share of gestures missed, after a "
+        "short training on a quarter, a half, and all of the examples; where it still falls, more "
         "examples would help.</small>"
     )
     return words.section("Gesture by gesture", words.table(head, rows, text=2), below)
@@ -49,9 +52,17 @@ def _enough(row: ClassRow) -> str:
         return ""
     if row.more:
         return f'<span class="chip doubtful">{row.more} more</span>'
-    kind = "doubtful" if "little" in row.advice else "good"
+    kind = "good" if row.advice.startswith("enough") else "doubtful"
     name = "make it clearer" if kind == "doubtful" else "enough"
     return f'<span class="chip {kind}">{name}</span>'
+
+
+def _answered(gesture: GestureResult, number: int) -> str:
+    """Return how many of a gesture are answered rightly: "13 of 20"."""
+    if not number or not gesture.answered:
+        return ""
+    row = gesture.answered[number]
+    return f"{words.count(row[number])} of {words.count(sum(row))}"
 
 
 def confusion(found: Training) -> str:

@@ -4,6 +4,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
+from models import missed, user_files
 from models.report import judged, learned, store, training, words
 from models.report.data import ReportData
 from models.results import Training
@@ -39,13 +40,25 @@ def write(path: Path, data: ReportData) -> ReportData:
     Raises:
         ValueError: The file is there, and is no report of this version; or there is nothing.
     """
-    if path.exists():
-        try:
-            data = store.merged(store.unpack(path.read_text(encoding="utf-8")), data)
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
-    path.write_text(html(data), encoding="utf-8")
+    if (there := read(path)) is not None:
+        data = store.merged(there, data)
+    user_files.write_text(path, html(data))
     return data
+
+
+def read(path: Path) -> ReportData | None:
+    """Return what a page shows; None: there is none.
+
+    Raises:
+        ValueError: The file cannot be read or written, or is no report of this version.
+    """
+    if not user_files.target(path).exists():
+        return None
+    page = user_files.read_text(path)
+    try:
+        return store.unpack(page)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
 
 
 def _lead(data: ReportData) -> str:
@@ -60,7 +73,8 @@ def _lead(data: ReportData) -> str:
     if data.tuning is not None and found is None:
         cards = judged.tuned_cards(data.tuning)
     if trained is not None:
-        cards = training.cards(trained) + cards
+        own = training.cards(trained)
+        cards = own + cards if found is None else cards + own
     return f'<p class="lead">{" ".join(said)}</p><div class="cards">{"".join(cards)}</div>'
 
 
@@ -70,7 +84,8 @@ def _sections(data: ReportData) -> list[str]:
     grid = _grid(data)
     parts = []
     if trained is not None:
-        parts += [training.next_steps(trained), training.honesty(trained)]
+        advised = missed.of_all(found.results) if found is not None else []
+        parts += [training.next_steps(trained, advised), training.honesty(trained)]
     if found is not None:
         parts.append(judged.play(found, _learned(trained)))
     if trained is not None:

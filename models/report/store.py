@@ -5,9 +5,10 @@ import math
 import re
 import types
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
+from controller import config
 from models.report.data import ReportData
 
 OPENING: Final = '<script type="application/json" id="data">'
@@ -32,7 +33,7 @@ def unpack(page: str) -> ReportData:
     if found is None:
         raise ValueError("it is no report of this program")
     try:
-        made = _made(ReportData, json.loads(found[1]))
+        made = _made(ReportData, config.parse_json(found[1], len(found[1])))
     except (TypeError, KeyError, ValueError, AttributeError):
         raise ValueError("it is a report of another version") from None
     assert isinstance(made, ReportData)
@@ -73,7 +74,9 @@ def _made(kind: Any, value: Any) -> Any:
         if not isinstance(value, dict):
             raise TypeError(f"{kind.__name__} needs its fields")
         hints = get_type_hints(kind)
-        return kind(**{f.name: _made(hints[f.name], value[f.name]) for f in fields(kind)})
+        # What has a default may be younger than the page.
+        own = [f.name for f in fields(kind) if f.name in value or f.default in (MISSING, None)]
+        return kind(**{name: _made(hints[name], value[name]) for name in own})
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
         if value is None:
@@ -86,4 +89,6 @@ def _made(kind: Any, value: Any) -> Any:
         return {key: _made(inner[1], item) for key, item in value.items()}
     if kind is float:
         return math.nan if value is None else float(value)
+    if kind in (int, str, bool) and type(value) is not kind:
+        raise TypeError(f"{value!r} is no {kind.__name__}")
     return value

@@ -1,11 +1,12 @@
 """The sections of a report about a training: what it was, and what it is worth."""
 
 import math
+from collections.abc import Sequence
 from html import escape
 from typing import Final
 
 from models.report import charts, words
-from models.results import GestureResult, Honesty, SessionRow, Training
+from models.results import ENOUGH, GestureResult, Honesty, SessionRow, Training
 
 MANY: Final = 12  # sessions; more are folded away
 
@@ -15,9 +16,12 @@ def cards(found: Training) -> list[str]:
     shown = []
     if (gesture := found.gesture) is not None:
         shown += [
-            words.card(words.percent(gesture.event_accuracy), "of gestures named rightly",
-                       "in sessions it never saw"),
-            words.card(words.percent(gesture.honesty.unseen), "of single windows", "likewise"),
+            words.answered(found.labels, gesture.answered, "in sessions it never saw")
+            if any(map(any, gesture.answered[1:]))
+            else words.card(words.percent(gesture.event_accuracy), "of gestures named rightly",
+                            "in sessions it never saw"),
+            words.card(words.percent(gesture.honesty.unseen), "of single windows named rightly",
+                       "likewise"),
         ]  # fmt: skip
     if (location := found.location) is not None:
         error, mm = location.honesty.unseen, location.honesty.unseen * found.pitch_mm
@@ -26,11 +30,18 @@ def cards(found: Training) -> list[str]:
     return shown
 
 
-def next_steps(found: Training) -> str:
-    """Return the advice."""
-    if not found.advice:
+def next_steps(found: Training, judged: Sequence[str] = ()) -> str:
+    """Return the advice.
+
+    Args:
+        found: What was trained.
+        judged: What an evaluation advises; it comes first.
+    """
+    own = () if judged and found.advice == (ENOUGH,) else found.advice
+    lines = [*judged, *own]
+    if not lines:
         return ""
-    return words.section("What to do next", f'<div class="next">{words.listed(found.advice)}</div>')
+    return words.section("What to do next", f'<div class="next">{words.listed(lines)}</div>')
 
 
 def honesty(found: Training) -> str:

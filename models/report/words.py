@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Final
 
+from models import missed
 from models.intervals import Figure
 
 NONE: Final = "–"  # a figure that could not be had
@@ -150,6 +151,21 @@ def card(value: str, meaning: str, below: str = "") -> str:
     """Return a headline figure."""
     small = f'<span class="below">{below}</span>' if below else ""
     return f'<div class="card"><b>{value}</b><span>{meaning}</span>{small}</div>'
+
+
+def answered(labels: Sequence[str], table: missed.Table, on: str) -> str:
+    """Return the headline figure of what is answered rightly, with each gesture that fails.
+
+    Args:
+        labels: "null" first.
+        table: Events by what was answered.
+        on: What it was measured on.
+    """
+    right, events = missed.right(table)
+    worst = [missed.counts(labels, table, number) for number in missed.failing(table)]
+    below = "; ".join([f"{count(right)} of {count(events)} {on}", *worst])
+    share = right / events if events else math.nan
+    return card(percent(share), "of gestures answered rightly", escape(below))
 
 
 def matrix(

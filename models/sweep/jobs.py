@@ -23,7 +23,7 @@ def jobs(plan: Plan, digest: str = "") -> list[Job]:
 
     Args:
         plan: What was asked for.
-        digest: SHA-256 of the recordings; "" where people are simulated.
+        digest: hash of the recordings and their vocabulary; "" where people are simulated.
     """
     made: list[Job] = []
     names = [name for name, _ in plan.axes]

@@ -10,7 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from controller.files import atomic_write
+from models import user_files
+from models.sweep.figures import LEARNED
 
 JOBS: Final = "jobs"
 RESULTS: Final = "results.json"
@@ -20,38 +21,38 @@ REPORT: Final = "report.html"
 Answer = dict[str, Any]  # "name", "result", "where", "seconds", "cpu_s"
 
 
-def claim(folder: Path) -> None:
-    """Make the folder.
-
-    Raises:
-        ValueError: It cannot be written to.
-    """
-    try:
-        (folder / JOBS).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = error.strerror or error
-        raise ValueError(f"cannot write into {folder}: {problem}; choose another --out") from None
-
-
 def answers(folder: Path) -> dict[str, Answer]:
     """Return what is finished, by name; what cannot be read is done again."""
     found = {}
     for path in sorted((folder / JOBS).glob("[!.]*.json")):
-        with suppress(ValueError, KeyError, TypeError):
-            answer = json.loads(path.read_text(encoding="utf-8"))
-            if answer["name"] == path.stem and answer["result"]:
+        with suppress(user_files.UserFileError, KeyError, TypeError, AttributeError):
+            answer = user_files.read_json(path)
+            if answer["name"] == path.stem and _whole(answer):
                 found[path.stem] = answer
     return found
 
 
+def _whole(answer: Answer) -> bool:
+    """Whether a finished job says all that is shown of it."""
+    result, spent = answer["result"], (answer["seconds"], answer["cpu_s"])
+    counts = [*spent, *(result["learned"][key] for key in LEARNED), result["random"] or 0.0]
+    for one in result["held"]:
+        counts += [*one.get("frames", ()), *one["events" if "events" in one else "error"]]
+        if not (isinstance(one["user"], str) and isinstance(one["session"], str)):
+            return False
+    notes = result.get("notes", [])
+    return (
+        bool(result["held"])
+        and isinstance(answer["where"], str)
+        and isinstance(notes, list)
+        and all(isinstance(note, str) for note in notes)
+        and all(type(count) in (int, float) for count in counts)
+    )
+
+
 def keep(folder: Path, answer: Mapping[str, Any]) -> None:
     """Write a finished job."""
-    replace(folder / JOBS / f"{answer['name']}.json", text(answer))
-
-
-def replace(path: Path, content: str) -> None:
-    """Write a file whole or not at all; an old one goes."""
-    atomic_write(path, content.encode())
+    user_files.write_text(folder / JOBS / f"{answer['name']}.json", text(answer))
 
 
 def text(content: Any) -> str:

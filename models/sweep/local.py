@@ -39,14 +39,15 @@ def _processes(orders: Sequence[str], workers: int, say: Say) -> Iterator[str]:
             call = [delayed(_numbered)(number, order) for number, order in left.items()]
             try:
                 with parallel_config("loky", n_jobs=workers, inner_max_num_threads=1):
-                    each = Parallel(return_as="generator_unordered", batch_size=1)(call)
+                    with processes.deaf():
+                        each = Parallel(return_as="generator_unordered", batch_size=1)(call)
                     for number, answer in each:
                         del left[number]
                         deaths = 0
                         yield answer
             except TerminatedWorkerError:
                 deaths += 1
-                say(f"a process died (out of memory?); {len(left)} trainings are begun again")
+                say(f"a process died (out of memory?); begun again: {len(left)}")
     finally:
         with suppress(Exception):  # nothing of ours stays behind
             get_reusable_executor().shutdown(wait=True, kill_workers=True)

@@ -11,12 +11,13 @@ An axis is a setting of [train], of the recipe ("gesture.rate") or of a simulati
 
 import difflib
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from controller import config, files
+from controller.errors import UserError, reason
 from models.dataset import refuse_test_seed
 from models.sweep import kinds
 from models.sweep.settings import (
@@ -37,7 +38,7 @@ _KEY: Final = re.compile(r"\s*([\w\"'.\- ]+?)\s*=")
 Allow = Callable[[str, str, Any], Any]  # recipe, setting, value -> the value, as the recipe has it
 
 
-class PlanError(ValueError):
+class PlanError(UserError, ValueError):
     """A sweep's file is not one; the message is one sentence with the line."""
 
 
@@ -73,24 +74,23 @@ def read(path: Path, allow: Allow) -> Plan:
         allow: Returns the value of a recipe's setting, or raises ValueError.
 
     Raises:
-        PlanError: It says something that cannot be.
-        OSError: It cannot be read.
+        PlanError: It cannot be read, or says something that cannot be.
     """
-    if not path.is_file():
-        raise PlanError(f"there is no file {path}; models sweep --example prints one to begin with")
     try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise PlanError(f"{path} is no text; docs/sweeps.md shows what a sweep's file is") from None
+        text = files.read_text(path, config.MAX_BYTES)
+    except OSError as error:
+        raise PlanError(
+            f"cannot read {path}: {reason(error)}; models sweep --example prints one to begin with"
+        ) from None
     return parse(text, str(path), path.stem, allow)
 
 
 def parse(text: str, path: str, name: str, allow: Allow) -> Plan:
     """Return what a text says; see `read`."""
     try:
-        said = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise PlanError(f"{path}: {error}") from None
+        said = config.parse_toml(text)
+    except config.ConfigError as error:
+        raise PlanError(f"{path}, {error}") from None
     try:
         return _plan(said, name, allow)
     except _FaultError as fault:

@@ -265,8 +265,9 @@ def _made(found: Mapping[str, Any], times: Mapping[str, Mapping[str, Any]]) -> s
         "Results hang on the settings and on this version of the program, not on where a training "
         "ran, on their order or on what ran beside them."
     )
+    left = words.listed(lines) if (lines := told.notes(found)) else ""
     where = words.folded(
         "where they ran", words.table(("machine, process", "trainings", "core"), rows)
     )
     what = words.folded("what was asked for", f"<pre><code>{escape(text)}</code></pre>")
-    return words.section("How it was made", said, where, what)
+    return words.section("How it was made", said, left, where, what)

@@ -39,6 +39,7 @@ KINDS: Final[dict[str, dict[str, kinds.Kind]]] = {
         "task": kinds.word("gesture", "location", "user"),
         "recipe": kinds.word("default", "paper"),
         "labels": kinds.word("auto", "true", "button", "key", "cue"),
+        "all": kinds.like(False),
         "window": kinds.whole(0, 250),
         "seed": _SEED,
         **_LEARNED,
@@ -57,8 +58,8 @@ DEFAULTS: Final[dict[str, dict[str, Any]]] = {
         "gestures": list(DataSet().gestures),
     },
     "train": {
-        "task": "gesture", "recipe": "default", "labels": "auto", "window": 0, "seed": 0,
-        "users": 0, "sessions": 0, "minutes": 0.0,
+        "task": "gesture", "recipe": "default", "labels": "auto", "all": False,
+        "window": 0, "seed": 0, "users": 0, "sessions": 0, "minutes": 0.0,
     },
     "test": {"by": "user"},
 }  # fmt: skip

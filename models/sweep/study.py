@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from controller.console import count
+from models import user_files
 from models.report import words
 from models.sweep import jobs, kept, version
 from models.sweep.plan import Plan
@@ -22,7 +24,7 @@ class Sweep:
     Attributes:
         plan: The file.
         folder: Where results are.
-        digest: SHA-256 of the recordings; "" where people are simulated.
+        digest: hash of the recordings and their vocabulary; "" where people are simulated.
         places: Where the recordings are.
     """
 
@@ -48,33 +50,38 @@ def run(sweep: Sweep, engine: Engine, say: Say) -> dict[str, Any]:
     Returns:
         What `results` returns.
     """
-    kept.claim(sweep.folder)
+    user_files.folder_target(sweep.folder / kept.JOBS)
     named = sweep.named()
     there = kept.answers(sweep.folder)
     missing = [name for name in named if name not in there]
     _announce(named, there, missing, say)
     orders = [order(sweep, name, named[name]) for name in missing]
     failed: dict[str, str] = {}
+    noted: set[str] = set()
     began = time.monotonic()
-    for count, text in enumerate(engine(orders) if orders else (), 1):
+    for number, text in enumerate(engine(orders) if orders else (), 1):
         answer = json.loads(text)
         job = named[answer["name"]]
         if "failed" in answer:
             failed[answer["name"]] = answer["failed"]
         else:
             kept.keep(sweep.folder, answer)
-        left = len(missing) - count
+            for note in answer["result"].get("notes", ()):
+                if note not in noted:
+                    noted.add(note)
+                    say(note)
+        left = len(missing) - number
         line = f"{len(named) - left}/{len(named)} {jobs.words(job)}: {_outcome(answer)}"
         if left:
-            line += f"; {words.duration((time.monotonic() - began) / count * left)} left"
+            line += f"; {words.duration((time.monotonic() - began) / number * left)} left"
         say(line)
     there = kept.answers(sweep.folder)
     for name in named:
         if name not in there:
             failed.setdefault(name, "its process died again and again (out of memory?)")
     found = results(sweep, named, there, failed)
-    kept.replace(sweep.folder / kept.RESULTS, kept.text(found))
-    kept.replace(sweep.folder / kept.TIMES, kept.text(times(named, there)))
+    user_files.write_text(sweep.folder / kept.RESULTS, kept.text(found))
+    user_files.write_text(sweep.folder / kept.TIMES, kept.text(times(named, there)))
     return found
 
 
@@ -122,9 +129,9 @@ def _announce(
 ) -> None:
     done = len(named) - len(missing)
     others = sum(name not in named for name in there)
-    say(f"{len(named)} trainings" + (f", {done} of them done already" if done else ""))
+    say(count(len(named), "training") + (f", {done} of them done already" if done else ""))
     if others:
-        say(f"{others} finished there are of other settings or another version, and are not used")
+        say(f"of other settings or another version, and not used: {others} finished there")
 
 
 def _outcome(answer: dict[str, Any]) -> str:

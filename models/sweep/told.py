@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+from controller.console import count
 from models.intervals import Figure
 from models.sweep import figures
 from models.sweep.choice import FEWEST, Choice, choose
@@ -30,7 +31,7 @@ def table(found: Mapping[str, Any]) -> str:
         parts.append("\n".join(best(chosen, measure, len(points))))
     if doubt := few(found, points):
         parts.append(doubt)
-    if lines := failed(found):
+    if lines := [*notes(found), *failed(found)]:
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
 
@@ -38,7 +39,7 @@ def table(found: Mapping[str, Any]) -> str:
 def headline(found: Mapping[str, Any]) -> str:
     """Return what was done, in a sentence."""
     done = sum("result" in job for job in found["jobs"])
-    return f"{found['sweep']}: {done} of {len(found['jobs'])} trainings; {held(found)}"
+    return f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; {held(found)}"
 
 
 def held(found: Mapping[str, Any]) -> str:
@@ -103,6 +104,12 @@ def failed(found: Mapping[str, Any]) -> list[str]:
         f"failed ({len(where)}): {why} [{'; '.join(where[:3])}{'; ...' if len(where) > 3 else ''}]"
         for why, where in reasons.items()
     ]
+
+
+def notes(found: Mapping[str, Any]) -> list[str]:
+    """Return which recordings are left out, a sentence each."""
+    every = (note for job in found["jobs"] for note in job.get("result", {}).get("notes", ()))
+    return list(dict.fromkeys(every))
 
 
 def sure(figure: Figure, measure: Measure) -> str:

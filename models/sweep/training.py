@@ -32,8 +32,8 @@ def train(job: dict[str, Any]) -> Result:
         job: As models/sweep/jobs.py makes it.
 
     Returns:
-        "learned": how many people, sessions, minutes and windows; and what models/sweep/tasks.py
-        returns.
+        "learned": how many people, sessions, minutes and windows; "notes": which recordings are
+        left out; and what models/sweep/tasks.py returns.
 
     Raises:
         ValueError: It cannot be done; one sentence.
@@ -42,7 +42,8 @@ def train(job: dict[str, Any]) -> Result:
     prepare_torch(asked["seed"])
     task, how = TASKS[asked["task"]], recipes.asked(asked)
     plain = replace(how.recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
-    data = _read(json.dumps(job["data"], sort_keys=True), plain, asked["labels"], asked["window"])
+    said = json.dumps(job["data"], sort_keys=True)
+    data = _read(said, plain, asked["labels"], asked["window"], asked["all"])
     present = np.zeros(len(data.rows), dtype=np.bool_)
     present[np.unique(data.examples.session[data.examples.ends])] = True
     user, session = data.user[present], data.session[present]
@@ -66,7 +67,7 @@ def train(job: dict[str, Any]) -> Result:
         "minutes": round(len(taught.examples.label) / data.settings.rate_hz / 60.0, 3),
         "windows": result.pop("windows"),
     }
-    return {"learned": learned, **result}
+    return {"learned": learned, "notes": list(data.notes), **result}
 
 
 def _only(data: Data, chosen: NDArray[np.bool_], minutes: float) -> Data:
@@ -94,19 +95,22 @@ def _only(data: Data, chosen: NDArray[np.bool_], minutes: float) -> Data:
 
 
 @lru_cache(maxsize=KEPT)
-def _read(said: str, recipe: Recipe, labels: reading.Choice, window: int) -> Data:
+def _read(said: str, recipe: Recipe, labels: reading.Choice, window: int, every: bool) -> Data:
     """Return what there is to learn from; simulated people are simulated here."""
     data = json.loads(said)
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as place:
             folder = Path(place)
             generate(data_set(data), folder, data["users"], data["sessions"], 1, _quiet)
-            return reading.read([folder], recipe, labels, _quiet, window=window)
+            return reading.read([folder], recipe, labels, _quiet, window=window, every=every)
     read = reading.read([Path(one) for one in data["folders"]], recipe, labels, _quiet,
-                        window=window)  # fmt: skip
-    if read.digest != data["sha256"]:
+                        window=window, every=every)  # fmt: skip
+    if reading.fingerprint(read.digest, read.vocabulary) != data["sha256"]:
         listed = ", ".join(data["folders"])
-        raise ValueError(f"the recordings in {listed} are others here; copy them anew")
+        raise ValueError(
+            f"the recordings in {listed}, or what gestures.toml says of them, are others here; "
+            "copy them anew"
+        )
     return read
 
 

@@ -1,12 +1,11 @@
 """People are enrolled: a bundle, and what tells them apart, become a bundle that knows them."""
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from controller import bundle, npz, users
+from controller import bundle, config, files, npz, users
 from controller.mapping import USERS
 from controller.users import Users
 from models import export
@@ -29,7 +28,7 @@ def write(
     Raises:
         ValueError: It would be refused when it is read.
     """
-    data = path.read_bytes()
+    data = files.read_bytes(path, bundle.MAX_BYTES)
     base, parts = bundle.parse(data), bundle.unpack(data)
     table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
     part, _ = export.gesture_part(net, base.golden.windows)
@@ -41,7 +40,7 @@ def write(
             content.pop(users.head_part(name))
     own = table.get("users", {}).get("mapping", {})
     if mapping is not None:
-        for name, rules in tomllib.loads(mapping.read_text("utf-8")).get(USERS, {}).items():
+        for name, rules in config.read_toml(mapping).get(USERS, {}).items():
             own[name] = {**own.get(name, {}), **rules}
     table["users"] = {
         "names": list(known.names),

@@ -7,7 +7,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
-from models import plain
+from models import plain, user_files
 from models.intervals import Figure
 from models.report import words
 from models.users.judge import Open
@@ -67,9 +67,9 @@ class Telling:
 
 def write(out: Path, found: Telling) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
-    out.with_suffix(".md").write_text(card(found) + "\n", encoding="utf-8")
-    out.with_suffix(".json").write_text(plain.text(asdict(found)) + "\n", encoding="utf-8")
-    out.with_suffix(".html").write_text(page(found), encoding="utf-8")
+    user_files.write_text(out.with_suffix(".md"), f"{card(found)}\n")
+    user_files.write_text(out.with_suffix(".json"), f"{plain.text(asdict(found))}\n")
+    user_files.write_text(out.with_suffix(".html"), page(found))
 
 
 def card(found: Telling) -> str:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from controller.simulator.hand import GESTURES
 from controller.users import Users
+from models import user_files
 from models.intervals import Figure
 from models.networks import GestureNet
 from models.recipe import Course
@@ -191,7 +192,7 @@ def measure(
     """
     kept: dict[str, Any] = {}
     if path.exists() and not again:
-        kept = json.loads(path.read_text(encoding="utf-8"))
+        kept = user_files.read_json(path)
     found: dict[str, Any] = {}
     for name in parts:
         run, gestures = PARTS[name]
@@ -199,8 +200,7 @@ def measure(
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
             kept[key] = run(preset, seed, size, gestures)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+            user_files.write_text(path, f"{json.dumps(kept, indent=1)}\n")
         found[name] = kept[key]
         say(f"{preset}, {name}: {json.dumps(found[name])}")
     return found

@@ -12,7 +12,7 @@ from controller import bundle
 from controller import mapping as mappings
 from controller.bundle import Bundle
 from controller.users import Users
-from models import reading, splits
+from models import reading, splits, user_files
 from models.dataset import refuse_test_seed
 from models.fit import prepare_torch
 from models.networks import GestureNet
@@ -43,6 +43,7 @@ class Request:
         base: The bundle that people are added to; None: the one that ships.
         gestures: Labels that tell; (): all.
         labels: Whose labels count.
+        every: Recordings that fail the check are taken too.
         split: "session" or "time".
         seed: Of everything random.
         epochs: 0: the course's.
@@ -56,6 +57,7 @@ class Request:
     base: Path | None = None
     gestures: tuple[str, ...] = ()
     labels: Choice = "auto"
+    every: bool = False
     split: str = ""
     seed: int = 0
     epochs: int = 0
@@ -93,19 +95,21 @@ def train(request: Request, say: Say) -> Telling:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    if not request.out.resolve().parent.is_dir():
-        raise ValueError(f"{request.out.parent} is no directory; make it first")
+    user_files.bundle_target(request.out)
     base = bundle.read(request.base or bundle.default_path())
+    rules = mappings.read(request.mapping, base.labels) if request.mapping is not None else None
     prepare_torch(request.seed)
     data = reading.read(
         (*request.paths, *request.others), RECIPES["default"], request.labels, say,
-        window=base.window,
+        window=base.window, every=request.every,
     )  # fmt: skip
+    for note in data.notes:
+        say(note)
     _fits(base, data)
     gestures = _gestures(request.gestures, data, base)
     names, group = _people(request, data, gestures)
-    if request.mapping is not None:  # a mistake in it is told before anything is learned
-        Users(names).overridden(*mappings.read(request.mapping, base.labels))
+    if rules is not None:  # a mistake in it is told before anything is learned
+        Users(names).overridden(*rules)
     held = _held(group, names, request.split)
     count = words.several(len(names), "person", "people")
     say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")

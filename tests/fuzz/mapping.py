@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from controller import mapping as gestures
+from controller.errors import UserError
 from controller.users import Users
 from host.keys import reading
 from host.keys.mapping import KeyMap, KeyMapError, Kind
@@ -81,7 +82,7 @@ def one(data: bytes) -> None:
                         own.command(label, touch)
             return
         key_map = reading.read(_FILE, KINDS[kind])
-    except (KeyMapError, gestures.MappingError) as error:
+    except (KeyMapError, UserError) as error:
         _is_sentence(str(error))
         return
     _play(key_map)

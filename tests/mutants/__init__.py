@@ -1,0 +1,1 @@
+"""Mutation testing: which small mistakes in the product's code would the tests not notice?"""
