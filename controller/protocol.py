@@ -116,8 +116,8 @@ Life
     and clock offset: sent_ms is the sender's link clock, echo_ms the newest one that came from the
     other side, held_ms how long ago that was (2**32 - 1: none yet). The answer to Join begins it:
     t_ms of Welcome is the device's link clock. When nothing valid came for
-    deadman_ms the host releases everything and pauses; after 1 s it closes the link and connects
-    anew. The device forgets a host that was silent for 2 s.
+    300 ms, whatever deadman_ms says, the host releases everything and pauses; after 1 s it closes
+    the link and connects anew. The device forgets a host that was silent for 2 s.
 
 Deliveries
     A host may send the device a new bundle: Deliver (its SHA-256, its size), then Pieces of it. The

@@ -149,7 +149,6 @@ class HostSession:
         self._number = 0
         self._sequence = self._taken = sequence
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
-        self._deadman_ms = DEADMAN_MS
         self._joined_ms = now_ms  # when Join was sent
         self._skew_ms = 0  # from the device's link clock to the one that its messages carry
         self._pressed: tuple[str, ...] | None = None  # None: to be told anew
@@ -218,7 +217,7 @@ class HostSession:
             self._beat(now_ms)
         if silent_ms >= LOST_MS:
             return self._end("gone", Lost(f"{self._name}: nothing came for {LOST_MS / 1000:g} s"))
-        if silent_ms >= self._deadman_ms and self.state == "live":
+        if silent_ms >= DEADMAN_MS and self.state == "live":
             self.state = _NEXT["live", "quiet"]
             self._pressed = None
             return [Stale()]
@@ -234,7 +233,7 @@ class HostSession:
             return SILENCE_MS // 2  # a Grant may follow at any time
         due_ms = self._beat_ms + HEARTBEAT_MS
         if self.state == "live":
-            due_ms = min(due_ms, self._heard_ms + self._deadman_ms)
+            due_ms = min(due_ms, self._heard_ms + DEADMAN_MS)
         return max(due_ms - now_ms, 0)
 
     def send(self, message: Message, now_ms: int) -> bool:
@@ -332,7 +331,6 @@ class HostSession:
         """Begin with a device, or go on."""
         self.state, self.welcomed = _NEXT[self.state, "welcome"], True
         self._taken, self._heard_ms = packet.sequence, now_ms
-        self._deadman_ms = min(welcome.deadman_ms, LOST_MS)
         # The first command may be on our heels, and its age has to be known.
         self.echo.hear(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
         past = self.past

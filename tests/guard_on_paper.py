@@ -1,6 +1,8 @@
 """The watchdog for tests: it writes to a file, one line each, what it would press.
 
-python tests/guard_on_paper.py FILE --backend auto --kind keyboard -- KEY ...
+    python tests/guard_on_paper.py FILE [NAME] --backend auto --kind keyboard -- KEY ...
+
+NAME is the back end that it claims to be: uinput, unless given.
 """
 
 import os
@@ -31,8 +33,9 @@ class Paper:
 
 def main() -> None:
     keys = sys.argv[sys.argv.index("--") + 1 :]
+    name = "uinput" if sys.argv[2].startswith("-") else sys.argv[2]
     with Path(sys.argv[1]).open("a") as file:
-        print("ready uinput", flush=True)
+        print(f"ready {name}", flush=True)
         serve(Paper(file), keys, lambda: os.read(0, 4096), lambda a: print(a, flush=True), now_ms)
 
 

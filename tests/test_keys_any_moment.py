@@ -63,9 +63,10 @@ class Pipe:
         self._guard = Guard(board, MAP.keys, now_ms)
 
     def start(self) -> str:
-        if self.dead:
-            self.dead = False
-            self._guard = Guard(self._board, MAP.keys, self.now_ms)
+        if not self.dead:
+            return ""
+        self.dead = False
+        self._guard = Guard(self._board, MAP.keys, self.now_ms)
         return "a pipe"
 
     def send(self, strokes: Iterable[Stroke]) -> None:

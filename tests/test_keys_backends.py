@@ -172,6 +172,14 @@ def test_key_that_macos_does_not_have_is_one_sentence() -> None:
         macos.MacOS(fake, fake).press("insert")
 
 
+@pytest.mark.parametrize("back_end", [x11.X11, macos.MacOS])
+def test_whatever_pynput_raises_is_one_sentence(back_end: Any) -> None:
+    fake: Any = Pynput()
+    fake.release = lambda code: 1 / 0
+    with pytest.raises(BackendError, match="does not press left: division by zero"):
+        back_end(fake, fake).release("left")
+
+
 @pytest.mark.parametrize("module", [x11, windows, macos])
 def test_only_linux_has_pads(module: Any) -> None:
     with pytest.raises(BackendError, match="pad"):

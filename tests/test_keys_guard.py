@@ -1,6 +1,7 @@
 """The watchdog: by itself on a clock of our own, and as a process that is killed, or left alone."""
 
 import os
+import queue
 import signal
 import subprocess
 import sys
@@ -12,8 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from host.keys import injector as injector_module
-from host.keys.backends import Backend, BackendError
+from host.keys.backends import BackendError
 from host.keys.guard import HANG_MS, Guard
 from host.keys.injector import MUTE_MS, Injector
 from host.keys.pressed import Stroke
@@ -54,7 +54,7 @@ def test_guard_does_what_it_is_told() -> None:
     for line in ("d 10 a", "d 20 b", "u 30 a"):
         assert watch.line(line, 30) == ""
     assert board.done == ["+a", "+b", "-a"]
-    assert watch.line("b 40", 40) == "b"
+    assert watch.line("b 40", 40) == "b 40"
 
 
 def test_guard_presses_nothing_that_it_was_not_given() -> None:
@@ -89,7 +89,7 @@ def test_signs_of_life_keep_a_key_down() -> None:
     watch, board = guard()
     watch.line("d 0 a", 0)
     for time_ms in range(100, 5000, 100):
-        assert watch.line(f"b {time_ms}", time_ms) == "b"
+        assert watch.line(f"b {time_ms}", time_ms) == f"b {time_ms}"
     assert board.down == {"a"}
 
 
@@ -113,8 +113,11 @@ def test_key_that_cannot_be_lifted_does_not_keep_the_others_down() -> None:
     board.broken = "b"
     with pytest.raises(OSError, match="as a test"):
         watch.release()
-    assert board.down == {"b"}
+    assert board.down == {"b"} == set(watch.down)
     assert board.done[-1] == "-a"
+    board.broken = ""
+    watch.release()
+    assert board.down == set()
 
 
 @given(
@@ -178,28 +181,6 @@ def test_strokes_arrive_in_order_and_the_end_lifts_what_is_down(
     assert paper.read_text().split() == ["+a", "+b", "-a", "-b", "closed"]
 
 
-def test_dead_watchdog_is_noticed_and_what_it_left_is_lifted(
-    injector: Injector, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    spare = Recorder()
-
-    def open_backend(name: str, kind: str) -> tuple[str, Backend]:
-        return name, spare
-
-    monkeypatch.setattr(injector_module, "ends_with_process", lambda name: False)
-    monkeypatch.setattr(injector_module, "open_backend", open_backend)
-    injector.start()
-    injector.send([Stroke("a", True), Stroke("b", True), Stroke("b", False)])
-    assert injector.process is not None
-    injector.process.kill()
-    assert until(injector.check) == "the watchdog has died"
-    assert spare.done == ["-a"]
-    assert injector.process is None
-    injector.send([Stroke("a", True)])
-    assert injector.check() == ""
-    assert injector.start() == "uinput"
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGSTOP")
 def test_watchdog_that_does_not_answer_is_ended(paper: Path) -> None:
     now = [0]
@@ -212,8 +193,21 @@ def test_watchdog_that_does_not_answer_is_ended(paper: Path) -> None:
     for now[0] in range(0, 50 + MUTE_MS, 10):
         assert injector.check() == ""
     now[0] = 50 + MUTE_MS
-    assert injector.check() == "the watchdog has hung"
+    assert injector.check() == "with every key up: the watchdog has hung"
     assert process.poll() is not None
+
+
+def test_watchdog_has_not_hung_because_its_sender_stood_still(paper: Path) -> None:
+    now = [50]
+    command = (*PAPER, str(paper))
+    injector = Injector("auto", "keyboard", ["a"], command=command, clock=lambda: now[0])
+    injector.start()
+    now[0] += 50
+    injector._answers = queue.SimpleQueue()  # the answer has not been read yet
+    assert injector.check() == ""
+    now[0] += 10_000
+    assert injector.check() == ""
+    injector.close()
 
 
 def test_program_that_starts_no_watchdog_is_told_why() -> None:

@@ -78,9 +78,11 @@ def heard(session: DeviceSession, message: Message, *, sequence: int, now_ms: in
 class Pair:
     """A device and a host with a perfect line between them, and one clock."""
 
-    def __init__(self, *, granted: bool = False, token: str = "") -> None:
+    def __init__(self, *, granted: bool = False, token: str = "", deadman_ms: int = 300) -> None:
         self.now_ms = 1000
-        self.device = DeviceSession(welcome(), token=token)
+        self.device = DeviceSession(
+            dataclasses.replace(welcome(), deadman_ms=deadman_ms), token=token
+        )
         self.host = HostSession("orb", 65_000, self.now_ms, token=token, granted=granted)
         self.requests: list[Message] = []
         self.news: list[Received] = []
@@ -386,8 +388,11 @@ def test_commands_arrive_once_and_in_order_across_the_wrap_of_the_sequence() -> 
     assert frames == list(range(1_000))
 
 
-def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost() -> None:
-    pair = Pair()
+@pytest.mark.parametrize("asked_ms", [1, 300, 65_535])
+def test_after_300_ms_of_silence_the_host_is_stale_and_after_a_second_it_is_lost(
+    asked_ms: int,
+) -> None:
+    pair = Pair(deadman_ms=asked_ms)  # whatever the orb asks for
     pair.exchange()
     start_ms = pair.now_ms
     news = {now_ms: pair.host.tick(start_ms + now_ms) for now_ms in range(0, 1100, 10)}

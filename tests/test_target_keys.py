@@ -26,7 +26,12 @@ MAP = parse(
     {
         "everywhere": {"menu": {"arm": True}},
         "profile": {
-            "game": {"left": "left", "down": {"key": "down", "mode": "hold"}},
+            "game": {
+                "left": "left",
+                "down": {"key": "down", "mode": "hold"},
+                "right": {"key": "right", "mode": "repeat"},
+                "drop": {"text": "Hello"},
+            },
             "desk": {"left": "pageup"},
         },
     },
@@ -42,6 +47,7 @@ class Wire:
         self.trouble = ""
         self.refusal = ""
         self.starts = 0
+        self.running = True
         self.closed = False
         self.interrupted = False  # by a signal, when it has made the next strokes
 
@@ -49,7 +55,8 @@ class Wire:
         self.starts += 1
         if self.refusal:
             raise BackendError(self.refusal)
-        return "a wire"
+        was_running, self.running = self.running, True
+        return "" if was_running else "a wire"
 
     def send(self, strokes: Iterable[Stroke]) -> None:
         self.made += [f"{'+' if one.down else '-'}{one.key}" for one in strokes]
@@ -59,6 +66,7 @@ class Wire:
 
     def check(self) -> str:
         trouble, self.trouble = self.trouble, ""
+        self.running = self.running and not trouble
         return trouble
 
     def close(self) -> None:
@@ -139,7 +147,7 @@ def test_trouble_of_the_watchdog_disarms_and_arming_starts_it_again() -> None:
     bench = Bench()
     bench.arm()
     bench.tick(said("down"))
-    bench.wire.trouble = "the watchdog has died"
+    bench.wire.trouble = "with every key up: the watchdog has died"
     assert bench.tick() == []  # whoever noticed it has lifted the key
     assert not bench.target.pressed.armed
     assert bench.said[-1] == "disarmed with every key up: the watchdog has died"
@@ -148,12 +156,34 @@ def test_trouble_of_the_watchdog_disarms_and_arming_starts_it_again() -> None:
     assert bench.wire.starts > starts
 
 
+def test_what_comes_with_the_arming_is_dropped_if_the_watchdog_had_to_start() -> None:
+    bench = Bench()
+    bench.wire.running = False
+    assert bench.tick(said("menu"), said("left")) == []
+    assert bench.target.pressed.armed
+    assert bench.tick() == []
+    assert bench.tick(said("left")) == ["+left"]
+
+
+@pytest.mark.parametrize("name", ["drop", "right"])
+def test_text_and_repeat_do_not_go_on_after_the_program_stood_still(name: str) -> None:
+    bench = Bench()
+    bench.arm()
+    bench.tick(said(name), State((name,)))
+    while bench.target.pressed.down:
+        bench.tick(felt("press"))
+    bench.now_s += 0.3
+    assert bench.tick(felt("press")) == []
+    for _ in range(100):
+        assert bench.tick(felt("press")) == []
+
+
 def test_watchdog_that_does_not_start_again_leaves_it_disarmed() -> None:
     bench = Bench()
     bench.wire.refusal = "there is no /dev/uinput"
     assert bench.tick(said("menu"), said("left")) == []
     assert not bench.target.pressed.armed
-    assert bench.said[-1] == "disarmed with every key up: there is no /dev/uinput"
+    assert bench.said[-1] == "disarmed because no key can be pressed: there is no /dev/uinput"
 
 
 def test_command_of_the_mapping_that_no_orb_has_is_told_once() -> None:
@@ -234,7 +264,7 @@ def test_without_a_window_it_acts_until_its_time_is_up() -> None:
     bench = Bench()
     news = FakeReceiver([Connected(welcome())], [Delivered(said("menu"), 0)])
     clock = iter(range(100))
-    loop.serve(bench.target, news, seconds=5, clock=lambda: float(next(clock)))
+    loop.serve(bench.target, news, seconds=0.5, clock=lambda: next(clock) / 10)
     assert bench.target.pressed.armed
 
 

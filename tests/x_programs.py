@@ -8,12 +8,33 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 PATIENCE_S = 30.0  # an upper bound; nothing here takes seconds on an idle machine
 DEVICE = Path(__file__).with_name("played_device.py")
+
+
+@contextlib.contextmanager
+def server() -> Iterator[Screen]:
+    """Start Xvfb, and end it."""
+    reading, writing = os.pipe()
+    process = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as told:
+        number = told.readline().strip()
+    try:
+        screen = Screen(number)
+        yield screen
+        screen.close()
+    finally:
+        process.terminate()
+        process.wait()
 
 
 class Screen:
@@ -34,6 +55,15 @@ class Screen:
         """Return the codes of the keys that the server holds to be down."""
         rows = self._display.query_keymap()
         return [code for code in range(256) if rows[code // 8] >> (code % 8) & 1]
+
+    def lift(self) -> None:
+        """Release every key that is down."""
+        from Xlib import X
+        from Xlib.ext import xtest
+
+        for code in self.down():
+            xtest.fake_input(self._display, X.KeyRelease, code)
+        self._display.sync()
 
     def focus(self, title: str) -> Any:
         """Give the keyboard to the window of a title, once it is there; return the window."""
@@ -99,12 +129,18 @@ class Orb:
 class Player:
     """`host` with the keyboard as its target."""
 
-    def __init__(self, screen: Screen, orb: Orb, mapping: Path) -> None:
-        command = [sys.executable, "-m", "host", "--target", "keyboard", "--headless"]
-        command += ["--backend", "x11", "--keys", str(mapping), "--link", orb.url]
-        self.process = subprocess.Popen(
-            command, env=screen.environment, stderr=subprocess.PIPE, text=True
-        )
+    def __init__(
+        self,
+        environment: dict[str, str],
+        orb: Orb,
+        mapping: Path,
+        *,
+        backend: str = "x11",
+        target: str = "keyboard",
+    ) -> None:
+        command = [sys.executable, "-m", "host", "--target", target, "--headless"]
+        command += ["--backend", backend, "--mapping", str(mapping), "--link", orb.url]
+        self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         orb.met()
 
     def guard(self) -> int:

@@ -6,9 +6,11 @@ machine's monotonic clock, the same for both processes.
     d TIME KEY   put a key down          b TIME   the sender is alive
     u TIME KEY   lift a key              c TIME   the sender knows that all was lifted
 
-It answers with `ready BACKEND` or `failed SENTENCE` at first, then `b` to every b, and
-`released SENTENCE` when it has lifted everything by itself; after that it presses nothing until c.
-When its input ends, so does it. Nothing but the keys that it was given at its start is pressed.
+It answers with `ready BACKEND` or `failed SENTENCE` at first, then `b TIME` to every b, which
+acknowledges all lines before it, and `released SENTENCE` when it has lifted everything by itself;
+after that it presses nothing until c. At the end of its input, or on a signal that asks it to end,
+it lifts everything and ends with status 0. Nothing but the keys that it was given at its start is
+pressed.
 """
 
 import argparse
@@ -25,6 +27,7 @@ from host.keys.backends import AUTO, NAMES, Backend, BackendError, open_backend
 from host.keys.mapping import Kind
 
 HANG_MS: Final = 300  # without a word from the sender
+_ENDS: Final = ("SIGINT", "SIGTERM", "SIGHUP")
 _CHUNK: Final = 4096
 _IDLE_S: Final = 60.0
 
@@ -64,7 +67,7 @@ class Guard:
             elif key not in self.down:
                 self.down.append(key)  # first: a press that fails half-way is lifted, too
                 self._backend.press(key)
-        return told or ("b" if what == "b" else "")
+        return told or (f"b {time_ms}" if what == "b" else "")
 
     def tick(self, now_ms: int) -> str:
         """Lift everything if the sender has hung while a key was down; return what to answer."""
@@ -81,11 +84,11 @@ class Guard:
         return max(self._heard_ms + HANG_MS - now_ms, 0) / 1000
 
     def release(self) -> None:
-        """Lift everything, the latest first, whatever fails on the way."""
+        """Lift everything, the latest first, whatever fails on the way; what failed stays down."""
         failure: OSError | None = None
-        while self.down:
+        for key in reversed(list(self.down)):
             try:
-                self._backend.release(self.down.pop())
+                self._lift(key)
             except OSError as error:
                 failure = error
         if failure is not None:
@@ -93,8 +96,8 @@ class Guard:
 
     def _lift(self, key: str) -> None:
         if key in self.down:
-            self.down.remove(key)
             self._backend.release(key)
+            self.down.remove(key)
 
 
 def serve(
@@ -104,7 +107,9 @@ def serve(
     answer: Callable[[str], None],
     clock: Callable[[], int],
 ) -> None:
-    """Watch until the input ends, then lift everything.
+    """Watch until the input ends or a signal asks for the end, then lift everything.
+
+    A signal raises nothing, so it cannot end a press or release half-way.
 
     Args:
         backend: What presses.
@@ -114,6 +119,9 @@ def serve(
         clock: Milliseconds, the sender's clock.
     """
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+    for name in _ENDS:
+        if number := getattr(signal, name, None):  # Windows has no SIGHUP
+            signal.signal(number, lambda *_: lines.put(None))
     threading.Thread(target=_read, args=(read, lines), daemon=True).start()
     guard = Guard(backend, keys, clock())
     try:
@@ -151,8 +159,6 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--kind", choices=("keyboard", "gamepad"), default="keyboard")
     parser.add_argument("keys", nargs="+")
     options = parser.parse_args(argv)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the host, which then ends us
-    signal.signal(signal.SIGTERM, _end)
     try:
         name, backend = open_backend(options.backend, cast(Kind, options.kind))
     except BackendError as error:
@@ -176,10 +182,6 @@ def now_ms() -> int:
 
 def _answer(line: str) -> None:
     os.write(1, f"{line}\n".encode())
-
-
-def _end(number: int, frame: object) -> None:
-    raise SystemExit(128 + number)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from controller.protocol import (
     Who,
 )
 from host.keys.backends import BackendError
+from host.keys.guard import HANG_MS
 from host.keys.injector import Injector, Printer, Sender
 from host.keys.mapping import Arm, KeyMap, Kind
 from host.keys.pressed import Pressed
@@ -73,7 +74,10 @@ class KeysTarget:
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
         """Let time pass, take what came over the link, and press what it asks for."""
-        self._now_s, was_armed = now_s, self.pressed.armed
+        stood_s, self._now_s = now_s - self._now_s, now_s
+        was_armed = self.pressed.armed
+        if stood_s >= HANG_MS / 1000:  # a text or a repeat must not go on after a pause
+            self.pressed.release()
         if trouble := self._sender.check():
             self._fail(trouble)
         for key in self.terminal.poll() if self.terminal else ():
@@ -109,6 +113,8 @@ class KeysTarget:
             self._sender.close()
             if self.terminal is not None:
                 self.terminal.close()
+        if trouble := self._sender.check():
+            self._say(f"disarmed {trouble}")
         self._tell(was_armed)
 
     def _take(self, item: Received, now_s: float) -> None:
@@ -168,15 +174,19 @@ class KeysTarget:
         self._sender.send(strokes)
 
     def _ready(self) -> None:
-        """See to it that there is somebody to press the keys, now that it is armed."""
+        """Start what presses the keys, if it does not run."""
         try:
-            self._sender.start()
+            started = self._sender.start()
         except BackendError as error:
-            self._fail(str(error))
+            self._fail(f"because no key can be pressed: {error}")
+        else:
+            if started:  # that took time, so what came with the arming is too late
+                self.pressed.release()
+                self.pressed.output.clear()
 
     def _fail(self, trouble: str) -> None:
-        """Disarm, since what was down is up already, or out of reach."""
-        self.pressed.disarm(f"with every key up: {trouble}")
+        """Disarm without a stroke: the sender has released what it could."""
+        self.pressed.disarm(trouble)
         self.pressed.output.clear()
 
     def _tell(self, was_armed: bool) -> None:

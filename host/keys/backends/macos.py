@@ -21,16 +21,19 @@ class MacOS:
 
     def press(self, key: str) -> None:
         """Put a key down."""
-        self._controller.press(self._code(key))
+        self._do(self._controller.press, key)
 
     def release(self, key: str) -> None:
         """Lift a key."""
-        self._controller.release(self._code(key))
+        self._do(self._controller.release, key)
 
-    def _code(self, key: str) -> Any:
+    def _do(self, what: Any, key: str) -> None:
         if KEYS[key].mac < 0:
             raise BackendError(f"macOS has no key {key!r} that can be pressed; map another one")
-        return self._key_code.from_vk(KEYS[key].mac)
+        try:
+            what(self._key_code.from_vk(KEYS[key].mac))
+        except Exception as error:  # pynput passes on what Quartz raises, of no common class
+            raise BackendError(f"macOS does not press {key}: {error}") from error
 
     def close(self) -> None:
         """Nothing is held open."""
