@@ -19,8 +19,10 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("orbtouch")
 
-# A run in the background ignores Ctrl+C, and the programs that it starts would, too.
+# A run in the background ignores these, and the programs that it starts would, too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if sys.platform != "win32":
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [

@@ -1,5 +1,6 @@
 """Emulated hardware: a driver's picofarads are those of the skin, and faults are felt."""
 
+import gc
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from controller import sensors
 from controller.hardware import HardwareError
 from controller.hardware.driver import Driver
 from controller.hardware.emulated.bench import Bench, BenchModel
+from controller.hardware.emulated.circuit import Circuit
 from controller.hardware.emulated.faults import KINDS, WiringFault
 from controller.hardware.pins import GpioPins
 from controller.hardware.wiring import SCHEMES, CircuitWiring, Electrodes, Scheme, Wiring
@@ -174,3 +176,19 @@ def test_a_scan_that_takes_longer_than_a_frame_is_refused(tmp_path: Path) -> Non
     )
     with pytest.raises(SensorError, match=r"a scan takes 20\d ms and 10 Hz leave 100"):
         sensors.load("emulated", SensorOptions(10.0, wiring=slow))
+
+
+def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Collection may come at any moment, when NumPy must not run (see `CircuitPin.close`)."""
+    driver = Driver(Bench(seed=1).board)
+    driver.frame()
+
+    def touched(*arguments: object) -> None:
+        raise AssertionError("the circuit was computed")
+
+    for name in ("drive", "release", "advance"):
+        monkeypatch.setattr(Circuit, name, touched)
+    del driver
+    gc.collect()

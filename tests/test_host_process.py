@@ -62,7 +62,10 @@ def test_no_virtual_orb_outlives_its_host(number: int, status: int, tmp_path: Pa
         [orb] = [pid for task in tasks for pid in (task / "children").read_text().split()]
         watch = os.pidfd_open(int(orb))
         host.send_signal(number)
-        assert host.wait(END_S) == status
+        try:
+            assert host.wait(END_S) == status
+        finally:
+            host.kill()
         assert "Traceback" not in host.stderr.read()
         ended, _, _ = select.select([watch], [], [], END_S)
         os.close(watch)

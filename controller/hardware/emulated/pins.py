@@ -10,6 +10,16 @@ from controller.hardware.emulated.circuit import Circuit
 class CircuitPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
     """A mock pin whose electrode follows it, and whose level is the electrode's."""
 
+    def close(self) -> None:
+        """Let go of the pin, without letting time pass in the circuit.
+
+        gpiozero closes a device when it is collected as garbage, at any moment. NumPy must not
+        run then: Python 3.11 crashes if a collection that comes in the middle of a change of a
+        context variable, as NumPy's error state is one, changes that variable.
+        """
+        self.when_changed = None
+        self._function = "input"
+
     def _get_state(self) -> Any:
         number = self._gpio()
         if self._function == "input" and self.factory.holds(number):
