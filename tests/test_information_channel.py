@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from models.information import channel, games
+from models.user_files import UserFileError
 
 LN2 = math.log(2)
 
@@ -118,7 +119,7 @@ def test_a_game_is_the_last_line_that_is_json(tmp_path: Path) -> None:
     path.write_text('{"commands": []}\n')
     with pytest.raises(games.GameError, match="host --demo"):
         games.read(path)
-    with pytest.raises(games.GameError, match="cannot read"):
+    with pytest.raises(UserFileError, match="cannot read"):
         games.read(tmp_path / "none.json")
     with pytest.raises(games.GameError, match="nothing was meant"):
         games.gather([game(heard=[])])
