@@ -29,7 +29,7 @@ def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
 def test_a_misspelt_command_is_answered_with_the_nearest(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert told(capsys, "trian") == "there is no command 'trian'; did you mean train?"
+    assert told(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
     assert told(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
 
 
