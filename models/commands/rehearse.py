@@ -42,8 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
     from models import extras, rehearse, user_files
     from models.dataset import read_training
 
-    extras.require("writing a bundle", "tomli_w")
     user_files.bundle_target(arguments.out)
+    extras.require("writing a bundle", "tomli_w")
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     chosen = rehearse.choose(loaded, recordings, arguments.frames)

@@ -94,8 +94,8 @@ def run(arguments: argparse.Namespace) -> int:
     from models.tune import Goal, settings_of, spread, tune, write
 
     if arguments.out:
-        extras.require("writing a bundle", "tomli_w")
         user_files.bundle_target(arguments.out)
+        extras.require("writing a bundle", "tomli_w")
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
     if arguments.json:
         user_files.target(arguments.json)
