@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from cobs import cobs as oracle
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from controller import protocol, wire
@@ -239,6 +239,9 @@ def test_a_whole_frame_on_the_wire_is_this() -> None:
 
 @settings(deadline=None)
 @given(st.binary(max_size=1200) | st.integers(0, 1100).map(lambda size: b"\x11" * size))
+@example(b"\x11" * 253)
+@example(b"\x11" * 254)
+@example(bytes(range(1, 255)) * 2)
 def test_cobs_agrees_with_its_oracle(data: bytes) -> None:
     assert wire.cobs_encode(data) == oracle.encode(data)
     assert wire.cobs_decode(wire.cobs_encode(data)) == data

@@ -511,6 +511,8 @@ def test_a_host_says_how_long_it_can_wait() -> None:
     assert pair.host.wait_ms(pair.now_ms) == 100
     assert pair.host.wait_ms(pair.now_ms + 30) == 70
     assert pair.host.wait_ms(pair.now_ms + 5_000) == 0
+    pair.host.tick(pair.now_ms + 250)  # a heartbeat goes out, and nothing has come
+    assert pair.host.wait_ms(pair.now_ms + 260) == 40  # until the dead-man time
 
 
 def test_a_host_waits_for_an_orb_or_for_the_answer_to_a_grant_and_never_less_than_nothing() -> None:

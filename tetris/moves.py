@@ -50,9 +50,9 @@ def entered(bits: int, piece: Piece) -> Piece | None:
     return piece if bits & piece.below.mask else piece.below
 
 
-def shifted(bits: int, piece: Piece, dx: int, dy: int = 0) -> Piece | None:
-    """Return the piece moved by whole cells, or None where it collides."""
-    moved = piece_at(piece.kind, piece.x + dx, piece.y + dy, piece.turn)
+def shifted(bits: int, piece: Piece, dx: int) -> Piece | None:
+    """Return the piece moved sideways by whole cells, or None where it collides."""
+    moved = piece_at(piece.kind, piece.x + dx, piece.y, piece.turn)
     return None if bits & moved.mask else moved
 
 
