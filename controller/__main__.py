@@ -14,7 +14,7 @@ def main(argv: list[str] | None = None) -> int:
         import os
         from importlib import import_module
 
-        from controller.commands import COMMANDS, RUN
+        from controller.cli.commands import COMMANDS, RUN
         from controller.console import complain, run, unknown_command
 
         if name is not None and name not in COMMANDS:

@@ -1,4 +1,4 @@
-"""The program `models`; its command line is models/command_line.py."""
+"""The program `models`; its command line is models/cli/_command_line.py."""
 
 import sys
 
@@ -8,7 +8,7 @@ from controller.interrupt import importing
 def main(argv: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     with importing():
-        from models import command_line
+        from models.cli import _command_line as command_line
     return command_line.main(sys.argv[1:] if argv is None else argv)
 
 

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle
-from controller.device import Device, Wish, steady
-from controller.labelling.cues import Cue, Cues, Phase
-from controller.labelling.labeller import Labeller
-from controller.loop import Loop
-from controller.pipeline import Pipeline
-from controller.preprocess import Frame, Image, State, Window
-from controller.protocol import Contact, Contacts, Hello, Message, Perform, Truth
+from controller.bundles import bundle
+from controller.capture.cues import Cue, Cues, Phase
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import Plain, Tape
+from controller.protocol.messages import Contact, Contacts, Hello, Message, Perform, Truth
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.sensors import Geometry, SensorError
-from controller.tape import Plain, Tape
+from controller.runtime.device import Device, Wish, steady
+from controller.runtime.loop import Loop
+from controller.sensors.base import Geometry, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
 HELLO = Hello(2, 2, "", "test", granted=False)

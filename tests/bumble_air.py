@@ -220,7 +220,7 @@ def main() -> None:
 
     tree = str(Path(__file__).resolve().parent.parent)
     sys.path.insert(0, tree)
-    from controller.bluetooth.names import CHANNEL, record
+    from controller.links.bluetooth.identifiers import CHANNEL, record
 
     air = Air(record(), CHANNEL)
     came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()

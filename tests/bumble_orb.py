@@ -20,13 +20,13 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
-from controller.bluetooth.hid.channels import CONTROL, INTERRUPT, Channels, record
-from controller.bluetooth.hid.held import Held
-from controller.bluetooth.hid.hosts import Hosts, Known
-from controller.bluetooth.hid.mapping import read
-from controller.bluetooth.hid.pad import Pad
-from controller.bluetooth.hid.reports import Report
-from controller.bluetooth.hid.services import APPEARANCE, HID, SERVICES, Offer
+from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, Offer
+from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.hid_device import Pad
+from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, Channels, record
+from controller.links.bluetooth.hid.mapping import read
+from controller.links.bluetooth.hid.reports import Report
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
 _PROPERTIES = {

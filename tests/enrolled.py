@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from onnx_writer import array, model, node, number, text, value
 
-from controller import bundle, npz, users
+from controller import npz
+from controller.bundles import bundle
+from controller.recognition import users
 
 SHIPPED = bundle.default_path()
 NAMES = ("ann", "bob")

@@ -19,8 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from controller.bluetooth import bluez
-from controller.bluetooth.bluez import BluetoothError, Bus
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError, Bus
 
 MOCK = "org.bluez.Mock"
 RECORDER = "org.freedesktop.DBus.Mock"

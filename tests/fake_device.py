@@ -19,7 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from controller.links import Link, open_link
-from controller.protocol import (
+from controller.protocol.messages import (
     COMMANDS,
     VERSION,
     Bye,

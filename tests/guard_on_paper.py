@@ -12,7 +12,7 @@ from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from host.keys.guard import now_ms, serve
+from host.injection.watchdog import now_ms, serve
 
 
 class Paper:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from controller.protocol import (
+from controller.protocol.auth import Seal, seals
+from controller.protocol.messages import (
     VERSION,
     Command,
     Decoder,
@@ -18,7 +19,6 @@ from controller.protocol import (
     Packet,
     encode,
 )
-from controller.seal import Seal, seals
 
 HELLO = Hello(VERSION, VERSION, "", "a test", False)  # as the device's program is told of it
 JOIN = Join("", "a test", False, host_nonce=77, boot_nonce=0, done=0)

@@ -9,7 +9,8 @@ from typing import Final
 import enrolled
 import numpy as np
 
-from controller import archive, bundle, npz
+from controller import npz
+from controller.bundles import archive, bundle
 
 VALUES: Final = (
     "0", "-1", "1", "5", "0.5", "-0.0", "1e308", "1e400", "5e-324", "nan", "inf", "-inf", "true",

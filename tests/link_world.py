@@ -1,7 +1,7 @@
 """A device, a host and a bad wire between them, on a virtual clock; and what must hold whatever.
 
 `World.wait` lets time pass in steps of 10 ms: the two sessions tick, bytes travel, the host
-reconnects as `host.receiver` does. All else is trouble. After every step `World` checks that what
+reconnects as `host.connection.receiver` does. All else is trouble. After every step `World` checks that what
 the host was told can be true, with nothing but its own notes of what was really asked for.
 """
 
@@ -13,20 +13,9 @@ from dataclasses import dataclass, field
 
 from fake_device import welcome
 
-from controller import wire
-from controller.outbox import MOST, Outbox
-from controller.protocol import (
-    DEADMAN_MS,
-    LATE_MS,
-    MAX_FRAME,
-    Bye,
-    Command,
-    Hello,
-    State,
-    Telemetry,
-)
-from controller.session import BACKLOG, DeviceSession
-from host.session import (
+from controller.protocol import codec as wire
+from controller.protocol.device_session import BACKLOG, DeviceSession
+from controller.protocol.host_session import (
     Connected,
     Delivered,
     HostSession,
@@ -38,6 +27,17 @@ from host.session import (
     Stale,
     pause_s,
 )
+from controller.protocol.messages import (
+    DEADMAN_MS,
+    LATE_MS,
+    MAX_FRAME,
+    Bye,
+    Command,
+    Hello,
+    State,
+    Telemetry,
+)
+from controller.protocol.retransmit import MOST, Outbox
 
 TICK_MS = 10
 LATENCY_MS = 3  # of the wire, one way

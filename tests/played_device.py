@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from fake_device import welcome
 
 from controller.links import open_link
-from controller.protocol import Bye, Command, Hello, State, Telemetry
+from controller.protocol.messages import Bye, Command, Hello, State, Telemetry
 
 STEP_MS = 20
 PICTURE, SHARES = bytes([128] * 25), (1.0, 0.0, 0.0, 0.0, 0.0)

@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from controller.events import Event
-from controller.pipeline import CommandRecord
+from controller.recognition.event_metric import Event
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings.recording import (
     LABELLERS,
     UNKNOWN,
@@ -24,7 +24,7 @@ from controller.simulator.faults import Fault
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import TEST_SEEDS, simulate
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.virtual_orb import VirtualOrb
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 

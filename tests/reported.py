@@ -3,8 +3,9 @@
 import math
 from dataclasses import astuple, replace
 
-from models.intervals import Figure
-from models.metrics import (
+from models.evaluation.bootstrap import Figure
+from models.reports.data import ReportData
+from models.results.evaluation import (
     Broken,
     ClassFigures,
     Evaluation,
@@ -14,9 +15,8 @@ from models.metrics import (
     Row,
     Tuning,
 )
-from models.metrics import Calibration as Judged
-from models.report.data import ReportData
-from models.results import (
+from models.results.evaluation import Calibration as Judged
+from models.results.training import (
     Calibration,
     ClassRow,
     Epoch,

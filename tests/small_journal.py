@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from controller.recordings.journal import NOWHERE, Journal
+from controller.recordings.journal_repair import Decoded
 from controller.recordings.recording import Origin
-from controller.recordings.salvage import Decoded
 
 KEY = bytes(range(16))
 ORIGIN = Origin(

@@ -7,16 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import adapt, engines, graph
-from controller import bundle as bundles
-from controller.adapt import AdaptError, Example, lesson, network, rehearsal
+from controller import adapt
+from controller.adapt import AdaptError, Example, rehearsal
+from controller.adapt import few_shot as lesson
+from controller.adapt import head as network
 from controller.adapt.examples import paced, touched, vary
-from controller.bundle import Bundle, BundleError
-from controller.preprocess import Preprocessor
-from controller.recognizer import Recognizer
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.preprocess import Preprocessor
 from controller.simulator.presets import preset
 from controller.simulator.session import simulate
-from controller.simulator.style import person
+from controller.simulator.user_style import person
 
 SHIPPED = bundles.default_path()
 LOADED = bundles.read(SHIPPED)

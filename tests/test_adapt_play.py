@@ -9,14 +9,13 @@ import pygame
 import pytest
 from bench import FINGER, HELLO, Bench
 
-from controller import bundle as bundles
 from controller.adapt import AdaptError, correction
-from controller.bundle import BundleError
-from controller.device import Device
-from controller.options import parser
-from controller.parts import Parts, exchange, open_device, prepare, refreshed
-from controller.pipeline import Pipeline
-from controller.protocol import (
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.store import Entry, Shelf, name_of
+from controller.bundles.deploy.upload import Intake
+from controller.cli.options import parser
+from controller.protocol.messages import (
     DECLINED,
     IN_USE,
     PROVING,
@@ -26,11 +25,12 @@ from controller.protocol import (
     Delivery,
     Telemetry,
 )
+from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
-from controller.shelf.clerk import Clerk
-from controller.shelf.intake import Intake
-from controller.shelf.shelf import Entry, Shelf, name_of
-from host.correcting import Correcting
+from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed
+from controller.runtime.bundle_updates import Clerk
+from controller.runtime.device import Device
+from host.ui.correction_keys import Correcting
 
 RATE_HZ = 10.0
 SHIPPED = bundles.default_path()
@@ -225,7 +225,7 @@ def run_of_a_bundle(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[tuple[Parts, Device, Shelf]]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
-    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path / "shelf")
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
     monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
     words = (
         f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from models import advice
+from models.training import advice
 
 pytestmark = pytest.mark.train
 

@@ -8,9 +8,9 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller import vocabulary  # noqa: E402 - after the guard
-from models.augment import PLAIN, Augmentation, Symmetry  # noqa: E402
-from models.recipe import UNTOUCHED  # noqa: E402
+from controller.bundles import vocabulary  # noqa: E402 - after the guard
+from models.data.augment import PLAIN, Augmentation, Symmetry  # noqa: E402
+from models.data.recipe import UNTOUCHED  # noqa: E402
 
 pytestmark = pytest.mark.train
 

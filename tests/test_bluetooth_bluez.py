@@ -15,12 +15,12 @@ from handmade import HandMadeHost
 if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
-from controller.bluetooth import keeper
-from controller.bluetooth.bluez import ADAPTER, DEVICE
-from controller.bluetooth.names import SERIAL_PATH, SERVICE_UUID
 from controller.links import LinkError, open_link
+from controller.links.bluetooth import registration as keeper
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE
+from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
-from controller.protocol import Bye, Command, Hello, State, Welcome
+from controller.protocol.messages import Bye, Command, Hello, State, Welcome
 
 DEVICE_PATH = "/org/bluez/hci0/dev_" + HOST.replace(":", "_")
 PROFILES = "org.bluez.ProfileManager1"

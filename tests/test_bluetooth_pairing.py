@@ -13,15 +13,15 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.__main__ import main as controller
-from controller.bluetooth import doctor
-from controller.bluetooth import pair as orb_pair
-from controller.bluetooth.bluez import ADAPTER, DEVICE
-from controller.bluetooth.names import SERVICE_UUID
-from controller.doctor.verdict import Verdict
-from controller.service import status
-from host.bluetooth import pair as host_pair
+from controller.cli import pair as orb_pair
+from controller.cli import status
+from controller.diagnostics import bluetooth as doctor
+from controller.diagnostics.report import Verdict
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE
+from controller.links.bluetooth.identifiers import SERVICE_UUID
 from host.bluetooth import paired, sdp
-from host.find import ports
+from host.cli import pair as host_pair
+from host.discovery import ports
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")

@@ -18,15 +18,15 @@ from bumble.sdp import SDP_PDU, DataElement, SDP_ServiceSearchAttributeRequest
 from bumble_air import ORB, Air, attributes
 from fake_bluez import until
 
-from controller.bluetooth import keeper
-from controller.bluetooth.names import CHANNEL, SERVICE_UUID, record
 from controller.links import open_link
+from controller.links.bluetooth import registration as keeper
+from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID, record
 from controller.links.rfcomm import RfcommLink
-from controller.protocol import Bye, Command, Hello, Message, Perform
+from controller.protocol.messages import Bye, Command, Hello, Message, Perform
 from host.bluetooth import sdp, sockets
 from host.bluetooth.protocol_rfcomm import RfcommError, parse
-from host.receiver import Connected, Delivered, Lost, Receiver
-from host.transport import LinkError, open_transport
+from host.connection.receiver import Connected, Delivered, Lost, Receiver
+from host.connection.transport import LinkError, open_transport
 
 
 class NoBluez:

@@ -15,11 +15,12 @@ if sys.platform != "linux":
     pytest.skip("Linux's structures and error numbers", allow_module_level=True)
 
 from controller import console
-from controller.bluetooth import bluez
-from controller.bluetooth import pair as orb_pair
+from controller.cli import pair as orb_pair
 from controller.links import LinkError, open_link
-from host.bluetooth import pair, sockets
+from controller.links.bluetooth import bluez
+from host.bluetooth import sockets
 from host.bluetooth.protocol_rfcomm import explain
+from host.cli import pair
 
 
 def unix(path: Path) -> bytes:

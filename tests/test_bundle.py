@@ -11,10 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import bundle, graph, graph_writer, npz
-from controller.bundle import BundleError
-from controller.recognizer import A_FEW, Recognizer
-from controller.touch import Spread
+from controller import npz
+from controller.bundles import bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_writer as graph_writer
+from controller.bundles.inference.networks import A_FEW, Recognizer
+from controller.recognition.touch_position import Spread
 
 SHIPPED = bundle.default_path()
 

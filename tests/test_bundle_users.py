@@ -9,11 +9,13 @@ import enrolled
 import numpy as np
 import pytest
 
-from controller import archive, bundle, npz, users
-from controller.bundle import BundleError
-from controller.mapping import Rule
-from controller.recognizer import Recognizer
-from controller.shelf import proof
+from controller import npz
+from controller.bundles import archive, bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy import selftest as proof
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition import users
+from controller.recognition.mapping import Rule
 
 
 @pytest.fixture(scope="module")

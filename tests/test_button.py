@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from controller import sensors
-from controller.labelling.cues import Cue, Phase
+from controller.capture.cues import Cue, Phase
 from controller.recordings.recording import UNKNOWN, Origin, Recording
-from controller.sensors import Geometry, SensorError, SensorOptions
+from controller.sensors import base as sensors
+from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Obedient, Virtual
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import calibration
 from controller.__main__ import main
-from controller.calibrate import judge
-from controller.calibration import Calibration
-from controller.doctor.guided import pressed
-from controller.doctor.verdict import Verdict, faulty
+from controller.diagnostics.calibrate import judge
+from controller.diagnostics.report import Verdict, faulty
+from controller.diagnostics.touch_checks import pressed
+from controller.sensors import calibration_store as calibration
+from controller.sensors.calibration_store import Calibration
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 

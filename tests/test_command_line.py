@@ -12,9 +12,9 @@ import pytest
 
 from controller import __version__
 from controller.__main__ import main
-from controller.commands import COMMANDS, RUN
+from controller.cli import status
+from controller.cli.commands import COMMANDS, RUN
 from controller.recordings import reader
-from controller.service import status
 
 DEMO = "assets/demo.npz"
 PRINTING = ("status", "doctor --no-touch", "key FILE", f"recordings info {DEMO}", "service")

@@ -13,14 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle, engines, sensors
 from controller.__main__ import main
-from controller.device import Device, steady
-from controller.ends import signals
-from controller.labelling.labeller import Labeller
-from controller.parts import TOKEN
-from controller.pipeline import Pipeline
-from controller.protocol import (
+from controller.bundles import bundle
+from controller.bundles.inference import engines
+from controller.bundles.inference.networks import Recognizer
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import Tape
+from controller.protocol.messages import (
     VERSION,
     Command,
     Decoder,
@@ -36,12 +35,15 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.recognizer import Recognizer
+from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
+from controller.runtime.assemble import TOKEN
+from controller.runtime.device import Device, steady
+from controller.sensors import base as sensors
 from controller.sensors.virtual import show
-from controller.tape import Tape
+from controller.shutdown import signals
 
 BUNDLE = bundle.default_path()
 JOIN = Join("", "test", granted=True, host_nonce=1, boot_nonce=0, done=0)
@@ -310,7 +312,7 @@ def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
 ) -> None:
     program = f"""
 import signal, sys
-from controller import bundle
+from controller.bundles import bundle
 from controller.__main__ import main
 bundle.read = lambda path: signal.raise_signal({int(number)})
 sys.exit(main(["--sensor", "virtual"]))

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from controller import conversation, protocol, session
-from controller.conversation import DEVICE, EVENTS, HOST, Way, drawn, listed, next_states
-from controller.links import stream
-from host import receiver
-from host import session as host_session
-from host.session import BACKOFF_S
+from controller.links import byte_link as stream
+from controller.protocol import device_session as session
+from controller.protocol import host_session as host_session
+from controller.protocol import messages as protocol
+from controller.protocol import states as conversation
+from controller.protocol.host_session import BACKOFF_S
+from controller.protocol.states import DEVICE, EVENTS, HOST, Way, drawn, listed, next_states
+from host.connection import receiver
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "link.md"
 TABLES = [("device", DEVICE, "waiting"), ("host", HOST, "over")]

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from models import curves
-from models.results import Epoch
+from models.results.training import Epoch
+from models.training import progress as curves
 
 pytestmark = pytest.mark.train
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.preprocess import PreprocessSettings
+from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings import reader, writer
 from controller.recordings.recording import Recording, RecordingError, unlabelled
-from models.dataset import Source, prepare, read_training
-from models.simulate import DataSet
+from models.data.examples import Source, prepare, read_training
+from models.data.simulate import DataSet
 
 SETTINGS = PreprocessSettings()
 START = 10  # frames of a quiet second; the last of them is the first with an image

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.debounce import Debouncer, DebounceSettings
+from controller.recognition.debounce import Debouncer, DebounceSettings
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 NULL, PRESS, PINCH = range(3)

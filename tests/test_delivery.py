@@ -12,8 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.bundle import BundleError
-from controller.protocol import (
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.upload import FOLDER, Intake
+from controller.protocol.codec import fitted
+from controller.protocol.host_session import Connected, Delivered, Lost, Received
+from controller.protocol.messages import (
     DECLINED,
     IN_USE,
     PIECE,
@@ -27,11 +30,15 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.shelf.clerk import Clerk
-from controller.shelf.intake import FOLDER, Intake
-from controller.wire import fitted
-from host.courier import NO_OUTCOME, PATIENCE_S, PROOF_REPEATS, PROOFS, REPEATS, Courier
-from host.session import Connected, Delivered, Lost, Received
+from controller.runtime.bundle_updates import Clerk
+from host.connection.bundle_upload import (
+    NO_OUTCOME,
+    PATIENCE_S,
+    PROOF_REPEATS,
+    PROOFS,
+    REPEATS,
+    Courier,
+)
 
 DATA = np.random.default_rng(1).bytes(40 * PIECE + 123)
 WELCOME = Welcome(

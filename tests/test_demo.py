@@ -6,12 +6,12 @@ import sys
 
 import pytest
 
-from controller.protocol import Command, Truth, Welcome
-from host import demo
-from host.demo import Meter, Record
-from host.player import COMMAND_OF, MANUAL, Player
-from host.receiver import Delivered
-from tetris.engine import Action, Game
+from controller.protocol.messages import Command, Truth, Welcome
+from host.connection.receiver import Delivered
+from host.demo import demo
+from host.demo.autoplayer import COMMAND_OF, MANUAL, Player
+from host.demo.demo import Meter, Record
+from tetris.engine.game import Action, Game
 
 
 def command(name: str) -> Delivered:

@@ -9,13 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import bundle
 from controller.__main__ import main
-from controller.doctor import guided, loopback, machine, skin
-from controller.doctor.skin import Air
-from controller.doctor.verdict import Row, Verdict, faulty, table
-from controller.doctor.watch import Person, Watch
-from controller.sensors import SensorOptions, load
+from controller.bundles import bundle
+from controller.diagnostics import link_check as loopback
+from controller.diagnostics import skin_checks as skin
+from controller.diagnostics import system_checks as machine
+from controller.diagnostics import touch_checks as guided
+from controller.diagnostics.frame_source import Person, Watch
+from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.diagnostics.skin_checks import Air
+from controller.sensors.base import SensorOptions, load
 
 SOUND = np.zeros((5, 5), dtype=np.bool_)
 

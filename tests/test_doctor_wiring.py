@@ -9,11 +9,13 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 from benchmarks.wired import Wired
 
 from controller.__main__ import main
-from controller.doctor import leads, machine, probe
-from controller.doctor.sentences import SENTENCES
-from controller.doctor.verdict import Row, Verdict
-from controller.hardware.emulated.bench import Bench
-from controller.hardware.emulated.faults import WiringFault
+from controller.diagnostics import measurements as probe
+from controller.diagnostics import system_checks as machine
+from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics.messages import SENTENCES
+from controller.diagnostics.report import Row, Verdict
+from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.faults import WiringFault
 
 
 def found(*faults: str, seed: int = 3) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import drift
+from controller.recognition import drift
 from controller.simulator.orb import OrbSimulator
 
 Change = NDArray[np.float64]

@@ -11,16 +11,16 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 
 from gpiozero.pins.mock import MockFactory
 
-from controller import sensors
-from controller.hardware import HardwareError
-from controller.hardware.driver import Driver
-from controller.hardware.emulated.bench import Bench, BenchModel
-from controller.hardware.emulated.circuit import Circuit
-from controller.hardware.emulated.faults import KINDS, WiringFault
-from controller.hardware.pins import GpioPins
-from controller.hardware.wiring import SCHEMES, CircuitWiring, Electrodes, Scheme, Wiring
-from controller.protocol import Contact
-from controller.sensors import SensorAwayError, SensorError, SensorOptions, VirtualSensor
+from controller.protocol.messages import Contact
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorAwayError, SensorError, SensorOptions, VirtualSensor
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.circuit import Circuit
+from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.wiring import SCHEMES, CircuitWiring, Electrodes, Scheme, Wiring
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

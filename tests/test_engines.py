@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller import bundle, engines, graph
-from controller.engines import EngineError, Network
-from controller.recognizer import Recognizer
+from controller.bundles import bundle
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference.engines import EngineError, Network
+from controller.bundles.inference.networks import Recognizer
 
 SHIPPED = bundle.read(bundle.default_path())
 GRAPHS = {"gesture": SHIPPED.gesture_onnx, "location": SHIPPED.location_onnx}

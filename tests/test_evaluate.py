@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded import LABELS, played
 
-from controller import bundle
-from controller.events import Answer, Event, judge
-from models import card
-from models.evaluate import evaluate, summarise
-from models.known import Known
-from models.metrics import Evaluation
-from models.streams import Stream
-from models.tally import Tally, attach, tally
+from controller.bundles import bundle
+from controller.recognition.event_metric import Answer, Event, judge
+from models.data.ground_truth import Known
+from models.evaluation.evaluate import evaluate, summarise
+from models.evaluation.event_counts import Tally, attach, tally
+from models.evaluation.replay import Stream
+from models.reports import model_card as card
+from models.results.evaluation import Evaluation
 
 SHIPPED = bundle.read(bundle.default_path())
 times = st.floats(0.0, 20.0).map(lambda x: round(x, 2))

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.events import Answer, Event, Score, judge
+from controller.recognition.event_metric import Answer, Event, Score, judge
 
 EVENTS = [Event(1.0, 2.0, "left"), Event(4.0, 5.0, "drop"), Event(5.2, 6.0, "left")]
 

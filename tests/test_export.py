@@ -7,8 +7,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the [train] extra")
 
-from models import checkpoint, export  # noqa: E402 - after the guard
-from models.networks import GestureNet, LocationNet  # noqa: E402
+from models.training import checkpoint, export  # noqa: E402 - after the guard
+from models.training.networks import GestureNet, LocationNet  # noqa: E402
 
 pytestmark = pytest.mark.train
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from recorded import broken, of, played
 
-from controller import bundle
+from controller.bundles import bundle
 from controller.recordings import writer
-from controller.recordings.response import respond
+from controller.recordings.quality.response import respond
 from controller.simulator.faults import KINDS, Fault
-from models import faulty
 from models.__main__ import main
+from models.data import faults as faulty
 
 
 def test_a_dead_taxel_reads_as_if_nothing_touched_and_no_other_taxel_changes() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.figure7 import tables
+from models.studies.figure7 import tables
 
 ROOT = Path(__file__).parent.parent
 MEASURED = ROOT / "docs/pictures/figure7.json"
@@ -53,7 +53,7 @@ def test_the_documentation_shows_what_was_measured() -> None:
 @pytest.mark.train
 def test_presses_on_the_taxels_are_labelled_with_the_taxel_that_was_aimed_at() -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
-    from models.figure7.pressing import pressing
+    from models.studies.figure7.pressing import pressing
 
     aimed = pressing("nominal", 7, 0, 0, 1.0, on_sites=True)
     free = pressing("nominal", 7, 0, 0, 1.0, on_sites=False)
@@ -71,8 +71,8 @@ def test_what_was_measured_is_kept_and_drawn_again(
     pytest.importorskip("torch", reason="needs the [train] extra")
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from controller.simulator.presets import PRESETS
-    from models.figure7 import curves, drawing, people, study
-    from models.recipe import RECIPES
+    from models.data.recipe import RECIPES
+    from models.studies.figure7 import curves, drawing, people, study
 
     monkeypatch.setattr(study, "JUDGED_MIN", 1.0)
     monkeypatch.setattr(study, "RECIPES", {"paper": RECIPES["paper"]})

@@ -17,15 +17,16 @@ import pytest
 from cable import Cable
 from fake_device import welcome
 
-from controller import key as keys
 from controller.links import open_link
-from host.find import command, ports, probe, search
-from host.find.ports import Port
-from host.find.probe import Answer
-from host.find.seek import Seeker
-from host.receiver import Connected
-from host.settings import Memory
-from host.transport import LinkError, open_transport
+from controller.protocol import psk as keys
+from host.cli import find as command
+from host.connection.device_store import Memory
+from host.connection.receiver import Connected
+from host.connection.transport import LinkError, open_transport
+from host.discovery import ports, probe, search
+from host.discovery.ports import Port
+from host.discovery.probe import Answer
+from host.discovery.seek import Seeker
 
 HANGS = (sys.executable, "-c", "import time; time.sleep(60)")
 
@@ -59,7 +60,7 @@ class Desk:
 def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Memory:
     """What is remembered here, and a system that lists no ports."""
     path = tmp_path / "devices.toml"
-    monkeypatch.setattr("host.settings.default_path", lambda: path)
+    monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
     monkeypatch.setattr(search, "listed", list)
     return Memory()
 

@@ -10,10 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.recordings import description, importer
-from models import fold_card, folds, splits, trajectory
-from models.dataset import Examples
-from models.folds import Rowed
+from controller.recordings import import_description as description
+from controller.recordings import importer
+from models.data import splits
+from models.data.examples import Examples
+from models.studies import fold_card
+from models.studies import fold_statistics as folds
+from models.studies import trajectory_baseline as trajectory
+from models.studies.fold_statistics import Rowed
 
 WINDOW = 3
 DESCRIPTION = Path(__file__).parents[1] / "docs" / "people" / "capfingerid.toml"

@@ -16,9 +16,9 @@ from benchmarks.people import main as benchmark
 
 from controller.__main__ import main as controller
 from controller.recordings import reader, writer
-from models import cross
 from models.__main__ import main as models
-from models.cross import Request
+from models.studies import cross_validation as cross
+from models.studies.cross_validation import Request
 
 pytestmark = pytest.mark.train
 

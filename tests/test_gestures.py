@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.simulator.gesture import Gesture
+from controller.simulator.gesture_file import label_in, load, parse, shipped
+from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity
 from controller.simulator.hand import DISTRACTORS, GESTURES, perform
-from controller.simulator.quantity import Count, GestureError, Known, Name, Quantity
-from controller.simulator.repertoire import label_in, load, parse, shipped
-from controller.simulator.style import draw_style
+from controller.simulator.user_style import draw_style
 
 RNG = np.random.default_rng
 STYLE = draw_style(RNG(0))

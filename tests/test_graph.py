@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from onnx_writer import array, ints, model, node, number, text, value
 
-from controller import bundle, graph, shapes
-from controller.graph import GraphError
+from controller.bundles import bundle
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference.onnx_reader import GraphError
 
 SHIPPED = bundle.read(bundle.default_path())
 

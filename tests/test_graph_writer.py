@@ -5,8 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller import bundle, engines, graph, graph_writer
-from controller.graph import Graph, Node
+from controller.bundles import bundle
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_writer as graph_writer
+from controller.bundles.inference.onnx_reader import Graph, Node
 
 SHIPPED = bundle.read(bundle.default_path())
 NUMBERS = st.integers(-(2**63), 2**63 - 1)

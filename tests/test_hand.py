@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from controller.simulator import hand
+from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import RIM, SLOTS, draw_mood, draw_style, perform
-from controller.simulator.repertoire import shipped
-from controller.simulator.style import LEFT_HANDED, PARAMETERS, parameters, person
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.user_style import LEFT_HANDED, PARAMETERS, parameters, person
+from controller.simulator.virtual_orb import VirtualOrb
 
 RNG = np.random.default_rng
 

@@ -10,8 +10,8 @@ pytest.importorskip("gpiozero", reason="gpiozero knows the Raspberry Pi's header
 from gpiozero.pins.mock import MockFactory
 from reference import schematic
 
-from controller.hardware.emulated.faults import KINDS, WiringFault
-from controller.hardware.reading import shipped
+from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.wiring_file import shipped
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "hardware.md").read_text(encoding="utf-8")

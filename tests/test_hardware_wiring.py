@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from controller.hardware import HardwareError, schedule
-from controller.hardware.converters import find, names
-from controller.hardware.reading import parse, read, shipped
-from controller.hardware.schedule import Slot
-from controller.hardware.wiring import Electrodes, Wiring
+from controller.sensors.hardware import HardwareError, schedule
+from controller.sensors.hardware.converters import find, names
+from controller.sensors.hardware.schedule import Slot
+from controller.sensors.hardware.wiring import Electrodes, Wiring
+from controller.sensors.hardware.wiring_file import parse, read, shipped
 
 TEXT = """
 name = "mine"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.health import LETTERS, MOST, Health
-from controller.preprocess import Prepared, Preprocessor, PreprocessSettings
+from controller.recognition.preprocess import Prepared, Preprocessor, PreprocessSettings
+from controller.recognition.sensor_health import LETTERS, MOST, Health
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 

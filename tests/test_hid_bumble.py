@@ -16,10 +16,10 @@ from bumble.gatt_client import CharacteristicProxy
 from bumble_orb import HOST, ORB, ClassicHost, ClassicOrb, GattOrb, devices
 from reference import hid
 
-from controller.bluetooth.hid.channels import REPORTS
-from controller.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
-from controller.bluetooth.hid.reports import RELEASED, Report, gamepad, keyboard
-from controller.protocol import Command, State
+from controller.links.bluetooth.hid.l2cap import REPORTS
+from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
+from controller.links.bluetooth.hid.reports import RELEASED, Report, gamepad, keyboard
+from controller.protocol.messages import Command, State
 
 REPORT_MAP_UUID, REPORT, BATTERY, PNP = 0x2A4B, 0x2A4D, 0x2A19, 0x2A50
 BR_EDR = core.PhysicalTransport.BR_EDR

@@ -20,16 +20,16 @@ if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
 
 from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
-from controller.bluetooth.bluez import BluetoothError, Bus
-from controller.bluetooth.hid import classic
-from controller.bluetooth.hid.channels import CONTROL, INTERRUPT, UUID
-from controller.bluetooth.hid.classic import ClassicPart, Radio
-from controller.bluetooth.hid.held import Held
-from controller.bluetooth.hid.hosts import Hosts, Known
-from controller.bluetooth.hid.mapping import read
-from controller.bluetooth.hid.pad import Pad
-from controller.bluetooth.hid.reports import RELEASED, gamepad
-from controller.protocol import Command, State
+from controller.links.bluetooth.bluez import BluetoothError, Bus
+from controller.links.bluetooth.hid import classic
+from controller.links.bluetooth.hid.classic import ClassicPart, Radio
+from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.hid_device import Pad
+from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
+from controller.links.bluetooth.hid.mapping import read
+from controller.links.bluetooth.hid.reports import RELEASED, gamepad
+from controller.protocol.messages import Command, State
 
 LAPTOP, PHONE, STRANGER = (f"AA:00:00:00:00:0{n}" for n in (1, 2, 9))
 RELEASE = [bytes([0xA1, report.id]) + report.data for report in RELEASED]

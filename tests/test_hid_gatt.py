@@ -18,16 +18,16 @@ if shutil.which("dbus-daemon") is None:
 from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 from reference import hid
 
-from controller.bluetooth.bluez import BluetoothError, Bus
-from controller.bluetooth.hid import gatt
-from controller.bluetooth.hid.gatt import GattPart
-from controller.bluetooth.hid.held import Held
-from controller.bluetooth.hid.hosts import Hosts, Known
-from controller.bluetooth.hid.mapping import read
-from controller.bluetooth.hid.pad import Pad
-from controller.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
-from controller.bluetooth.hid.reports import RELEASED, gamepad, keyboard
-from controller.protocol import Command, State
+from controller.links.bluetooth.bluez import BluetoothError, Bus
+from controller.links.bluetooth.hid import gatt
+from controller.links.bluetooth.hid.gatt import GattPart
+from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.hid_device import Pad
+from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.mapping import read
+from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
+from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
+from controller.protocol.messages import Command, State
 
 NOBODY = Known()
 LAPTOP, PHONE = "AA:00:00:00:00:01", "AA:00:00:00:00:02"

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.bluetooth.hid.held import UP_S, WORD_S, Held
-from controller.bluetooth.hid.mapping import HidMapError, parse, read
-from controller.bluetooth.hid.reports import RELEASED, Report, gamepad, keyboard
-from controller.protocol import COMMANDS
+from controller.links.bluetooth.hid.held import UP_S, WORD_S, Held
+from controller.links.bluetooth.hid.mapping import HidMapError, parse, read
+from controller.links.bluetooth.hid.reports import RELEASED, Report, gamepad, keyboard
+from controller.protocol.messages import COMMANDS
 
 MAP = """
 [everywhere]

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.bluetooth.hid.hosts import WAIT_S, Hosts, Known
+from controller.links.bluetooth.hid.host_selection import WAIT_S, Hosts, Known
 
 LAPTOP, PHONE, TABLET = "AA:00:00:00:00:01", "AA:00:00:00:00:02", "AA:00:00:00:00:03"
 TWO = Known((LAPTOP, PHONE), LAPTOP)

@@ -16,13 +16,13 @@ if shutil.which("dbus-daemon") is None:
 
 from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
-from controller.bluetooth.hid import memory
-from controller.bluetooth.hid.hosts import Known
-from controller.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.errors import UserError
 from controller.links import LinkError, open_link
+from controller.links.bluetooth.hid import host_store as memory
+from controller.links.bluetooth.hid.host_selection import Known
+from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.links.hid import HidLink
-from controller.protocol import VERSION, Bye, Command, Hello, Message, State
+from controller.protocol.messages import VERSION, Bye, Command, Hello, Message, State
 
 LAPTOP, PHONE = "AA:00:00:00:00:01", "AA:00:00:00:00:02"
 RELEASE = [report.data for report in RELEASED]

@@ -8,14 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import hid
 
-from controller.bluetooth.hid.report_map import (
-    GAMEPAD,
-    KEYBOARD,
-    PNP_ID,
-    REPORT_MAP,
-    VENDOR,
-)
-from controller.bluetooth.hid.reports import (
+from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP, VENDOR
+from controller.links.bluetooth.hid.reports import (
     BUTTON_NUMBERS,
     KEY_USAGES,
     PAD_NAMES,

@@ -10,7 +10,7 @@ from fake_device import welcome
 
 from controller.links import open_link
 from host.__main__ import main
-from host.settings import Memory
+from host.connection.device_store import Memory
 
 MAPPING = '[profile.game]\ndrop = "space"\npause = { profile = "desk" }\n[profile.desk]\ndrop="a"\n'
 
@@ -18,7 +18,7 @@ MAPPING = '[profile.game]\ndrop = "space"\npause = { profile = "desk" }\n[profil
 @pytest.fixture
 def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "devices.toml"
-    monkeypatch.setattr("host.settings.default_path", lambda: path)
+    monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
     return path
 
 
@@ -48,7 +48,7 @@ def test_device_plays_what_it_played_last_on_whatever_port_it_is(
     with contextlib.ExitStack() as stack:
         # Its old port's number may well come again, with somebody else behind it.
         ports = [plugged(stack, name) for name in ("orb-2", "orb-1")]
-        monkeypatch.setattr("host.find.search.listed", list)
+        monkeypatch.setattr("host.discovery.search.listed", list)
         assert main(["--link", ports[0], "--target", "keyboard", *usual]) == 0
         Memory().remember("orb-3", port=ports[1])  # a port that is asked, under another identity
         assert main(["--device", "orb-1", *usual]) == 0

@@ -11,8 +11,8 @@ from pathlib import Path
 import hostile_bundles
 import pytest
 
-from controller import bundle as bundles
 from controller.__main__ import main as controller
+from controller.bundles import bundle as bundles
 from host.__main__ import main as host
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the orb is ended by a signal")

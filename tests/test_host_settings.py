@@ -9,7 +9,7 @@ import special_files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.settings import MOST, Known, Memory, default_path
+from host.connection.device_store import MOST, Known, Memory, default_path
 
 
 @pytest.fixture

@@ -9,12 +9,13 @@ from random import Random
 import hostile_bundles
 import pytest
 
-from controller import bundle, toml_text
-from controller.bundle import BundleError
-from controller.debounce import Debouncer
-from controller.preprocess import Preprocessor
-from controller.shelf import models
-from controller.shelf.shelf import RECORD, Entry, Record, Shelf, _text
+from controller import toml_text
+from controller.bundles import bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.store import RECORD, Entry, Record, Shelf, _text
+from controller.cli import bundles as models
+from controller.recognition.debounce import Debouncer
+from controller.recognition.preprocess import Preprocessor
 
 PARTS = hostile_bundles.parts()
 SETTINGS = """

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.information.histogram import (
+from models.studies.information.histogram import (
     BITS,
     corrected_statistics,
     entropy,

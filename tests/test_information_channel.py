@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from models.information import channel, games
+from models.studies.information import channel, games
 from models.user_files import UserFileError
 
 LN2 = math.log(2)

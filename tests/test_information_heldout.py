@@ -7,14 +7,15 @@ import pytest
 from numpy.typing import NDArray
 from recorded import played
 
-from models.information import gaussians
-from models.information.taken import Taken
+from models.studies.information import gaussians
+from models.studies.information.windows import Taken
 
 pytestmark = pytest.mark.train
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from models.information import contrast, heldout  # noqa: E402 - torch is there
-from models.information.taken import take  # noqa: E402
+from models.studies.information import classifier_bound as heldout
+from models.studies.information import infonce as contrast  # noqa: E402 - torch is there
+from models.studies.information.windows import take  # noqa: E402
 
 
 def dealt(x: NDArray[np.float64], y: NDArray[np.int64], sessions: int = 4) -> Taken:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import special
 
-from models.information import gaussians
-from models.information.neighbours import (
+from models.studies.information import gaussians
+from models.studies.information.knn import (
     Apart,
     digamma,
     ksg,

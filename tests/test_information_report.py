@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from models.__main__ import main
-from models.information import check, tables
-from models.information.found import MEASURED as KEPT
-from models.information.found import load
+from models.studies.information import check, tables
+from models.studies.information.results import MEASURED as KEPT
+from models.studies.information.results import load
 
 ROOT = Path(__file__).parent.parent
 MEASURED = ROOT / "docs/pictures" / KEPT
@@ -67,7 +67,8 @@ def test_what_was_not_measured_is_not_shown() -> None:
 @pytest.mark.train
 def test_drawings_and_page_need_nothing_else(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from models.information import drawing, report
+    from models.studies.information import figures as drawing
+    from models.studies.information import report
 
     paths = drawing.draw(found, tmp_path)
     assert {path.name for path in paths} >= {"figure9.svg", "capacity.svg"}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from recorded import of, origin, played
 
-from models.information import growth
-from models.information.resample import gain, mean
-from models.information.taken import as_the_paper, events, take
+from models.evaluation.resample import gain, mean
+from models.studies.information import scaling as growth
+from models.studies.information.windows import as_the_paper, events, take
 
 
 def test_windows_are_the_devices_and_know_their_session_and_event() -> None:

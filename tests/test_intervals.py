@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models import intervals
+from models.evaluation import bootstrap as intervals
 
 
 def test_an_interval_of_independent_events_is_the_binomial_one() -> None:

@@ -13,14 +13,15 @@ from hypothesis import strategies as st
 from small_journal import KEY, NOBODY, ORIGIN, add, image, numbers, written
 
 from controller import npz
-from controller.pipeline import CommandRecord
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal as journals
-from controller.recordings import reader, records, writer
+from controller.recordings import journal_records as records
+from controller.recordings import reader, writer
 from controller.recordings.journal import AMENDABLE, NOWHERE, Journal
-from controller.recordings.keeper import Keeper
+from controller.recordings.journal_records import Kind
+from controller.recordings.journal_repair import decode
+from controller.recordings.recorder_thread import Keeper
 from controller.recordings.recording import LABELLERS, Mark, Recording, RecordingError
-from controller.recordings.records import Kind
-from controller.recordings.salvage import decode
 
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from controller import key as keys
 from controller.__main__ import main as controller
 from controller.errors import TroubleError
-from controller.key import KeyFileError
+from controller.protocol import psk as keys
+from controller.protocol.psk import KeyFileError
 from host.__main__ import main as host
 
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows has other permissions")

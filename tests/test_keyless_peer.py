@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from bench import FINGER, GRANTING, HELLO, Bench, World
 
-from controller import loop as loops
-from controller.device import Device
-from controller.hush import HUSH_S, Hush
-from controller.protocol import (
+from controller.bundles.deploy.upload import Intake
+from controller.log_limit import HUSH_S, Hush
+from controller.protocol.messages import (
     DECLINED,
     Bye,
     Contact,
@@ -24,9 +23,10 @@ from controller.protocol import (
 )
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
-from controller.shelf.clerk import Clerk
-from controller.shelf.intake import Intake
-from controller.simulator.virtual import PERFORMANCES, VirtualOrb
+from controller.runtime import loop as loops
+from controller.runtime.bundle_updates import Clerk
+from controller.runtime.device import Device
+from controller.simulator.virtual_orb import PERFORMANCES, VirtualOrb
 
 HUGE = 3e38
 

@@ -10,12 +10,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from controller.protocol import Command, Message, State, Telemetry
-from host.keys.guard import HANG_MS, Guard
-from host.keys.pressed import Stroke
-from host.keys.reading import parse
-from host.keys.target import KeysTarget
-from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from controller.keymap.key_state import Stroke
+from controller.keymap.keymap_file import parse
+from controller.protocol.messages import Command, Message, State, Telemetry
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.injection.watchdog import HANG_MS, Guard
+from host.targets._keys import KeysTarget
 
 MAP = parse(
     {

@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from host.keys import backends
-from host.keys.backends import BackendError, macos, windows, x11
-from host.keys.table import KEYS
+from controller.keymap.key_names import KEYS
+from host.injection import backends
+from host.injection.backends import BackendError, macos, windows, x11
 
 if sys.platform != "win32":
-    from host.keys.backends import uinput
-    from host.keys.backends.uinput import Uinput
+    from host.injection.backends import uinput
+    from host.injection.backends.uinput import Uinput
 
 linux = pytest.mark.skipif(sys.platform == "win32", reason="uinput is Linux's")
 

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from host.keys.backends import BackendError
-from host.keys.guard import HANG_MS, Guard
-from host.keys.injector import MUTE_MS, Injector
-from host.keys.pressed import Stroke
+from controller.keymap.key_state import Stroke
+from host.injection.backends import BackendError
+from host.injection.injector import MUTE_MS, Injector
+from host.injection.watchdog import HANG_MS, Guard
 
 PATIENCE_S = 20.0  # an upper bound; everything here takes milliseconds
 PAPER = (sys.executable, str(Path(__file__).with_name("guard_on_paper.py")))
@@ -221,8 +221,8 @@ def test_program_that_starts_no_watchdog_is_told_why() -> None:
 
 SENDER = """
 import sys, time
-from host.keys.injector import Injector
-from host.keys.pressed import Stroke
+from host.injection.injector import Injector
+from controller.keymap.key_state import Stroke
 injector = Injector("auto", "keyboard", ["a"], command=sys.argv[1:])
 injector.start()
 injector.send([Stroke("a", True)])

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from host.keys import injector as injector_module
-from host.keys.backends import Backend, BackendError
-from host.keys.injector import Injector
-from host.keys.pressed import Stroke
+from controller.keymap.key_state import Stroke
+from host.injection import injector as injector_module
+from host.injection.backends import Backend, BackendError
+from host.injection.injector import Injector
 
 if sys.platform == "win32":
     pytest.skip("Windows has no SIGSTOP", allow_module_level=True)

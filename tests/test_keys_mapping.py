@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from host.keys.mapping import Arm, KeyMap, KeyMapError, Kind, Mode, Press, Switch, Text
-from host.keys.reading import read
-from host.keys.table import DANGEROUS, KEYS, PAD, danger, typed
+from controller.keymap.key_names import DANGEROUS, KEYS, PAD, danger, typed
+from controller.keymap.keymap import Arm, KeyMap, KeyMapError, Kind, Mode, Press, Switch, Text
+from controller.keymap.keymap_file import read
 
 ROOT = Path(__file__).parents[1]
 
@@ -66,9 +66,9 @@ def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Pat
 
 @pytest.mark.parametrize("kind", ["keyboard", "gamepad"])
 def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(kind: Kind) -> None:
-    from controller import bundle
+    from controller.bundles import bundle
 
-    shipped = read(ROOT / "host" / "keys" / f"{kind}.toml", kind)
+    shipped = read(ROOT / "host" / "targets" / f"{kind}.toml", kind)
     [command] = shipped.long
     assert shipped.long == {command: Arm()}
     assert command in bundle.read(bundle.default_path()).mapping.commands
@@ -208,7 +208,7 @@ def test_no_name_is_a_key_and_a_button() -> None:
 
 def test_mappings_that_ship_can_be_read() -> None:
     for kind in ("keyboard", "gamepad"):
-        assert read(ROOT / "host" / "keys" / f"{kind}.toml", kind).keys
+        assert read(ROOT / "host" / "targets" / f"{kind}.toml", kind).keys
 
 
 def test_mappings_in_the_documentation_can_be_read(tmp_path: Path) -> None:

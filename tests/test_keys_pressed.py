@@ -6,10 +6,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from host.keys.mapping import KeyMap
-from host.keys.pressed import WORD_S, Pressed
-from host.keys.reading import parse
-from host.keys.table import danger
+from controller.keymap.key_names import danger
+from controller.keymap.key_state import WORD_S, Pressed
+from controller.keymap.keymap import KeyMap
+from controller.keymap.keymap_file import parse
 
 MAP = parse(
     {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recorded import LABELS, of, origin, played
 
-from models.known import events_of, know
+from models.data.ground_truth import events_of, know
 
 
 def test_the_gestures_of_a_simulation_are_its_own_without_brushes() -> None:

@@ -5,12 +5,12 @@ import io
 import numpy as np
 import pytest
 
-from controller.labelling.cues import Cue, Cues, Phase
-from controller.labelling.keys import Amend
-from controller.labelling.labeller import Labeller, Said, Told
-from controller.labelling.plan import Ask, Pace
-from controller.labelling.status import Status, describe
-from controller.labelling.strokes import BACKSPACE, SPACE, Action, Signal, Stroke
+from controller.capture.cue_plan import Ask, Pace
+from controller.capture.cues import Cue, Cues, Phase
+from controller.capture.key_labels import Amend
+from controller.capture.labels import Labeller, Said, Told
+from controller.capture.status_line import Status, describe
+from controller.capture.terminal_decoder import BACKSPACE, SPACE, Action, Signal, Stroke
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = ("null", "press", "pinch")

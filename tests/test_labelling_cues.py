@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from controller.capture import cue_plan as plans
+from controller.capture.cue_plan import Ask, Pace, Plan
+from controller.capture.cues import Cue, Cues, Phase, Void
 from controller.errors import UserError
-from controller.labelling import plan as plans
-from controller.labelling.cues import Cue, Cues, Phase, Void
-from controller.labelling.plan import Ask, Pace, Plan
 from controller.recordings.recording import RecordingError
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.labelling.keys import Amend, Keys
-from controller.labelling.strokes import (
+from controller.capture.key_labels import Amend, Keys
+from controller.capture.terminal_decoder import (
     BACKSPACE,
     FIRST_REPEAT_S,
     SPACE,

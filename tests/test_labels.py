@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller import vocabulary
+from controller.bundles import vocabulary
 from controller.recordings.recording import Mark, Recording, unlabelled
-from models import labels
-from models.places import places
-from models.simulate import DataSet
+from models.data import label_repair as labels
+from models.data.simulate import DataSet
+from models.data.true_positions import places
 
 PLAYED = DataSet(minutes=3.0).session(0, 0)
 NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)

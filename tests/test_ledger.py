@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import quiet
-from controller.ledger import HOPS, Digest, Ledger
-from controller.timekeeper import Timekeeper, close_ledger, open_ledger
+from controller.runtime import realtime as quiet
+from controller.runtime.latency import HOPS, Digest, Ledger
+from controller.runtime.latency_report import Timekeeper, close_ledger, open_ledger
 
 ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 
@@ -82,7 +82,7 @@ def test_no_product_of_a_step_asks_for_memory_any_more() -> None:
     program = """
 import sys
 import numpy as np
-from controller import quiet
+from controller.runtime import realtime as quiet
 
 def pages():
     return int(open("/proc/self/statm").read().split()[0])

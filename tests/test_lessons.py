@@ -9,13 +9,13 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 import torch
 
-from controller import vocabulary
-from models.augment import Symmetry
-from models.dataset import Examples
-from models.fit import fit
-from models.lessons import Gestures, Index, Parts
-from models.networks import GestureNet
-from models.recipe import DEFAULT, PAPER, Course, Recipe
+from controller.bundles import vocabulary
+from models.data.augment import Symmetry
+from models.data.examples import Examples
+from models.data.recipe import DEFAULT, PAPER, Course, Recipe
+from models.training.loop import fit
+from models.training.networks import GestureNet
+from models.training.tasks import Gestures, Index, Parts
 
 pytestmark = pytest.mark.train
 

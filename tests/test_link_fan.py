@@ -6,8 +6,8 @@ import pytest
 from fake_device import welcome
 
 from controller.links import Access, LinkError, open_link, split
-from controller.links.fan import FanLink, create
-from controller.protocol import Bye, Command, Contact, Contacts, Hello, Message, State
+from controller.links.multi import FanLink, create
+from controller.protocol.messages import Bye, Command, Contact, Contacts, Hello, Message, State
 
 HELLO = Hello(1, 1, "", "a laptop", False)
 PRESS = Command("left", "press", 1.0, None, 1)

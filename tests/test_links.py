@@ -22,13 +22,14 @@ import serial
 from fake_device import welcome
 from handmade import HELLO, JOIN, HandMadeHost, plain
 
-from controller import outbox
 from controller.links import Link, LinkError, open_link
+from controller.links.byte_link import REQUESTS
 from controller.links.listen import PEERS, ListenLink
-from controller.links.port import PortLink
+from controller.links.serial_port import PortLink
 from controller.links.stdout import StdoutLink
-from controller.links.stream import REQUESTS
-from controller.protocol import (
+from controller.protocol import retransmit as outbox
+from controller.protocol.device_session import WRONG_KEY
+from controller.protocol.messages import (
     Bye,
     Command,
     Contacts,
@@ -40,7 +41,6 @@ from controller.protocol import (
     Telemetry,
     Welcome,
 )
-from controller.session import WRONG_KEY
 
 PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
-from controller.device import Device, telemetry
-from controller.loop import Loop
-from controller.pipeline import Pipeline
-from controller.preprocess import Frame
-from controller.protocol import (
+from controller.protocol.messages import (
     Bye,
     Command,
     Contacts,
@@ -23,7 +19,11 @@ from controller.protocol import (
     Telemetry,
     Truth,
 )
-from controller.sensors import VirtualSensor
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import Frame
+from controller.runtime.device import Device, telemetry
+from controller.runtime.loop import Loop
+from controller.sensors.base import VirtualSensor
 
 
 def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle, mapping
+from controller.bundles import bundle
 from controller.errors import UserError
+from controller.recognition import mapping
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 DOCUMENT = Path(__file__).parent.parent / "docs" / "mapping.md"

@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.simulator import fields
+from controller.simulator import green_functions as fields
+from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, SLOTS, draw_style
 from controller.simulator.lowpass import Lowpass
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.membrane import RADIUS_MM, clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbSimulator
-from controller.simulator.repertoire import shipped
 from controller.simulator.session import simulate
-from controller.simulator.take import Take
+from controller.simulator.session_script import Take
 
 Paths = tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.mend import MEMORY, Answers, Filler
-from controller.preprocess import Preprocessor, PreprocessSettings
+from controller.recognition.dead_taxels import MEMORY, Answers, Filler
+from controller.recognition.preprocess import Preprocessor, PreprocessSettings
 from controller.simulator.faults import Fault
 from controller.simulator.orb import NOMINAL
 from controller.simulator.presets import preset

@@ -5,9 +5,9 @@ from dataclasses import replace
 from reported import evaluation, training
 from test_report import text
 
-from models import missed
-from models.report import page
-from models.report.data import ReportData
+from models.reports import page
+from models.reports.data import ReportData
+from models.results import missed_gestures as missed
 
 LABELS = ("null", "press", "knock")
 # Of twenty knocks one is answered as a press, and six not at all.

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from controller import __version__
-from models import commands, options
+from models import cli as commands
 from models.__main__ import main
+from models.cli import _options as options
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -91,10 +92,10 @@ sys.exit(main(["evaluate", "--sessions", "1", "--minutes", "1"]))
 @pytest.mark.parametrize(
     "module",
     [
-        "models.command_line",
+        "models.cli._command_line",
         "argparse",
         "controller.console",
-        "models.commands",
+        "models.cli",
         "numpy._core.multiarray",
         "onnxruntime.capi._pybind_state",
     ],
@@ -114,10 +115,10 @@ def test_ctrl_c_says_what_is_whole(
     def interrupted(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("models.simulate.generate", interrupted)
+    monkeypatch.setattr("models.data.simulate.generate", interrupted)
     assert main(["simulate", "--out", str(tmp_path)]) == 130
     assert capsys.readouterr().err == ("models: interrupted; the same command goes on from here\n")
-    monkeypatch.setattr("controller.bundle.read", interrupted)
+    monkeypatch.setattr("controller.bundles.bundle.read", interrupted)
     assert main(["evaluate", "--sessions", "1"]) == 130
     assert capsys.readouterr().err == "models: interrupted; every file written is whole\n"
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

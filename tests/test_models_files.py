@@ -8,15 +8,15 @@ import pytest
 from reported import evaluation
 from special_files import KINDS, answer, make
 
-from controller.bundle import default_path
+from controller.bundles.bundle import default_path
 from controller.recordings import writer
 from models import user_files
 from models.__main__ import main
-from models.information import games
-from models.report import page
-from models.report.data import ReportData
-from models.simulate import DataSet
-from models.sweep import kept
+from models.data.simulate import DataSet
+from models.reports import page
+from models.reports.data import ReportData
+from models.studies.information import games
+from models.studies.sweep import kept
 
 BUNDLE = str(default_path())
 NEEDS_TORCH = pytest.mark.train
@@ -225,7 +225,7 @@ def test_a_full_disk_is_one_sentence_that_names_the_file_and_leaves_no_half(
 def test_a_checkpoint_that_holds_something_else_is_damaged(tmp_path: Path) -> None:
     import numpy as np
 
-    from models import checkpoint
+    from models.training import checkpoint
 
     path = tmp_path / "kept.npz"
     for words in ("[" * 50_000, "9" * 5_000, "no JSON"):

@@ -15,10 +15,10 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol import Command, Grant, Granted
-from host import loop
-from host.device import OwnDevice
-from host.receiver import Delivered, Lost, Received, Receiver
+from controller.protocol.messages import Command, Grant, Granted
+from host import window_loop as loop
+from host.connection.receiver import Delivered, Lost, Received, Receiver
+from host.connection.virtual_orb import OwnDevice
 from host.targets.tetris import TetrisTarget
 
 SEED = 90_001  # of orb and paths; training used others

@@ -176,5 +176,5 @@ def test_a_source_file_without_related_tests_is_refused(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
-        mutants.main(["controller/loop.py"])
-    assert "related.toml names no tests for controller/loop.py" in capsys.readouterr().err
+        mutants.main(["controller/runtime/loop.py"])
+    assert "related.toml names no tests for controller/runtime/loop.py" in capsys.readouterr().err

@@ -14,13 +14,15 @@ pytest.importorskip("gpiozero", reason="the driver's pins are gpiozero's")
 
 from gpiozero.pins.mock import MockFactory
 
-from controller import sensors
-from controller.hardware import HardwareAwayError, HardwareError, raspberry
-from controller.hardware.emulated.bench import Bench
-from controller.hardware.emulated.chip import FakeChip
-from controller.hardware.emulated.faults import WiringFault
-from controller.hardware.spi import SpiDev
-from controller.sensors import SensorOptions, orb
+from controller.sensors import base as sensors
+from controller.sensors import orb
+from controller.sensors.base import SensorOptions
+from controller.sensors.hardware import HardwareAwayError, HardwareError
+from controller.sensors.hardware import raspberry_pi as raspberry
+from controller.sensors.hardware.emulated.adc import FakeChip
+from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.spi import SpiDev
 
 
 @dataclass

@@ -2,9 +2,9 @@
 
 import pytest
 
-from controller.echo import NEVER, Echo
-from controller.outbox import MOST, Outbox
-from controller.protocol import LATE_MS, Command
+from controller.protocol.clock_sync import NEVER, Echo
+from controller.protocol.messages import LATE_MS, Command
+from controller.protocol.retransmit import MOST, Outbox
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pygame
 import pytest
 
-from controller.protocol import (
+from controller.protocol.messages import (
     COMMANDS,
     Command,
     Contact,
@@ -20,12 +20,14 @@ from controller.protocol import (
     Who,
     quantise_image,
 )
-from host import cards, orb_view, sprites
-from host.orb_view import OrbView
-from host.panel import HEIGHT, WIDTH, Panel, Projection
-from host.receiver import Connected, Delivered, Lost, Received
+from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
-from host.touch import Pad
+from host.ui import orb_state as orb_view
+from host.ui import side_cards as cards
+from host.ui import sprites
+from host.ui.orb_state import OrbView
+from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
+from host.ui.pointer_input import Pad
 from tetris.window import theme
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")

@@ -9,14 +9,14 @@ import pytest
 pytest.importorskip("torch", reason="needs the [train] extra")
 pytest.importorskip("sklearn", reason="needs the [train] extra")
 
+from benchmarks.baselines import peers
+from benchmarks.baselines.forest import Forest
 from recorded import LABELS, played
 from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 
 from controller.recordings import writer
-from models import peers
-from models.forest import Forest
-from models.recipe import DEFAULT, PAPER
-from models.streams import feel
+from models.data.recipe import DEFAULT, PAPER
+from models.evaluation.replay import feel
 
 pytestmark = pytest.mark.train
 

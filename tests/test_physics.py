@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.simulator import membrane, paper
+from controller.simulator import membrane
+from controller.simulator import paper_model as paper
 from controller.simulator.contact import ContactModel, Fingers, Skin
-from controller.simulator.fields import drag_system, poisson
+from controller.simulator.green_functions import drag_system, poisson
 from controller.simulator.hand import SLOTS, Performance, draw_style, perform
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.orb import NOMINAL, OrbSimulator

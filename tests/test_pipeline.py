@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import bundle
-from controller.pipeline import Pipeline, Step
-from controller.preprocess import Frame, Image, State, Window
-from controller.touch import Spread
+from controller.bundles import bundle
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.preprocess import Frame, Image, State, Window
+from controller.recognition.touch_position import Spread
 
 SHIPPED = bundle.read(bundle.default_path())
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)

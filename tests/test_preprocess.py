@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller import drift
-from controller.preprocess import Known, Preprocessor, PreprocessSettings, z_image
-from controller.returns import Returns
+from controller.recognition import drift
+from controller.recognition.preprocess import Known, Preprocessor, PreprocessSettings, z_image
+from controller.recognition.rebaseline import Returns
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)

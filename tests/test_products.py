@@ -7,8 +7,8 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 import torch
 from torch import nn
 
-from models import products
-from models.networks import GestureNet
+from models.training import matmul_convolution as products
+from models.training.networks import GestureNet
 
 pytestmark = pytest.mark.train
 

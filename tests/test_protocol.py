@@ -11,8 +11,9 @@ from cobs import cobs as oracle
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from controller import protocol, wire
-from controller.protocol import (
+from controller.protocol import codec as wire
+from controller.protocol import messages as protocol
+from controller.protocol.messages import (
     COMMANDS,
     MAX_FRAME,
     MAX_PAYLOAD,

@@ -26,7 +26,8 @@ from fake_device import welcome
 from handmade import numbered
 
 from controller.links import open_link
-from controller.protocol import (
+from controller.protocol.device_session import DeviceSession
+from controller.protocol.messages import (
     VERSION,
     Command,
     Contact,
@@ -46,11 +47,9 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.session import DeviceSession
-from host import receiver as receiver_module
-from host import transport as transport_module
-from host.device import OwnDevice
-from host.receiver import (
+from host.connection import receiver as receiver_module
+from host.connection import transport as transport_module
+from host.connection.receiver import (
     Connected,
     Delivered,
     LinkError,
@@ -61,7 +60,8 @@ from host.receiver import (
     Refused,
     Stale,
 )
-from host.transport import Transport, explain, open_transport
+from host.connection.transport import Transport, explain, open_transport
+from host.connection.virtual_orb import OwnDevice
 
 DEVICE = (sys.executable, str(Path(__file__).with_name("fake_device.py")))
 DEADLINE_S = 20.0
@@ -641,7 +641,7 @@ def test_an_orb_whose_first_line_makes_no_sense_is_ended(line: str) -> None:
 def test_an_orb_that_ignores_the_request_to_end_is_killed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("host.device.END_S", 0.1)
+    monkeypatch.setattr("host.connection.virtual_orb.END_S", 0.1)
     code = (
         "import json, signal, sys;"
         "signal.signal(signal.SIGTERM, signal.SIG_IGN);"

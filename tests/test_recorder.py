@@ -17,13 +17,13 @@ import pytest
 from fake_disk import FakeDisk
 from small_journal import ORIGIN, image, numbers
 
-from controller.pipeline import CommandRecord
-from controller.recordings import disk as disks
+from controller.capture.run_files import Runs
+from controller.recognition.pipeline import CommandRecord
+from controller.recordings import journal_disk as disks
 from controller.recordings import naming, reader, recorder, recovery, writer
+from controller.recordings.journal_repair import decode
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
-from controller.recordings.salvage import decode
-from controller.runs import Runs
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller import bundle, npz
-from controller.events import Event
-from controller.pipeline import CommandRecord
+from controller import npz
+from controller.bundles import bundle
+from controller.recognition.event_metric import Event
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Mark, Origin, RecordingError, Truth, refuse_misfit

@@ -9,8 +9,11 @@ import pytest
 from hypothesis import given
 from recorded import broken, of, origin, played, recordings
 
-from controller.recordings import cadence, duplicates, labels, quality, response, summary
-from controller.recordings.quality import Level, Report
+from controller.recordings import summary
+from controller.recordings.quality import check as quality
+from controller.recordings.quality import duplicates, labels, response
+from controller.recordings.quality import timing as cadence
+from controller.recordings.quality.check import Level, Report
 from controller.recordings.recording import Recording
 
 

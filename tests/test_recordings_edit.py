@@ -7,8 +7,8 @@ import pytest
 from recorded import of, same
 
 from controller import npz
-from controller.events import Event
-from controller.pipeline import CommandRecord
+from controller.recognition.event_metric import Event
+from controller.recognition.pipeline import CommandRecord
 from controller.recordings import edit, reader
 from controller.recordings.edit import Change
 from controller.recordings.recording import Mark, Recording, RecordingError, Truth

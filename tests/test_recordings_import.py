@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from controller.errors import UserError
-from controller.recordings import description, importer
+from controller.recordings import import_description as description
+from controller.recordings import importer
 from controller.recordings.recording import Recording, RecordingError
 
 # The description of docs/recording.md.

@@ -10,9 +10,10 @@ from hypothesis import given
 from recorded import of, origin, recordings, same
 
 from controller import npz
-from controller.events import Event
-from controller.pipeline import CommandRecord
-from controller.recordings import edit, reader, table, writer
+from controller.recognition.event_metric import Event
+from controller.recognition.pipeline import CommandRecord
+from controller.recordings import csv_export as table
+from controller.recordings import edit, reader, writer
 from controller.recordings.recording import Mark, Recording, RecordingError, Truth
 
 

@@ -11,12 +11,13 @@ from typing import Any
 import pytest
 from small_journal import KEY, ORIGIN, image, written
 
-from controller.recordings import disk, reader, recovery, writer
+from controller.recordings import journal_disk as disk
+from controller.recordings import reader, recovery, writer
 from controller.recordings.journal import BLOCK
+from controller.recordings.journal_repair import decode
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RecordingError
 from controller.recordings.recovery import leftovers, recover
-from controller.recordings.salvage import decode
 
 
 def left(folder: Path, frames: int = 30, name: str = "one", damaged: bool = False) -> Path:

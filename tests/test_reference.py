@@ -16,7 +16,7 @@ from reference.mesh import taxels
 
 from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
-from controller.simulator.fields import poisson
+from controller.simulator.green_functions import poisson
 
 Array = NDArray[np.float64]
 

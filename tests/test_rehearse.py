@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import bundle
 from controller.adapt import rehearsal
-from models import rehearse
-from models.simulate import DataSet
-from models.streams import feel
+from controller.bundles import bundle
+from models.data.simulate import DataSet
+from models.evaluation.replay import feel
+from models.training import rehearsal as rehearse
 
 SHIPPED = bundle.default_path()
 LOADED = bundle.read(SHIPPED)

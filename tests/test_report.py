@@ -13,10 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reported import LABELS, WHOLE, evaluation, figure, session, training, tuning
 
-from models.metrics import LocationFigures
-from models.report import page, store, svg, words
-from models.report.data import ReportData
-from models.results import Calibration, ClassRow, Epoch, Honesty, Lateness
+from models import text as words
+from models.reports import page, store, svg
+from models.reports.data import ReportData
+from models.results.evaluation import LocationFigures
+from models.results.training import Calibration, ClassRow, Epoch, Honesty, Lateness
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 MEGABYTE = 1_000_000

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from small_journal import KEY, numbers, written
 
 from controller.recordings import journal as journals
-from controller.recordings import records
+from controller.recordings import journal_records as records
 from controller.recordings.journal import AMEND, BLOCK
+from controller.recordings.journal_records import Kind, encode
+from controller.recordings.journal_repair import decode
 from controller.recordings.recording import RecordingError
-from controller.recordings.records import Kind, encode
-from controller.recordings.salvage import decode
 
 # --- bad disks ------------------------------------------------------------------------------------
 
@@ -190,6 +190,6 @@ def test_a_file_larger_than_any_journal_is_not_read() -> None:
 
 def test_a_journal_of_too_many_records_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     data = bytes(written(30).data)
-    monkeypatch.setattr("controller.recordings.salvage.MAX_RECORDS", 20)
+    monkeypatch.setattr("controller.recordings.journal_repair.MAX_RECORDS", 20)
     with pytest.raises(RecordingError, match="more than the 20 records"):
         decode(data)

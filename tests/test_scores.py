@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models import scores
-from models.dataset import Examples
+from models.data.examples import Examples
+from models.evaluation import scores
 
 
 @given(hot=st.floats(0.4, 3.0), seed=st.integers(0, 2**32 - 1))

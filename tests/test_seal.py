@@ -5,7 +5,17 @@ import hmac
 import pytest
 from fake_device import welcome
 
-from controller.protocol import (
+from controller.protocol.auth import SIZE, Seal, seals
+from controller.protocol.device_session import WRONG_KEY, DeviceSession
+from controller.protocol.host_session import (
+    Connected,
+    Delivered,
+    HostSession,
+    Lost,
+    Received,
+    Refused,
+)
+from controller.protocol.messages import (
     VERSION,
     Bye,
     Command,
@@ -18,9 +28,6 @@ from controller.protocol import (
     Telemetry,
     encode,
 )
-from controller.seal import SIZE, Seal, seals
-from controller.session import WRONG_KEY, DeviceSession
-from host.session import Connected, Delivered, HostSession, Lost, Received, Refused
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 NONCE = bytes(range(16))

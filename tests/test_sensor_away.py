@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from bench import FINGER, Bench, Slab
 
-from controller.device import Device
-from controller.preprocess import Frame
-from controller.protocol import Command, Contacts, State, Telemetry
+from controller.protocol.messages import Command, Contacts, State, Telemetry
+from controller.recognition.preprocess import Frame
 from controller.recordings import reader
-from controller.sensors import SensorAwayError
+from controller.runtime.device import Device
+from controller.sensors.base import SensorAwayError
 
 
 class Loose(Bench):

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from controller.bluetooth import doctor
-from controller.bluetooth.bluez import explain
-from controller.bluetooth.button import HOLD_S, LongPress
-from controller.bluetooth.names import SERIAL_PORT_UUID, SERVICE_UUID
-from controller.doctor.verdict import Verdict
-from controller.service import status, unit
-from controller.service.notify import BEATS, Heart
+from controller.cli import service as unit
+from controller.cli import status
+from controller.diagnostics import bluetooth as doctor
+from controller.diagnostics.report import Verdict
+from controller.links.bluetooth.bluez import explain
+from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
+from controller.runtime.long_press import HOLD_S, LongPress
+from controller.runtime.systemd import BEATS, Heart
 
 if sys.platform == "win32":
     pytest.skip("systemd is for Linux", allow_module_level=True)

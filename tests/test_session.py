@@ -7,10 +7,22 @@ import pytest
 from fake_device import welcome
 from handmade import HELLO, JOIN, numbered
 
-from controller import wire
-from controller.echo import NEVER
-from controller.outbox import Outbox
-from controller.protocol import (
+from controller.protocol import codec as wire
+from controller.protocol.clock_sync import NEVER
+from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
+from controller.protocol.host_session import (
+    Connected,
+    Delivered,
+    HostSession,
+    Lost,
+    Missed,
+    Past,
+    Received,
+    Refused,
+    Stale,
+    pause_s,
+)
+from controller.protocol.messages import (
     VERSION,
     Alive,
     Bye,
@@ -34,19 +46,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.session import BACKLOG, GRANTED_BACKLOG, DeviceSession
-from host.session import (
-    Connected,
-    Delivered,
-    HostSession,
-    Lost,
-    Missed,
-    Past,
-    Received,
-    Refused,
-    Stale,
-    pause_s,
-)
+from controller.protocol.retransmit import Outbox
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.events import Event
-from controller.simulator import button
+from controller.recognition.event_metric import Event
+from controller.simulator import label_button as button
 from controller.simulator.hand import DISTRACTORS, GESTURES
 from controller.simulator.orb import NOMINAL
 from controller.simulator.session import DATA, LABELS, Session, simulate
-from controller.simulator.style import person
+from controller.simulator.user_style import person
 
 
 def played(protocol: str, minutes: float = 3.0, user: int = 0) -> Session:

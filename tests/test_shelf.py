@@ -12,13 +12,16 @@ from typing import Any
 import pytest
 from onnx_writer import model, node, value
 
-from controller import bundle as bundles
-from controller import options, parts
 from controller.__main__ import main
-from controller.bundle import Bundle, BundleError
-from controller.shelf import install, models, proof, rollback
-from controller.shelf.files import RealFiles
-from controller.shelf.shelf import KEEP, RECORD, Entry, Shelf, name_of
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.deploy import install
+from controller.bundles.deploy import selftest as proof
+from controller.bundles.deploy.disk import RealFiles
+from controller.bundles.deploy.store import KEEP, RECORD, Entry, Shelf, name_of
+from controller.cli import bundles as models
+from controller.cli import options, rollback
+from controller.runtime import assemble as parts
 
 SHIPPED = bundles.default_path()
 
@@ -130,7 +133,7 @@ def test_a_damaged_record_ends_every_command_in_one_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path)
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path)
     (tmp_path / RECORD).write_text('"\\u001b[31m" = 1\nbundles = []')
     assert main(command) in (1, 2)
     told = capsys.readouterr().err
@@ -158,7 +161,7 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
 def test_what_was_installed_or_ships_is_not_asked_everything_again(
     words: tuple[str, ...], asked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path)
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path)
 
     def proved() -> bool:
         return parts._deployed(options.parser().parse_args(words))[-1]
@@ -422,7 +425,7 @@ def test_labels_and_commands_that_no_packet_can_carry_are_not_installed() -> Non
 def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("controller.shelf.shelf.home", lambda: tmp_path / "shelf")
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
     shelf = Shelf(tmp_path / "shelf")
     shelf.path(put(shelf, variant(tmp_path, 1))).write_bytes(b"nothing")
     assert main(["--replay", "none.npz"]) == 2

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.preprocess import PreprocessSettings
+from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings import reader, recording, writer
 from controller.simulator.session import TEST_SEEDS
-from controller.simulator.style import person
-from models import simulate
+from controller.simulator.user_style import person
 from models.__main__ import main
-from models.dataset import Source, prepare, read_training
-from models.simulate import DataSet
+from models.data import simulate
+from models.data.examples import Source, prepare, read_training
+from models.data.simulate import DataSet
 
 SMALL = ["--users", "2", "--sessions", "2", "--minutes", "0.5"]
 

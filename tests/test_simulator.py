@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.protocol import Contact
-from controller.simulator import membrane, paper
+from controller.protocol.messages import Contact
+from controller.simulator import membrane
+from controller.simulator import paper_model as paper
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.electronics import ElectronicsModel
 from controller.simulator.hand import (
@@ -23,7 +24,7 @@ from controller.simulator.hand import (
 from controller.simulator.orb import OrbModel, OrbSimulator
 from controller.simulator.readout import ReadoutModel, read, scan_times
 from controller.simulator.session import LABELS, simulate
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.virtual_orb import VirtualOrb
 
 SKIN = Skin(membrane.inflate(), 5, 5, 10.0, ContactModel())
 

@@ -10,7 +10,7 @@ import pytest
 from special_files import KINDS, answer, make
 
 from controller.__main__ import main
-from controller.commands import COMMANDS
+from controller.cli.commands import COMMANDS
 
 if sys.platform != "linux":
     pytest.skip("no such files", allow_module_level=True)

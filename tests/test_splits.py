@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models import splits
-from models.splits import Fold, LeakError
+from models.data import splits
+from models.data.splits import Fold, LeakError
 
 WINDOW = 3
 SESSION = np.repeat([0, 1, 2], 10)  # three sessions of ten frames

@@ -9,12 +9,15 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller import vocabulary
+from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import UNKNOWN
-from models import reading, splits, splitting, touches
-from models.recipe import DEFAULT
-from models.simulate import DataSet
+from models.data import load as reading
+from models.data import splits
+from models.data import touch_images as touches
+from models.data import training_split as splitting
+from models.data.recipe import DEFAULT
+from models.data.simulate import DataSet
 
 pytestmark = pytest.mark.train
 

@@ -5,11 +5,11 @@ from importlib.resources import files
 
 # What a plain run does without: rooms of ours, and what is dear in the libraries.
 SPARED = """
-    controller.calibrate controller.calibration controller.doctor controller.key
-    controller.labelling.cues controller.labelling.terminal controller.recordings.recorder
-    controller.recordings.writer controller.runs controller.sensors.virtual controller.shelf.clerk
-    controller.shelf.files controller.shelf.install controller.simulator controller.tape
-    controller.taping controller.teaching controller.timekeeper controller.vocabulary
+    controller.diagnostics.calibrate controller.sensors.calibration_store controller.diagnostics controller.protocol.psk
+    controller.capture.cues controller.capture.terminal_keys controller.recordings.recorder
+    controller.recordings.writer controller.capture.run_files controller.sensors.virtual controller.runtime.bundle_updates
+    controller.bundles.deploy.disk controller.bundles.deploy.install controller.simulator controller.capture.session_recorder
+    controller.runtime.recording_session controller.teach controller.runtime.latency_report controller.bundles.vocabulary
     importlib.metadata importlib.resources numpy.ma numpy.random onnxruntime queue serial socket
     subprocess zipfile
 """
@@ -34,12 +34,14 @@ def imported(*words: str) -> set[str]:
 def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
     demo = str(files("assets") / "demo.npz")
     plain = imported("--replay", demo, "--engine", "numpy")
-    assert {"controller.run", "controller.pipeline", "numpy"} <= plain
+    assert {"controller.cli.run", "controller.recognition.pipeline", "numpy"} <= plain
     assert not plain.intersection(SPARED.split())
 
 
 def test_command_imports_nothing_of_a_run() -> None:
-    assert not imported("models").intersection({"controller.run", "controller.pipeline"})
+    assert not imported("models").intersection(
+        {"controller.cli.run", "controller.recognition.pipeline"}
+    )
 
 
 def test_numpy_keeps_to_one_thread_unless_somebody_says_otherwise() -> None:

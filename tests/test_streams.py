@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from recorded import of, origin, played
 
-from controller import bundle
-from controller.debounce import Debouncer, DebounceSettings
-from controller.events import Answer
-from controller.pipeline import Pipeline
-from controller.recognizer import Recognizer
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.debounce import Debouncer, DebounceSettings
+from controller.recognition.event_metric import Answer
+from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import RecordingError
-from models import streams
-from models.known import know
+from models.data.ground_truth import know
+from models.evaluation import replay as streams
 
 SHIPPED = bundle.read(bundle.default_path())
 LABELS = SHIPPED.labels

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.touch import Spread
-from models.surely import measure, within
+from controller.recognition.touch_position import Spread
+from models.evaluation.position_error import measure, within
 
 RNG = np.random.default_rng(5)
 BLUR = RNG.uniform(0.01, 0.15, 4000)

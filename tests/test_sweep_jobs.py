@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import models.sweep
-from models.sweep import jobs, kept, local, people, perform, study, version
-from models.sweep.plan import Plan, parse
-from models.sweep.study import Sweep
+import models.studies.sweep
+from models.studies.sweep import jobs, kept, local, people, perform, study, version
+from models.studies.sweep.plan import Plan, parse
+from models.studies.sweep.study import Sweep
 
 VERSION = {"orbtouch": "1", "sources": "a"}
 
@@ -199,10 +199,14 @@ def test_results_of_another_version_are_not_used(
 
 def test_what_only_shows_results_is_no_part_of_the_version() -> None:
     names = {path for path, _ in version._files(files("models"), version.ASIDE["models"])}
-    assert {"/fit.py", "/recipe.py", "/networks.py"} <= names
-    assert not {"/commands/train.py", "/report/page.py"} & names
+    assert {"/training/loop.py", "/data/recipe.py", "/training/networks.py"} <= names
+    assert not {"/cli/train.py", "/reports/page.py"} & names
     names = {path for path, _ in version._files(files("controller"), version.ASIDE["controller"])}
-    assert {"/preprocess.py", "/gestures.toml", "/simulator/gestures/press.toml"} <= names
+    assert {
+        "/recognition/preprocess.py",
+        "/bundles/gestures.toml",
+        "/simulator/gestures/press.toml",
+    } <= names
 
 
 def test_the_program_tells_another_version_from_its_own() -> None:
@@ -235,7 +239,9 @@ def test_what_goes_wrong_in_a_job_comes_back_as_a_sentence(
     def broken(job: Any) -> None:
         raise error
 
-    monkeypatch.setattr(models.sweep, "training", SimpleNamespace(train=broken), raising=False)
+    monkeypatch.setattr(
+        models.studies.sweep, "training", SimpleNamespace(train=broken), raising=False
+    )
     order = json.dumps({"name": "n", "job": {}, "version": version.own()})
     found = json.loads(perform.perform(order))
     assert said in found["failed"]

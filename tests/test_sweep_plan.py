@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.sweep import example, jobs, people, plan
-from models.sweep.plan import Plan, PlanError
+from models.studies.sweep import example, jobs, people, plan
+from models.studies.sweep.plan import Plan, PlanError
 
 
 def allow(recipe: str, key: str, value: Any) -> Any:
@@ -81,7 +81,7 @@ def test_the_files_in_the_documentation_can_be_read() -> None:
 
 
 def test_every_file_that_ships_can_be_asked_for() -> None:
-    shipped = files("models.sweep").joinpath("examples").iterdir()
+    shipped = files("models.studies.sweep").joinpath("examples").iterdir()
     assert {path.name for path in shipped} == {f"{name}.toml" for name in example.NAMES}
 
 
@@ -187,8 +187,8 @@ def test_what_is_not_installed_is_asked_for_by_its_extra(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from models import extras
     from models.__main__ import main
+    from models.cli import _extras as extras
 
     found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
     monkeypatch.setattr(extras, "find_spec", found)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.sweep import figures, report, told
-from models.sweep.choice import choose
-from models.sweep.figures import MEASURES
+from models.studies.sweep import figures, report, told
+from models.studies.sweep.choice import choose
+from models.studies.sweep.figures import MEASURES
 
 PEOPLE = 12
 

@@ -17,9 +17,9 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 from controller.recordings import writer
 from models.__main__ import main
-from models.recipe import DEFAULT
-from models.simulate import DataSet
-from models.sweep import kept, local
+from models.data.recipe import DEFAULT
+from models.data.simulate import DataSet
+from models.studies.sweep import kept, local
 
 pytestmark = pytest.mark.train
 

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
 
-from controller.device import Device, steady
-from controller.labelling.cues import Cues
-from controller.labelling.labeller import Labeller
-from controller.labelling.plan import Ask, Pace
-from controller.loop import Loop
-from controller.pipeline import Pipeline
-from controller.preprocess import State
-from controller.protocol import Command, Contacts, Grant, Message
+from controller.capture.cue_plan import Ask, Pace
+from controller.capture.cues import Cues
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import Tape
+from controller.protocol.messages import Command, Contacts, Grant, Message
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import State
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.sensors import SensorError
-from controller.tape import Tape
+from controller.runtime.device import Device, steady
+from controller.runtime.loop import Loop
+from controller.sensors.base import SensorError
 
 
 def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> None:

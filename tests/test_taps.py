@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 from fake_device import welcome
 
-from controller.protocol import Command, Message, Telemetry, Welcome, quantise_image
+from controller.protocol.messages import Command, Message, Telemetry, Welcome, quantise_image
 from host import taps
-from host.receiver import Connected, Delivered, Lost, Missed, Received, Stale
+from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import TapError, TapUnavailableError, open_taps
 from host.taps._worker import Worker
 

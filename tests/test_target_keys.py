@@ -11,16 +11,17 @@ import pytest
 from fake_device import welcome
 
 from controller.errors import UserError
-from controller.protocol import Command, Contacts, Message, State, Telemetry
-from host import loop, targets
-from host.keys.backends import BackendError
-from host.keys.pressed import Stroke
-from host.keys.reading import parse
-from host.keys.target import KeysTarget
-from host.keys.terminal import decode
-from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from controller.keymap.key_state import Stroke
+from controller.keymap.keymap_file import parse
+from controller.protocol.messages import Command, Contacts, Message, State, Telemetry
+from host import targets
+from host import window_loop as loop
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.connection.transport import LinkError
+from host.injection.backends import BackendError
+from host.injection.terminal_keys import decode
 from host.targets import TargetOptions
-from host.transport import LinkError
+from host.targets._keys import KeysTarget
 
 MAP = parse(
     {

@@ -9,7 +9,7 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 import pygame
 import pytest
 
-from controller.protocol import (
+from controller.protocol.messages import (
     COMMANDS,
     Command,
     Contacts,
@@ -18,11 +18,12 @@ from controller.protocol import (
     Telemetry,
     Welcome,
 )
-from host import loop, targets
-from host.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host import targets
+from host import window_loop as loop
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.connection.transport import LinkError
 from host.targets.tetris import AGAIN_S, TetrisTarget
-from host.transport import LinkError
-from tetris.engine import Action, Phase
+from tetris.engine.game import Action, Phase
 from tetris.window.settings import Settings
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import bundle, vocabulary
 from controller.__main__ import main
+from controller.bundles import bundle, vocabulary
+from controller.cli import teach as command
 from controller.recordings import reader
-from controller.teaching import command, folder, session
+from controller.teach import dataset_folder as folder
+from controller.teach import session
 
 FAST = ("teach", "--sensor", "virtual", "--speed", "0")
 PATIENCE_S = 60.0
@@ -204,7 +206,7 @@ if sys.platform != "win32":
 import fcntl, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 from controller.__main__ import main
-from controller.teaching import after
+from controller.teach import next_step as after
 after.trainable = lambda: True
 sys.exit(main(sys.argv[1:]))
 """
@@ -254,7 +256,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 def test_everything_that_training_imports_is_looked_for_and_nothing_is_imported() -> None:
-    code = "import sys; from controller.teaching import after; after.trainable(); " + (
+    code = "import sys; from controller.teach import next_step as after; after.trainable(); " + (
         "sys.exit(any(name in sys.modules for name in after.NEEDED))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle
 from controller.__main__ import main
-from controller.adapt import lesson
-from controller.recognizer import Recognizer
+from controller.adapt import few_shot as lesson
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader
-from controller.teaching import adding
+from controller.teach import add_gesture as adding
 
 SHIPPED = str(bundle.default_path())
 EXAMPLE = Path(adding.__file__).parent / "example"

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller import vocabulary
-from controller.labelling.cues import Cue, Cues, Phase
-from controller.labelling.labeller import Labeller, Said
-from controller.labelling.plan import Ask, Pace
-from controller.pipeline import Step
-from controller.teaching import TeachError, protocols
-from controller.teaching.board import KEYS, Board, Log, Page, drawable, summary
-from controller.teaching.clock import Alone
-from controller.teaching.tally import Tally
+from controller.bundles import vocabulary
+from controller.capture.cue_plan import Ask, Pace
+from controller.capture.cues import Cue, Cues, Phase
+from controller.capture.labels import Labeller, Said
+from controller.recognition.pipeline import Step
+from controller.teach import TeachError, protocols
+from controller.teach.example_counts import Tally
+from controller.teach.offline_link import Alone
+from controller.teach.progress import KEYS, Board, Log, Page, drawable, summary
 
 FIVE = vocabulary.shipped()
 MODEL = FIVE.labels

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 import recorded
 
-from controller import vocabulary
+from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import Mark
-from controller.simulator import repertoire
-from controller.teaching import TeachError, after, folder
-from controller.teaching.folder import Taken
+from controller.simulator import gesture_file as repertoire
+from controller.teach import TeachError
+from controller.teach import dataset_folder as folder
+from controller.teach import next_step as after
+from controller.teach.dataset_folder import Taken
 
 KNOCK = """
 name = "mine"

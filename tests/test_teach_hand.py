@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller import sensors
 from controller.__main__ import main
-from controller.labelling.cues import Cue, Phase
-from controller.options import parser as grammar
-from controller.parts import open_device, prepare
-from controller.sensors import SensorError, SensorOptions
+from controller.capture.cues import Cue, Phase
+from controller.cli.options import parser as grammar
+from controller.runtime.assemble import open_device, prepare
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorError, SensorOptions
 from controller.sensors.virtual import Obedient, knows, show
-from controller.simulator.virtual import VirtualOrb
-from controller.teaching import folder
+from controller.simulator.virtual_orb import VirtualOrb
+from controller.teach import dataset_folder as folder
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from controller import bundle
 from controller.__main__ import main
-from controller.mapping import ALWAYS
+from controller.bundles import bundle
+from controller.recognition.mapping import ALWAYS
 
 pytestmark = pytest.mark.train
 

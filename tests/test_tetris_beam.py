@@ -2,13 +2,14 @@
 
 import pytest
 
-from tetris import beam, bot
-from tetris.board import Board
-from tetris.bots import BOTS, STRONGEST, hint, play
-from tetris.engine import Action, Config, Game, Phase
-from tetris.modes import MODES
-from tetris.pieces import Piece
-from tetris.replay import Player, Recorder
+from tetris.bots import beam_search as beam
+from tetris.bots import greedy as bot
+from tetris.bots.registry import BOTS, STRONGEST, hint, play
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Config, Game, Phase
+from tetris.engine.modes import MODES
+from tetris.engine.pieces import Piece
+from tetris.history.replay import Player, Recorder
 
 
 def test_it_tucks_a_piece_under_an_overhang() -> None:

@@ -2,11 +2,12 @@
 
 import pytest
 
-from tetris import bot, features
-from tetris.board import Board
-from tetris.engine import Action, Config, Game, Phase
-from tetris.events import Locked
-from tetris.pieces import Piece
+from tetris.bots import features
+from tetris.bots import greedy as bot
+from tetris.engine.board import Board
+from tetris.engine.events import Locked
+from tetris.engine.game import Action, Config, Game, Phase
+from tetris.engine.pieces import Piece
 
 
 def test_an_upright_i_goes_into_a_well_and_clears_four_rows() -> None:

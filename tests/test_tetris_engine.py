@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tetris_games import Step, configs, game_with, of, scripts
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Event, Game, Phase, TopOut
-from tetris.events import (
+from tetris.engine.board import Board
+from tetris.engine.events import (
     Blocked,
     Held,
     LevelUp,
@@ -21,7 +20,8 @@ from tetris.events import (
     Spawned,
     ToppedOut,
 )
-from tetris.pieces import Kind, Piece
+from tetris.engine.game import Action, Config, Event, Game, Phase, TopOut
+from tetris.engine.pieces import Kind, Piece
 
 # -- pieces: bags, previews, hold, ghost ---------------------------------------------------
 

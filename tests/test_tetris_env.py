@@ -10,10 +10,10 @@ gymnasium = pytest.importorskip("gymnasium", reason="needs the extra [gym]")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-from tetris.board import Board  # noqa: E402
-from tetris.engine import Config  # noqa: E402
-from tetris.env import INPUTS, Acts, TetrisEnv  # noqa: E402
-from tetris.pieces import Piece  # noqa: E402
+from tetris.bots.gym_env import INPUTS, Acts, TetrisEnv  # noqa: E402
+from tetris.engine.board import Board  # noqa: E402
+from tetris.engine.game import Config  # noqa: E402
+from tetris.engine.pieces import Piece  # noqa: E402
 
 
 def drawn(picture: "np.ndarray[tuple[int, int], np.dtype[np.uint8]]") -> str:
@@ -22,10 +22,10 @@ def drawn(picture: "np.ndarray[tuple[int, int], np.dtype[np.uint8]]") -> str:
 
 
 def test_without_gymnasium_a_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "tetris.env")
+    monkeypatch.delitem(sys.modules, "tetris.bots.gym_env")
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(ModuleNotFoundError, match=r"Gymnasium.* pip install 'orbtouch\[gym\]'"):
-        importlib.import_module("tetris.env")
+        importlib.import_module("tetris.bots.gym_env")
 
 
 @pytest.mark.parametrize("name", ["Tetris/Inputs-v0", "Tetris/Placements-v0"])

@@ -2,10 +2,10 @@
 
 import pytest
 
-from tetris.board import Board
-from tetris.features import BCTS, DELLACHERIE, Weights, loses, middle, settled, surface
-from tetris.pieces import Piece
-from tetris.rules import Config
+from tetris.bots.features import BCTS, DELLACHERIE, Weights, loses, middle, settled, surface
+from tetris.engine.board import Board
+from tetris.engine.pieces import Piece
+from tetris.engine.rules import Config
 
 NONE = Weights(0, 0, 0, 0, 0, 0)
 

@@ -12,11 +12,11 @@ from tetris_window_player import open_app, opened
 
 from tetris import files
 from tetris.__main__ import main
-from tetris.modes import MODES
-from tetris.records import FILE_NAME, Records
-from tetris.replay import Recorder
-from tetris.replay_file import ReplayError, load, save
-from tetris.stats import Summary
+from tetris.engine.modes import MODES
+from tetris.history.high_scores import FILE_NAME, Records
+from tetris.history.replay import Recorder
+from tetris.history.replay_file import ReplayError, load, save
+from tetris.history.stats import Summary
 from tetris.window import settings
 from tetris.window.app import Start
 from tetris.window.settings import Settings

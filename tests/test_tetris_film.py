@@ -7,11 +7,11 @@ import pygame
 import pytest
 
 from tetris.__main__ import main
-from tetris.engine import Action
-from tetris.film import FilmError, FilmFile
-from tetris.replay import Recorder, Replay
-from tetris.replay_file import save
-from tetris.window import film
+from tetris.engine.game import Action
+from tetris.history.replay import Recorder, Replay
+from tetris.history.replay_file import save
+from tetris.history.video import FilmError, FilmFile
+from tetris.window import video as film
 
 SMALL = (160, 144)
 

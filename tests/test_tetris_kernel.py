@@ -4,12 +4,12 @@ from random import Random
 
 import pytest
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Game, Phase
-from tetris.kernel import Kernel, lock
-from tetris.paths import paths
-from tetris.perft import boards, leaves
-from tetris.pieces import Kind, Piece
+from tetris.bots.kernel import Kernel, lock
+from tetris.bots.paths import paths
+from tetris.bots.perft import boards, leaves
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Config, Game, Phase
+from tetris.engine.pieces import Kind, Piece
 
 CONFIGS = [
     Config(),

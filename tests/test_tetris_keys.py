@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.engine import Action
+from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.keys import Due, Keys
-from tetris.window.nav import Nav, Repeater
+from tetris.window.menu_navigation import Nav, Repeater
 from tetris.window.pads import Pads, Press
 
 LEFT, RIGHT = Action.LEFT, Action.RIGHT

@@ -6,10 +6,10 @@ fewest blocks that make it the place in its title.
 
 import pytest
 
-from tetris import moves
-from tetris.board import Board
-from tetris.kicks import Kicks
-from tetris.pieces import KINDS, Kind, Piece
+from tetris.engine import moves
+from tetris.engine.board import Board
+from tetris.engine.kicks import Kicks
+from tetris.engine.pieces import KINDS, Kind, Piece
 
 COLUMNS = 6
 

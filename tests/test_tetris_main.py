@@ -14,9 +14,9 @@ import pytest
 
 from tetris import cli
 from tetris.__main__ import main
-from tetris.engine import Action
-from tetris.replay import Outcome, Recorder
-from tetris.replay_file import save
+from tetris.engine.game import Action
+from tetris.history.replay import Outcome, Recorder
+from tetris.history.replay_file import save
 
 
 def test_a_headless_bot_prints_one_json_object(capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,7 +172,9 @@ sys.exit(main(["--bot"]))
 """
 
 
-@pytest.mark.parametrize("module", ["tetris.cli", "tetris.engine", "argparse", "tetris.window"])
+@pytest.mark.parametrize(
+    "module", ["tetris.cli", "tetris.engine.game", "argparse", "tetris.window"]
+)
 def test_ctrl_c_in_the_middle_of_the_imports_ends_without_a_word(module: str) -> None:
     command = [sys.executable, "-c", PRESS, module]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)

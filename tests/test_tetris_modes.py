@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import pytest
 
-from tetris import bot
-from tetris.engine import Action, Config, Finish, Game, Phase
-from tetris.events import Finished, Undone
-from tetris.modes import MODES
+from tetris.bots import greedy as bot
+from tetris.engine.events import Finished, Undone
+from tetris.engine.game import Action, Config, Finish, Game, Phase
+from tetris.engine.modes import MODES
 
 
 def test_the_menu_has_eight_modes() -> None:

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tetris.pace import FIRST_LEVEL, Pace, level_for
-from tetris.rules import seconds_per_row
+from tetris.engine.pace import FIRST_LEVEL, Pace, level_for
+from tetris.engine.rules import seconds_per_row
 
 
 def paced(*intervals_s: float) -> Pace:

@@ -5,9 +5,9 @@ import pickle
 
 import pytest
 
-from tetris.board import Board
-from tetris.kicks import KICKS as TABLES
-from tetris.pieces import KINDS, SHAPES, Kind, Piece
+from tetris.engine.board import Board
+from tetris.engine.kicks import KICKS as TABLES
+from tetris.engine.pieces import KINDS, SHAPES, Kind, Piece
 
 KICKS = TABLES["srs"]
 JLSTZ_KICKS = """

@@ -4,14 +4,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Game
-from tetris.events import Locked
-from tetris.kicks import Kicks
-from tetris.moves import Spin
-from tetris.paths import fewest, path, paths
-from tetris.pieces import KINDS, Kind, Piece
-from tetris.placements import Placement, find
+from tetris.bots.paths import fewest, path, paths
+from tetris.bots.placements import Placement, find
+from tetris.engine.board import Board
+from tetris.engine.events import Locked
+from tetris.engine.game import Action, Config, Game
+from tetris.engine.kicks import Kicks
+from tetris.engine.moves import Spin
+from tetris.engine.pieces import KINDS, Kind, Piece
 
 L, R, D, DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
 CW, CCW = Action.ROTATE_CW, Action.ROTATE_CCW

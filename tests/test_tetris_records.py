@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tetris.engine.modes import MODES
 from tetris.files import config_folder, data_folder, write_beside
-from tetris.modes import MODES
-from tetris.records import FILE_NAME, PLACES, Records, Totals
-from tetris.stats import Summary
+from tetris.history.high_scores import FILE_NAME, PLACES, Records, Totals
+from tetris.history.stats import Summary
 
 
 def summary(score: int = 100, time_s: float = 60.0, lines: int = 40) -> Summary:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tetris.engine import Action, Config, Event, Game, GravityCap, Input, Phase
-from tetris.events import Locked, Restarted, Spawned, Undone
-from tetris.replay import Moment, Outcome, Player, Recorder, Replay
-from tetris.rules import VERSION
+from tetris.engine.events import Locked, Restarted, Spawned, Undone
+from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input, Phase
+from tetris.engine.rules import VERSION
+from tetris.history.replay import Moment, Outcome, Player, Recorder, Replay
 
 WAIT_S = st.integers(0, 3_000_000_000).map(lambda ns: ns / 1e9)  # finer than a replay's clock
 INPUT = st.one_of(st.sampled_from(list(Action)), st.integers(1, 20).map(GravityCap))

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tetris import rules
-from tetris.engine import Action, Config, GravityCap
-from tetris.replay import LAST_SEED, MOST, Moment, Outcome, Player, Recorder, Replay
-from tetris.replay_file import ReplayError, decode, encode, load, save
+from tetris.engine import rules
+from tetris.engine.game import Action, Config, GravityCap
+from tetris.history.replay import LAST_SEED, MOST, Moment, Outcome, Player, Recorder, Replay
+from tetris.history.replay_file import ReplayError, decode, encode, load, save
 
 HELD = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 INPUT = st.one_of(st.sampled_from(list(Action)), st.integers(1, 20).map(GravityCap))

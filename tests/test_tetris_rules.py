@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tetris_games import game_with, of
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Finish, Game, GravityCap, Phase, TopOut
-from tetris.events import Blocked, Finished, Held, Locked, Moved, Rotated, Spawned, ToppedOut
-from tetris.kicks import KICKS, Kicks, KickTable
-from tetris.pieces import KINDS, Kind, Piece
+from tetris.engine.board import Board
+from tetris.engine.events import Blocked, Finished, Held, Locked, Moved, Rotated, Spawned, ToppedOut
+from tetris.engine.game import Action, Config, Finish, Game, GravityCap, Phase, TopOut
+from tetris.engine.kicks import KICKS, Kicks, KickTable
+from tetris.engine.pieces import KINDS, Kind, Piece
 
 DROP = [Action.HARD_DROP]
 

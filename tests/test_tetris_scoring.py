@@ -2,8 +2,8 @@
 
 import pytest
 
-from tetris.moves import Spin
-from tetris.scoring import Clear, Streak, goal_of, judge, level_of
+from tetris.engine.moves import Spin
+from tetris.engine.scoring import Clear, Streak, goal_of, judge, level_of
 
 
 def worth(

@@ -2,13 +2,13 @@
 
 import pytest
 
-from tetris import moves
-from tetris.board import Board
-from tetris.engine import Action, Game
-from tetris.events import Locked, Rotated
-from tetris.moves import Spin
-from tetris.pieces import Piece
-from tetris.scoring import Clear
+from tetris.engine import moves
+from tetris.engine.board import Board
+from tetris.engine.events import Locked, Rotated
+from tetris.engine.game import Action, Game
+from tetris.engine.moves import Spin
+from tetris.engine.pieces import Piece
+from tetris.engine.scoring import Clear
 
 
 def played(picture: str, piece: Piece, *actions: Action) -> tuple[Clear, int]:

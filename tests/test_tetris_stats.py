@@ -2,10 +2,10 @@
 
 import pytest
 
-from tetris import bot
-from tetris.engine import Action, Config, Game
-from tetris.pieces import Piece
-from tetris.stats import COMMANDS, Statistics, Summary
+from tetris.bots import greedy as bot
+from tetris.engine.game import Action, Config, Game
+from tetris.engine.pieces import Piece
+from tetris.history.stats import COMMANDS, Statistics, Summary
 
 LEFT, RIGHT, CW, CCW = Action.LEFT, Action.RIGHT, Action.ROTATE_CW, Action.ROTATE_CCW
 DROP, DOWN, HOLD, UNDO = Action.HARD_DROP, Action.DOWN, Action.HOLD, Action.UNDO

@@ -3,11 +3,11 @@
 import pytest
 from tetris_games import game_with, of
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Event, Game
-from tetris.events import Blocked, Dropped, Locked, Moved
-from tetris.pieces import Piece
-from tetris.rules import seconds_per_row
+from tetris.engine.board import Board
+from tetris.engine.events import Blocked, Dropped, Locked, Moved
+from tetris.engine.game import Action, Config, Event, Game
+from tetris.engine.pieces import Piece
+from tetris.engine.rules import seconds_per_row
 
 # -- gravity and soft drop -----------------------------------------------------------------
 

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tetris_games import Step, configs, of, scripts
 
-from tetris.engine import Action, Config, Game, Phase
-from tetris.events import Blocked, Spawned, ToppedOut, Undone
+from tetris.engine.events import Blocked, Spawned, ToppedOut, Undone
+from tetris.engine.game import Action, Config, Game, Phase
 
 DROP, UNDO = Action.HARD_DROP, Action.UNDO
 ZEN = Config(gravity=False, lock_resets=None, undo=True)

@@ -3,10 +3,10 @@
 import pygame
 import pytest
 
-from tetris import bot
-from tetris.board import Board
-from tetris.engine import Action, Config, Game, Phase
-from tetris.pieces import Piece
+from tetris.bots import greedy as bot
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Config, Game, Phase
+from tetris.engine.pieces import Piece
 from tetris.window import display, theme
 from tetris.window.bot_player import BotPlayer
 from tetris.window.layout import Layout

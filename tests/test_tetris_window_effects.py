@@ -3,16 +3,16 @@
 import pygame
 import pytest
 
-from tetris import events as happened
-from tetris.board import Board
-from tetris.engine import Action, Config, Game
-from tetris.events import Event
-from tetris.pieces import Piece
+from tetris.engine import events as happened
+from tetris.engine.board import Board
+from tetris.engine.events import Event
+from tetris.engine.game import Action, Config, Game
+from tetris.engine.pieces import Piece
 from tetris.window.callouts import praise
 from tetris.window.figures import clock, figures_of
 from tetris.window.layout import Layout
-from tetris.window.look import Look
 from tetris.window.settings import Settings
+from tetris.window.theme_choice import Look
 from tetris.window.view import GameView
 
 AREA = pygame.Rect(0, 0, 1280, 720)

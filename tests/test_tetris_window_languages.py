@@ -8,8 +8,8 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tetris.events import Action
-from tetris.modes import MODES
+from tetris.engine.events import Action
+from tetris.engine.modes import MODES
 from tetris.window import bindings, language, theme
 from tetris.window.palettes import PALETTES
 

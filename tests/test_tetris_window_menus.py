@@ -3,10 +3,10 @@
 import pygame
 import pytest
 
-from tetris.window.look import Look
 from tetris.window.menu import Cursor, Item, Menu, Row
+from tetris.window.menu_navigation import Nav
 from tetris.window.menu_view import MenuView, wrapped
-from tetris.window.nav import Nav
+from tetris.window.theme_choice import Look
 
 
 class Counter:

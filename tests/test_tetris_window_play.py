@@ -7,10 +7,10 @@ import pygame
 import pytest
 from tetris_window_player import FRAME_S, Player, open_app, opened
 
-from tetris.engine import Phase
-from tetris.film import FilmError
-from tetris.replay import Player as ReplayPlayer
-from tetris.window import filming
+from tetris.engine.game import Phase
+from tetris.history.replay import Player as ReplayPlayer
+from tetris.history.video import FilmError
+from tetris.window import video_export as filming
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen

@@ -7,7 +7,7 @@ import pygame
 import pytest
 from tetris_window_player import FRAME_S, Player, open_app, opened
 
-from tetris.engine import Action
+from tetris.engine.game import Action
 from tetris.window.screens.binding_screen import WAIT_S, BindingScreen
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen

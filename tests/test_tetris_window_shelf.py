@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from tetris import bots
-from tetris.engine import Action, Phase
-from tetris.modes import MODES
-from tetris.replay import Player
-from tetris.replay_file import load
-from tetris.window.session import Session
+from tetris.bots import registry as bots
+from tetris.engine.game import Action, Phase
+from tetris.engine.modes import MODES
+from tetris.history.replay import Player
+from tetris.history.replay_file import load
+from tetris.window.game_session import Session
+from tetris.window.saves import Shelf
 from tetris.window.settings import Settings
-from tetris.window.shelf import Shelf
 
 
 def played(mode: str, pieces: int = 10_000, *, seed: int = 1, action_s: float = 0.1) -> Session:

@@ -6,9 +6,9 @@ import numpy as np
 import pygame
 import pytest
 
-from tetris.board import Board
-from tetris.engine import Action, Game
-from tetris.pieces import KINDS, Piece
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Game
+from tetris.engine.pieces import KINDS, Piece
 from tetris.window import synth
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds, device_likely, sound_of

@@ -6,7 +6,7 @@ import math
 import pygame
 import pytest
 
-from tetris.pieces import KINDS
+from tetris.engine.pieces import KINDS
 from tetris.window.palettes import DEBRIS, PALETTES, SAFE, Palette
 from tetris.window.theme import Colour
 from tetris.window.tiles import Tiles

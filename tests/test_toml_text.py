@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller import bundle, toml_text
+from controller import toml_text
+from controller.bundles import bundle
 
 words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 plain = st.one_of(

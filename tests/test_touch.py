@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from controller.protocol import Contact, Contacts
-from host import touch as touching
-from host.touch import Mode, Pad, Touch
+from controller.protocol.messages import Contact, Contacts
+from host.ui import pointer_input as touching
+from host.ui.pointer_input import Mode, Pad, Touch
 
 
 def positions(contacts: tuple[Contact, ...]) -> list[tuple[float, float]]:

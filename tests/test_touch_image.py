@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.preprocess import Image
-from controller.touch import Spread, TouchImage
+from controller.recognition.preprocess import Image
+from controller.recognition.touch_position import Spread, TouchImage
 
 QUIET = np.ones((5, 5), dtype=np.float32)
 

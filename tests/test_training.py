@@ -11,13 +11,15 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from controller import bundle, vocabulary
-from controller.recognizer import Recognizer
+from controller.bundles import bundle, vocabulary
+from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader, writer
-from controller.simulator import repertoire
-from models import fit, recipe, results
+from controller.simulator import gesture_file as repertoire
 from models.__main__ import main
-from models.recipe import RECIPES, UNTOUCHED
+from models.data import recipe
+from models.data.recipe import RECIPES, UNTOUCHED
+from models.results import training as results
+from models.training import loop as fit
 
 pytestmark = pytest.mark.train
 
@@ -202,7 +204,7 @@ def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
 
 
 def test_the_shipped_auxiliary_gestures_are_none_that_few_examples_are_measured_on() -> None:
-    folder = Path(__file__).parents[1] / "models" / "auxiliary"
+    folder = Path(__file__).parents[1] / "models" / "training" / "auxiliary"
     listed = vocabulary.read(folder / vocabulary.FILE)
     own = listed.entries[len(SHIPPED.entries) :]
     assert listed.labels[: len(SHIPPED.labels)] == SHIPPED.labels

@@ -9,17 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded import of, origin, played
 
-from controller import bundle
-from controller.debounce import Debouncer, DebounceSettings
-from controller.events import Answer, Score, judge
-from controller.recognizer import Recognizer
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.debounce import Debouncer, DebounceSettings
+from controller.recognition.event_metric import Answer, Score, judge
 from controller.recordings import writer
 from controller.recordings.recording import Recording
-from models import scatter, streams
 from models.__main__ import main
-from models.known import know
-from models.metrics import Point, Tuning
-from models.tune import Goal, choose, front, settings_of, tune
+from models.data.ground_truth import know
+from models.evaluation import replay as streams
+from models.evaluation.tune import Goal, choose, front, settings_of, tune
+from models.reports import terminal_plot as scatter
+from models.results.evaluation import Point, Tuning
 
 PATH = bundle.default_path()
 SHIPPED = bundle.read(PATH)

@@ -9,21 +9,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller import bundle, parts, sensors
 from controller.__main__ import main
-from controller.device import Device, steady
-from controller.labelling.labeller import Labeller
-from controller.mapping import Mapping, Rule
-from controller.options import parser
-from controller.pipeline import Pipeline, Step
-from controller.preprocess import Frame, Image, Window
-from controller.protocol import Command, Message, Who
-from controller.recognizer import Recognizer
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import Tape
+from controller.cli.options import parser
+from controller.protocol.messages import Command, Message, Who
+from controller.recognition.mapping import Mapping, Rule
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.sensors import SensorOptions
+from controller.runtime import assemble as parts
+from controller.runtime.device import Device, steady
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorOptions
 from controller.sensors.virtual import Virtual, show
-from controller.tape import Tape
 
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 

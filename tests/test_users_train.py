@@ -10,16 +10,16 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 
 import torch
 
-from controller import bundle
-from controller.recognizer import Recognizer
-from controller.users import Users
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.users import Users
 from models.__main__ import main
-from models.dataset import Examples
-from models.simulate import DataSet
-from models.users import judge
-from models.users.people import Town
-from models.users.recipe import MOOD, STEADY
-from models.users.touched import AFTER, Touched, mean
+from models.data.examples import Examples
+from models.data.simulate import DataSet
+from models.evaluation import user_metrics as judge
+from models.training.simulated_users import Town
+from models.training.user_recipe import MOOD, STEADY
+from models.training.user_windows import AFTER, Touched, mean
 
 pytestmark = pytest.mark.train
 

@@ -14,8 +14,8 @@ pytest.importorskip("gpiozero", reason="the driver's pins are gpiozero's mock pi
 
 from waveform_board import board
 
-from controller.hardware.driver import Driver
-from controller.hardware.wiring import CircuitWiring, Scheme, Wiring
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.wiring import CircuitWiring, Scheme, Wiring
 from controller.simulator.readout import ReadoutModel, read
 
 Array = NDArray[np.float64]

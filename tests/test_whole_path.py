@@ -10,11 +10,11 @@ from contextlib import ExitStack
 import pytest
 from cable import Cable
 
-from controller.protocol import Command, Contact, Contacts
-from host.receiver import Connected, Delivered, Received, Receiver
+from controller.protocol.messages import Command, Contact, Contacts
+from host.connection.receiver import Connected, Delivered, Received, Receiver
+from host.connection.transport import open_transport
 from host.targets.tetris import TetrisTarget
-from host.transport import open_transport
-from tetris.engine import Phase
+from tetris.engine.game import Phase
 
 PATIENCE_S = 20.0  # networks are loaded and proved before the first frame
 NOTICE_S = 2.0  # a dead orb is noticed within this time

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.users import Users
-from controller.witness import Witness, believe, evidence, named, nothing
+from controller.recognition.user_id import Witness, believe, evidence, named, nothing
+from controller.recognition.users import Users
 
 TWO = Users(
     ("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=5.0

@@ -4,9 +4,9 @@ from typing import TypeVar
 
 from hypothesis import strategies as st
 
-from tetris.board import Board
-from tetris.engine import Action, Config, Event, Game, GravityCap, Input
-from tetris.pieces import Piece
+from tetris.engine.board import Board
+from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input
+from tetris.engine.pieces import Piece
 
 EventT = TypeVar("EventT", bound=Event)
 

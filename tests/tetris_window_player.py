@@ -6,7 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tetris.engine import Action
+from tetris.engine.game import Action
 from tetris.window.app import App, Start
 from tetris.window.display import open_window
 from tetris.window.screens.menu_screen import MenuScreen

@@ -11,13 +11,13 @@ from gpiozero.pins.mock import MockFactory
 from numpy.typing import NDArray
 from reference import spice, waveforms
 
-from controller.hardware.board import Board
-from controller.hardware.converters import find
-from controller.hardware.emulated.chip import FakeChip
-from controller.hardware.emulated.pins import CircuitFactory
-from controller.hardware.knobs import Knobs
-from controller.hardware.pins import GpioPins
-from controller.hardware.wiring import Wiring
+from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.converters import find
+from controller.sensors.hardware.emulated.adc import FakeChip
+from controller.sensors.hardware.emulated.pins import CircuitFactory
+from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.wiring import Wiring
 
 Array = NDArray[np.float64]
 

@@ -8,13 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NoReturn
 
-from tetris import bots, console
+from tetris import console
+from tetris.bots import registry as bots
 from tetris.console import complain, printable, say
-from tetris.engine import Game, Phase
-from tetris.film import SUFFIXES, FilmError
-from tetris.modes import LAST_START_LEVEL, MODES
-from tetris.replay import Player, Recorder
-from tetris.replay_file import ReplayError, load, save
+from tetris.engine.game import Game, Phase
+from tetris.engine.modes import LAST_START_LEVEL, MODES
+from tetris.history.replay import Player, Recorder
+from tetris.history.replay_file import ReplayError, load, save
+from tetris.history.video import SUFFIXES, FilmError
 
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
@@ -116,7 +117,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _film(options: argparse.Namespace) -> int:
     """Save a replay as a film; on a terminal, show how far it is."""
-    from tetris.window import film
+    from tetris.window import video as film
 
     replay = load(options.replay)
     film.unseen()

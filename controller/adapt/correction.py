@@ -16,11 +16,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle as bundles
 from controller.adapt.examples import Example, touched
-from controller.adapt.lesson import AdaptError, teach
-from controller.bundle import BundleError
-from controller.shelf.shelf import Shelf
+from controller.adapt.few_shot import AdaptError, teach
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.store import Shelf
 
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter

@@ -17,7 +17,7 @@ EVERYBODY: Final = ""  # the user of an example that all users' networks learn
 NULL_LABEL: Final = "null"
 TURNS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}  # quarters
 # Share of the way from idle to firm at which a touch begins and ends; where a finger is 40 % deep
-# its share is about this (models/labels.py finds the same on simulated gestures).
+# its share is about this (models/data/label_repair.py finds the same on simulated gestures).
 SHARE: Final = 0.3
 FIRM: Final = 0.9  # quantile of a touch's frames that are taken for firm
 PAUSE_S: Final = 0.45  # between two touches; a double tap's is shorter

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.adapt.examples import TURNS, Example, paced, vary_images
-from controller.bundle import REHEARSAL, Bundle
+from controller.bundles.bundle import REHEARSAL, Bundle
 
 PART: Final = REHEARSAL
 STEPS_PER_Z: Final = 200.0

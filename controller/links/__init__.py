@@ -9,7 +9,7 @@ from dataclasses import field
 from typing import Any, Protocol
 
 from controller.errors import TroubleError, UserError
-from controller.protocol import Message, ProtocolError, Welcome
+from controller.protocol.messages import Message, ProtocolError, Welcome
 from controller.record import record
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
@@ -103,11 +103,11 @@ def open_link(
 def module_of(url: str) -> Any:
     """Return the module that opens a URL: the one that has its scheme's name, or `port`."""
     if len(split(url)) > 1:
-        return importlib.import_module("controller.links.fan")
+        return importlib.import_module("controller.links.multi")
     scheme = "stdout" if url == "-" else url.partition(":")[0] if ":" in url else "port"
     if scheme.isidentifier() and importlib.util.find_spec(f"controller.links.{scheme}"):
         return importlib.import_module(f"controller.links.{scheme}")
-    return importlib.import_module("controller.links.port")
+    return importlib.import_module("controller.links.serial_port")
 
 
 def split(url: str) -> list[str]:

@@ -19,19 +19,28 @@ from functools import partial
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl
 
-from controller.bluetooth import bluez
-from controller.bluetooth.bluez import BluetoothError
-from controller.bluetooth.hid import memory
-from controller.bluetooth.hid.held import Held
-from controller.bluetooth.hid.hosts import Hosts
-from controller.bluetooth.hid.mapping import HidMap, read
-from controller.bluetooth.hid.pad import Pad
 from controller.errors import how_to_install
 from controller.links import LinkAwayError, LinkError
-from controller.protocol import VERSION, Bye, Command, Hello, Message, State, Telemetry, Welcome
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError
+from controller.links.bluetooth.hid import host_store as memory
+from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.hid_device import Pad
+from controller.links.bluetooth.hid.host_selection import Hosts
+from controller.links.bluetooth.hid.mapping import HidMap, read
+from controller.protocol.messages import (
+    VERSION,
+    Bye,
+    Command,
+    Hello,
+    Message,
+    State,
+    Telemetry,
+    Welcome,
+)
 
 if TYPE_CHECKING:
-    from controller.bluetooth.keeper import Part
+    from controller.links.bluetooth.registration import Part
 
 CLASSIC = "classic"
 
@@ -90,7 +99,7 @@ class HidLink:
         Raises:
             LinkError: BlueZ does not want us.
         """
-        from controller.bluetooth.keeper import Keeper
+        from controller.links.bluetooth.registration import Keeper
 
         self.dropped = 0
         self.connected = False
@@ -165,9 +174,9 @@ class HidLink:
 def _part(pad: Pad, name: str, *, classic: bool) -> Part:
     """Return what brings reports to hosts."""
     if classic:
-        from controller.bluetooth.hid.classic import ClassicPart
+        from controller.links.bluetooth.hid.classic import ClassicPart
 
         return ClassicPart(pad, name)
-    from controller.bluetooth.hid.gatt import GattPart
+    from controller.links.bluetooth.hid.gatt import GattPart
 
     return GattPart(pad, name, memory.charge)

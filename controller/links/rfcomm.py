@@ -7,13 +7,13 @@ import logging
 import queue
 import socket
 
-from controller.bluetooth import bluez
-from controller.bluetooth.bluez import BluetoothError
-from controller.bluetooth.names import CHANNEL
 from controller.errors import how_to_install
 from controller.links import Access, LinkAwayError, LinkError
-from controller.links.stream import StreamLink
-from controller.protocol import Welcome
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError
+from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.byte_link import StreamLink
+from controller.protocol.messages import Welcome
 
 PEERS = 4  # connections at a time; one of them is the host, the others are told so
 
@@ -46,8 +46,8 @@ class RfcommLink(StreamLink):
 
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
-        from controller.bluetooth.keeper import Keeper
-        from controller.bluetooth.rfcomm import SerialService
+        from controller.links.bluetooth.registration import Keeper
+        from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
         self._arrived: queue.SimpleQueue[tuple[socket.socket, str, str]] = queue.SimpleQueue()

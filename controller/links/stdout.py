@@ -11,7 +11,7 @@ from typing import TextIO
 
 from controller.console import let_go
 from controller.links import Access, LinkError
-from controller.protocol import Command, Message, Spot, Welcome, Who
+from controller.protocol.messages import Command, Message, Spot, Welcome, Who
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 

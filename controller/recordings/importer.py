@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.errors import reason
-from controller.recordings.description import NULL, Description
+from controller.recordings.import_description import NULL, Description
 from controller.recordings.recording import (
     UNKNOWN,
     Origin,

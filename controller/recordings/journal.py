@@ -18,12 +18,12 @@ from typing import Final
 import numpy as np
 
 from controller import npz
-from controller.pipeline import CommandRecord, Touch
-from controller.preprocess import Frame, State
+from controller.recognition.pipeline import CommandRecord, Touch
+from controller.recognition.preprocess import Frame, State
 from controller.recordings import meta
+from controller.recordings.journal_records import MAX_HEADER, OVERHEAD, Kind, encode
 from controller.recordings.reader import LARGEST, LATEST_S, STATE
 from controller.recordings.recording import LABELLERS, UNKNOWN, Origin, RecordingError
-from controller.recordings.records import MAX_HEADER, OVERHEAD, Kind, encode
 
 NOWHERE: Final = (np.nan, np.nan)
 AMENDABLE: Final = (*LABELLERS, "excluded")

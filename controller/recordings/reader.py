@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.pipeline import CommandRecord, Touch
+from controller.recognition.pipeline import CommandRecord, Touch
 from controller.record import record
 from controller.recordings import meta
 from controller.recordings.recording import (
@@ -281,7 +281,7 @@ def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
     """Return what a simulation knew; None for a recording of the world."""
     if "true_touch" not in arrays:
         return None
-    from controller.events import Event
+    from controller.recognition.event_metric import Event
 
     touch = _array(arrays, "true_touch", np.float32, (count, 2))
     contact = _array(arrays, "true_contact", np.float32, (count, -1, 3))

@@ -15,14 +15,15 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from controller.pipeline import CommandRecord, Touch
-from controller.preprocess import Frame, State
-from controller.recordings import naming, salvage
-from controller.recordings.disk import Disk, RealDisk
+from controller.recognition.pipeline import CommandRecord, Touch
+from controller.recognition.preprocess import Frame, State
+from controller.recordings import journal_repair as salvage
+from controller.recordings import naming
 from controller.recordings.journal import NOWHERE, Journal
-from controller.recordings.keeper import Keeper
+from controller.recordings.journal_disk import Disk, RealDisk
+from controller.recordings.journal_records import ID_BYTES
+from controller.recordings.recorder_thread import Keeper
 from controller.recordings.recording import UNKNOWN, Origin, Recording, RecordingError
-from controller.recordings.records import ID_BYTES
 from controller.recordings.sealing import seal
 
 SYNC_S: Final = 0.4  # a frame waits so long for its turn, and then for one write and one sync

@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import __version__
-from controller.bundle import RATE_TOLERANCE as RATE_TOLERANCE
-from controller.bundle import Bundle
+from controller.bundles.bundle import RATE_TOLERANCE as RATE_TOLERANCE
+from controller.bundles.bundle import Bundle
+from controller.capture import UNKNOWN as UNKNOWN
 from controller.errors import UserError
-from controller.labelling import UNKNOWN as UNKNOWN
 from controller.median import median
-from controller.pipeline import CommandRecord
-from controller.preprocess import State
+from controller.recognition.pipeline import CommandRecord
+from controller.recognition.preprocess import State
 from controller.record import record
 
 if TYPE_CHECKING:
-    from controller.events import Event
+    from controller.recognition.event_metric import Event
 
 SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
 PICOFARAD: Final = "pF"

@@ -15,11 +15,13 @@ from typing import IO, Final
 
 from controller.console import count
 from controller.files import sync_folder
-from controller.recordings import disk, naming, salvage
+from controller.recordings import journal_disk as disk
+from controller.recordings import journal_repair as salvage
+from controller.recordings import naming
 from controller.recordings.journal import BLOCK, MAX_BYTES
+from controller.recordings.journal_repair import Report
 from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
 from controller.recordings.recording import RecordingError
-from controller.recordings.salvage import Report
 from controller.recordings.sealing import seal
 
 _CHUNK: Final = 1 << 20

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.console import count
-from controller.recordings import cadence, labels, picture
-from controller.recordings.labels import Said
+from controller.recordings import text_image as picture
+from controller.recordings.quality import labels
+from controller.recordings.quality import timing as cadence
+from controller.recordings.quality.labels import Said
+from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import PICOFARAD, Recording
-from controller.recordings.response import Response, respond
 
 
 def facts(path: Path, recording: Recording) -> dict[str, Any]:

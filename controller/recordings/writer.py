@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.files import atomic_write
-from controller.pipeline import Touch
+from controller.recognition.pipeline import Touch
 from controller.recordings import meta
 from controller.recordings.reader import COLUMNS, STATE
 from controller.recordings.recording import Recording, Truth

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.hardware import HardwareError
-from controller.hardware.driver import Driver
-from controller.hardware.emulated.bench import Bench, BenchModel
-from controller.hardware.emulated.faults import KINDS, WiringFault
-from controller.hardware.reading import read, shipped
-from controller.preprocess import Frame
-from controller.sensors import SensorOptions
+from controller.recognition.preprocess import Frame
 from controller.sensors import virtual as virtuals
+from controller.sensors.base import SensorOptions
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.wiring_file import read, shipped
 from controller.sensors.orb import refuse_haste
 from controller.sensors.virtual import RATE_HZ, Virtual
 from controller.simulator.faults import KINDS as SKIN_KINDS

@@ -2,13 +2,13 @@
 
 import logging
 
-from controller.hardware import HardwareError, schedule
-from controller.hardware.driver import Driver
-from controller.hardware.raspberry import open_board, serial
-from controller.hardware.reading import read, shipped
-from controller.hardware.wiring import Wiring
-from controller.preprocess import Frame
-from controller.sensors import Geometry, SensorOptions
+from controller.recognition.preprocess import Frame
+from controller.sensors.base import Geometry, SensorOptions
+from controller.sensors.hardware import HardwareError, schedule
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.raspberry_pi import open_board, serial
+from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring_file import read, shipped
 
 RATE_HZ = 10.0  # paper, section 4.1
 PIN_S, TRANSFER_S = 15e-6, 20e-6  # guesses for a Raspberry Pi 4; what is true is told at start

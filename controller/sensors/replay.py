@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from controller.bundle import Bundle
-from controller.preprocess import Frame
+from controller.bundles.bundle import Bundle
+from controller.recognition.preprocess import Frame
 from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
-from controller.sensors import Geometry, SensorError, SensorOptions
+from controller.sensors.base import Geometry, SensorError, SensorOptions
 
 
 def create(options: SensorOptions) -> "Replay":

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.labelling.cues import NULL_LABEL, Cue, Phase
-from controller.preprocess import Frame
-from controller.protocol import Contact, Perform, Truth
-from controller.sensors import Geometry, SensorError, SensorOptions
+from controller.capture.cues import NULL_LABEL, Cue, Phase
+from controller.protocol.messages import Contact, Perform, Truth
+from controller.recognition.preprocess import Frame
+from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
+from controller.simulator.gesture_file import Repertoire, load
+from controller.simulator.gesture_values import GestureError
 from controller.simulator.orb import NOMINAL, OrbModel
 from controller.simulator.presets import PresetError, preset
-from controller.simulator.quantity import GestureError
-from controller.simulator.repertoire import Repertoire, load
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.virtual_orb import VirtualOrb
 
 RATE_HZ = 10.0  # paper, section 4.1
 

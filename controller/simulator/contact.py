@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.simulator.fields import (
+from controller.simulator.green_functions import (
     drag_system,
     poisson,
     press_system,

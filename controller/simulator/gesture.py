@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.simulator.quantity import Count, GestureError, Known, Name, Quantity, Value
-from controller.simulator.style import Style, parameters
+from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity, Value
+from controller.simulator.user_style import Style, parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator import pointer
+from controller.simulator.gesture_file import FINGERS as SLOTS
+from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
-from controller.simulator.repertoire import FINGERS as SLOTS
-from controller.simulator.repertoire import Repertoire, shipped
-from controller.simulator.style import Style, draw_mood, draw_style
+from controller.simulator.user_style import Style, draw_mood, draw_style
 
 __all__ = [
     "DISTRACTORS",

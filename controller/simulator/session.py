@@ -7,13 +7,13 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.events import Event
-from controller.simulator import button
+from controller.recognition.event_metric import Event
+from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
+from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import GESTURES, Style, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.repertoire import Repertoire, shipped
-from controller.simulator.take import LOCATED, Take
+from controller.simulator.session_script import LOCATED, Take
 
 Protocol = Literal["free", "blocks"]
 
@@ -23,7 +23,7 @@ PROTOCOLS: Final[tuple[Protocol, ...]] = ("free", "blocks")
 # Families of seeds that never meet. (The virtual orb that people play with is family 1.)
 TRAINING: Final = 0  # only training may use it
 EVALUATION: Final = 3  # sessions whose seeds training never saw
-DATA: Final = 4  # data sets: models/simulate.py
+DATA: Final = 4  # data sets: models/data/simulate.py
 # Seeds of data sets that are for tests: no training and no tuning accepts them.
 TEST_SEEDS: Final = range(900_000, 1_000_000)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 
-from controller.bluetooth import bluez
-from controller.bluetooth.bluez import BluetoothError, Bus, Objects, bonded, devices
-from controller.bluetooth.names import ALIAS, SERVICE_UUID
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, bonded, devices
+from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
 
 ASK_S = 2.0  # for BlueZ to answer
 

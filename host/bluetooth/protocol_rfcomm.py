@@ -16,9 +16,9 @@ from urllib.parse import parse_qsl
 from serial.serialutil import SerialException
 from serial.urlhandler import protocol_socket
 
-from controller.bluetooth.names import CHANNEL, SERVICE_UUID
+from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID
 from host.bluetooth import sdp, sockets
-from host.transport import LinkError
+from host.connection.transport import LinkError
 
 CONNECT_S: Final = 10.0  # a device that is off is given up after 5 s by most adapters
 _URL: Final = re.compile(

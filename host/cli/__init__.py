@@ -9,9 +9,9 @@ from controller.interrupt import importing
 
 # Name: the module whose `main` runs it, and a line of help.
 VERBS: Final = {
-    "find": ("host.find.command", "list the orbs that are here, and those that were"),
-    "pair": ("host.bluetooth.pair", "pair with an orb over Bluetooth"),
-    "install": ("host.install", "send an orb a new bundle"),
+    "find": ("host.cli.find", "list the orbs that are here, and those that were"),
+    "pair": ("host.cli.pair", "pair with an orb over Bluetooth"),
+    "install": ("host.cli.install", "send an orb a new bundle"),
 }
 _PLAY: Final = "host.cli.play"  # without a verb
 

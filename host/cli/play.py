@@ -10,19 +10,21 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from controller import __version__
-from controller import key as keys
 from controller.console import complain
-from host import install, loop, remembering, taps, targets
-from host.cli import VERBS
-from host.device import OwnDevice
-from host.hops import Hops, Paced
-from host.keys import backends
-from host.overheard import Ear, Overheard
-from host.receiver import Receiver
-from host.settings import Memory
+from controller.protocol import psk as keys
+from host import taps, targets
+from host import window_loop as loop
+from host.cli import VERBS, install
+from host.cli import _device_defaults as remembering
+from host.connection.device_store import Memory
+from host.connection.latency import Hops, Paced
+from host.connection.observers import Ear, Overheard
+from host.connection.receiver import Receiver
+from host.connection.transport import open_transport
+from host.connection.virtual_orb import OwnDevice
+from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
-from host.transport import open_transport
 
 _DEMO_S = 120.0  # how long the demo plays unless told otherwise
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
@@ -132,7 +134,7 @@ def _warn(words: str) -> None:
 
 def _demo(options: argparse.Namespace, seed: int) -> None:
     """Let the bot play with the virtual orb's own hand."""
-    from host import demo  # imported here, because playing by hand needs no bot and no judge
+    from host.demo import demo  # imported here, because playing by hand needs no bot and no judge
 
     demo.run(
         seed=seed,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 from controller.console import count
 from controller.errors import TroubleError, UserError
-from controller.protocol import Command, Telemetry, Welcome
+from controller.protocol.messages import Command, Telemetry, Welcome
 
 if TYPE_CHECKING:
     from host.taps._worker import Worker

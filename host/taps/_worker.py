@@ -8,8 +8,8 @@ import threading
 from collections.abc import Iterable
 from typing import Final
 
-from controller.protocol import Command, Telemetry
-from host.receiver import Connected, Delivered, Lost, Missed, Received, Stale
+from controller.protocol.messages import Command, Telemetry
+from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
 from host.taps import Tap
 
 WAITING: Final = 256  # news that may wait for a tap, two seconds at 100 Hz

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Protocol, cast
 import pygame
 
 from controller.errors import UserError
-from controller.protocol import Message
-from host.orb_view import OrbView
+from controller.protocol.messages import Message
+from host.ui.orb_state import OrbView
 
 if TYPE_CHECKING:
-    from host.receiver import Received
+    from host.connection.receiver import Received
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,8 @@ class Target(Protocol):
 
 def names() -> tuple[str, ...]:
     """Return the targets there are."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+    found = [module.name for module in pkgutil.iter_modules(__path__)]
+    return tuple(sorted(name for name in found if not name.startswith("_")))
 
 
 def load(name: str, options: TargetOptions | None = None) -> Target:

@@ -1,8 +1,8 @@
 """A virtual pad as a target: commands press its buttons, in games that know pads."""
 
-from host.keys.target import KeysTarget
-from host.keys.target import create as create_keys
 from host.targets import TargetOptions
+from host.targets._keys import KeysTarget
+from host.targets._keys import create as create_keys
 
 
 def create(options: TargetOptions) -> KeysTarget:

@@ -1,8 +1,8 @@
 """The keyboard as a target: commands press keys in whatever program has the focus."""
 
-from host.keys.target import KeysTarget
-from host.keys.target import create as create_keys
 from host.targets import TargetOptions
+from host.targets._keys import KeysTarget
+from host.targets._keys import create as create_keys
 
 
 def create(options: TargetOptions) -> KeysTarget:

@@ -10,24 +10,24 @@ from typing import Final
 
 import pygame
 
-from controller.protocol import Command, Delivery, Health, Message, Telemetry, Who
-from host.correcting import Correcting
-from host.hops import Hops
-from host.orb_view import LinkState, OrbView
-from host.panel import Projection
-from host.pause_menu import PauseMenu
-from host.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
-from host.scene import DESIGN, Scene
+from controller.protocol.messages import Command, Delivery, Health, Message, Telemetry, Who
+from host.connection.latency import Hops
+from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
 from host.targets import TargetOptions
-from host.touch import Pad, Touch
-from tetris.engine import Action, Config, Event, Game, Phase
-from tetris.events import Paused
+from host.ui.correction_keys import Correcting
+from host.ui.layout import DESIGN, Scene
+from host.ui.orb_state import LinkState, OrbView
+from host.ui.panel import Projection
+from host.ui.pause_menu import PauseMenu
+from host.ui.pointer_input import Pad, Touch
+from tetris.engine.events import Paused
+from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
 from tetris.window import bindings
 from tetris.window.keys import Keys
-from tetris.window.look import Look
-from tetris.window.nav import OF_ACTION, OF_CODE, Nav
+from tetris.window.menu_navigation import OF_ACTION, OF_CODE, Nav
 from tetris.window.settings import FILE_NAME, Settings, changed, load
+from tetris.window.theme_choice import Look
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.

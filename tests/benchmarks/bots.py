@@ -26,13 +26,13 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final
 
-from tetris import bots
-from tetris.board import empty_bits
-from tetris.engine import Config
-from tetris.features import DELLACHERIE, settled, surface
-from tetris.moves import landed
-from tetris.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
-from tetris.replay import Recorder
+from tetris.bots import registry as bots
+from tetris.bots.features import DELLACHERIE, settled, surface
+from tetris.engine.board import empty_bits
+from tetris.engine.game import Config
+from tetris.engine.moves import landed
+from tetris.engine.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
+from tetris.history.replay import Recorder
 
 ROWS: Final = 10  # of the first experiment
 PAIRED_ROWS: Final = 8

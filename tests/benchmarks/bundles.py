@@ -25,10 +25,14 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from controller import archive, bundle, engines, npz, shapes, users
-from controller import graph as graphs
-from controller.bundle import BundleError
-from controller.recognizer import Recognizer
+from controller import npz
+from controller.bundles import archive, bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graphs
+from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition import users
 
 MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
 DEADLINE_S: Final = 20.0

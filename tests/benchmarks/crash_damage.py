@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from controller.recordings.journal import BLOCK
-from controller.recordings.records import ID_BYTES, Kind, payload, scan
+from controller.recordings.journal_records import ID_BYTES, Kind, payload, scan
 
 
 @dataclass(frozen=True)

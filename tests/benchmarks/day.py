@@ -26,21 +26,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle as bundles
-from controller.device import Device, steady
-from controller.events import TAIL_S, Event
-from controller.loop import Loop
-from controller.pipeline import Pipeline, Step
-from controller.preprocess import Frame
-from controller.protocol import Bye, Command, Hello, Message
-from controller.recognizer import Recognizer
-from controller.sensors import Geometry
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
+from controller.protocol.messages import Bye, Command, Hello, Message
+from controller.recognition.event_metric import TAIL_S, Event
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.preprocess import Frame
+from controller.runtime.device import Device, steady
+from controller.runtime.loop import Loop
+from controller.sensors.base import Geometry
 from controller.simulator.faults import Fault
+from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, draw_mood, draw_style
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
-from controller.simulator.repertoire import shipped
-from controller.simulator.take import Take
+from controller.simulator.session_script import Take
 
 RATE_HZ: Final = 10.0
 HOUR: Final = 36_000  # frames

@@ -17,10 +17,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.doctor import command, leads, probe
-from controller.doctor.command import RATE_HZ
-from controller.doctor.verdict import Row, Verdict
-from controller.hardware.emulated.faults import KINDS
+from controller.cli import doctor as command
+from controller.cli.doctor import RATE_HZ
+from controller.diagnostics import measurements as probe
+from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics.report import Row, Verdict
+from controller.sensors.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
 
 from .wired import COLUMNS, ROWS, Wired

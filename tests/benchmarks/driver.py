@@ -19,14 +19,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import bundle as bundles
-from controller import sensors
-from controller.events import Answer, Event, Score, judge
-from controller.hardware.emulated.faults import WiringFault
-from controller.pipeline import Pipeline
-from controller.recognizer import Recognizer
-from controller.sensors import SensorAwayError, SensorOptions, VirtualSensor
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.event_metric import Answer, Event, Score, judge
+from controller.recognition.pipeline import Pipeline
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorAwayError, SensorOptions, VirtualSensor
 from controller.sensors.emulated import Emulated
+from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.simulator.hand import DISTRACTORS
 
 PRESETS: Final = ("nominal", "paper-snr")
@@ -65,7 +65,7 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
     if not wiring.exists():
         from importlib.resources import files
 
-        text = (files("controller.hardware") / "default.toml").read_text(encoding="utf-8")
+        text = (files("controller.sensors.hardware") / "default.toml").read_text(encoding="utf-8")
         wiring.write_text(text.replace('scheme = "column"', 'scheme = "taxel"'))
     options = SensorOptions(
         10.0, seed=seed, preset=preset, wiring=wiring if way == "taxel" else None

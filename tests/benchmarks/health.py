@@ -23,16 +23,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import bundle as bundles
-from controller.events import TAIL_S, Answer, Event, Score, judge
-from controller.pipeline import Pipeline, Step
-from controller.protocol import Contact
-from controller.recognizer import Recognizer
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
+from controller.protocol.messages import Contact
+from controller.recognition.event_metric import TAIL_S, Answer, Event, Score, judge
+from controller.recognition.pipeline import Pipeline, Step
 from controller.simulator.faults import Fault
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import PRESETS, preset
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.virtual_orb import VirtualOrb
 
 RATE_HZ: Final = 10.0
 CHANGE_S: Final = 60.0  # when what happens happens

@@ -18,10 +18,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from models.information import games, study, tables
-from models.information.found import MEASURED, keep, of_set, sets_of
-from models.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
-from models.information.sets import simulated
+from models.studies.information import games, study, tables
+from models.studies.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMATION, PAPER_STATIC
+from models.studies.information.results import MEASURED, keep, of_set, sets_of
+from models.studies.information.sets import simulated
 
 from . import information_games
 

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
-from host import demo
-from host.player import Player
+from host.demo import demo
+from host.demo.autoplayer import Player
 from host.targets.tetris import ACTIONS, PACE
-from tetris.engine import Game
+from tetris.engine.game import Game
 
 KEYBOARD: Final = "keyboard"
 KEY_S: Final = 0.1

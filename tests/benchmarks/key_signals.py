@@ -157,7 +157,7 @@ def play(plan: Plan, board: Board, orb: Orb, host: Player, limit_s: float) -> Ou
     for pid in pids["both"]:
         send(pid, "SIGKILL")
     assert host.process.stderr is not None
-    crashed = "host/keys" in host.process.stderr.read()
+    crashed = "host/injection" in host.process.stderr.read()
     host.end()
     late_s = max(seen_s - last_s, 0)
     return Outcome(survivor, seen_s > 0, late_s, tuple(down), limit_s, crashed)

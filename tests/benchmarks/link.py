@@ -3,7 +3,7 @@
     python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
                                     [--wire NAME ...] [--json]
 
-A round trip is Grant and its Granted, program to program: `host.receiver` here, and
+A round trip is Grant and its Granted, program to program: `host.connection.receiver` here, and
 `controller.links` with a loop in another process. Its peers are the same number of bytes there and
 back through pyserial at both ends, over the same kind of wire, in the same run, in turns:
 "pyserial" knows how long a frame is and reads so many bytes, which is the least that a program can
@@ -30,7 +30,9 @@ from typing import Any, Final
 
 import serial
 
-from controller.protocol import (
+from controller.protocol.auth import Seal
+from controller.protocol.host_session import HostSession
+from controller.protocol.messages import (
     Decoder,
     Grant,
     Granted,
@@ -40,10 +42,8 @@ from controller.protocol import (
     Telemetry,
     encode,
 )
-from controller.seal import Seal
-from host.receiver import Connected, Delivered, Lost, Received, Receiver
-from host.session import HostSession
-from host.transport import open_transport
+from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
+from host.connection.transport import open_transport
 
 from . import link_ledger
 from .link_peers import CHUNK, FRAME

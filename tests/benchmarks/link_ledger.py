@@ -24,12 +24,12 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
-from host.keys.injector import Injector
-from host.keys.pressed import Stroke
-from host.keys.reading import parse
-from host.keys.target import KeysTarget
-from host.receiver import Delivered, Received, Receiver
-from host.transport import open_transport
+from controller.keymap.key_state import Stroke
+from controller.keymap.keymap_file import parse
+from host.connection.receiver import Delivered, Received, Receiver
+from host.connection.transport import open_transport
+from host.injection.injector import Injector
+from host.targets._keys import KeysTarget
 
 from .link_peers import now_us
 from .link_wires import WIRES, Peer
@@ -39,7 +39,7 @@ Figures = list[tuple[str, str, float, str]]
 APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
 PATIENCE_S: Final = 90.0  # for a window to come on a busy machine
 LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
-TICK_S: Final = 0.01  # as in `host.loop.serve`
+TICK_S: Final = 0.01  # as in `host.window_loop.serve`
 _TABLE: Final = {"profile": {"game": {"left": {"key": "left", "down_ms": 20}}}}
 _MAPPING: Final = (
     '[everywhere]\nmenu = { arm = true }\n[profile.game]\nleft = { key = "left", down_ms = 20 }\n'
@@ -117,7 +117,7 @@ def hops(count: int) -> Figures:
 
 
 def _play(target: KeysTarget, receiver: Receiver, seconds: float) -> list[Received]:
-    """Let the loop run for a while, as `host.loop.serve` does; return what came."""
+    """Let the loop run for a while, as `host.window_loop.serve` does; return what came."""
     end_s, received = time.monotonic() + seconds, []
     while time.monotonic() < end_s:
         receiver.wait(TICK_S)

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TextIO
 
-from host.keys.guard import now_ms, serve
+from host.injection.watchdog import now_ms, serve
 
 
 class Paper:

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from controller.protocol import Welcome
+    from controller.protocol.messages import Welcome
 
 CHUNK: Final = 16 * 1024
 FRAME: Final = 20  # bytes that Grant and Granted have on the wire
@@ -62,7 +62,7 @@ def on_line(take: Callable[[str], None]) -> None:
 def device(url: str) -> None:
     """Answer every grant at once, and send a command when a line says so: its time is its frame."""
     from controller.links import open_link
-    from controller.protocol import Command, Grant, Granted, State
+    from controller.protocol.messages import Command, Grant, Granted, State
 
     link = open_link(url, _welcome())
 
@@ -82,8 +82,8 @@ def device(url: str) -> None:
 
 def sessions(url: str) -> None:
     """Answer every grant with a device's session and nothing around it."""
-    from controller.protocol import Grant, Granted
-    from controller.session import DeviceSession
+    from controller.protocol.device_session import DeviceSession
+    from controller.protocol.messages import Grant, Granted
 
     port = _port(url)
     descriptor = port.fileno()
@@ -136,7 +136,7 @@ def _port(url: str) -> Any:
 
 
 def _welcome() -> Welcome:
-    from controller.protocol import COMMANDS, VERSION, Welcome
+    from controller.protocol.messages import COMMANDS, VERSION, Welcome
 
     return Welcome(
         version=VERSION,

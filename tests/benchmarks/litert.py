@@ -11,10 +11,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import graph
-from controller.bundle import Bundle
-from controller.engines import Network
-from controller.recognizer import TOLERANCE
+from controller.bundles.bundle import Bundle
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference.engines import Network
+from controller.bundles.inference.networks import TOLERANCE
 
 NAME: Final = "ai_edge_litert"
 _TO_LAST: Final = (0, 2, 3, 4, 1)  # from (batch, channels, time, rows, columns)

@@ -24,12 +24,13 @@ import numpy as np
 import torch
 
 from controller.recordings import reader, writer
-from models import reading, splitting
-from models.augment import Symmetry
-from models.fit import prepare_torch
-from models.lessons import Gestures
-from models.recipe import DEFAULT
-from models.simulate import DataSet
+from models.data import load as reading
+from models.data import training_split as splitting
+from models.data.augment import Symmetry
+from models.data.recipe import DEFAULT
+from models.data.simulate import DataSet
+from models.training.loop import prepare_torch
+from models.training.tasks import Gestures
 
 USERS: Final = 6
 MINUTES: Final = 10.0  # of each: an hour in all

@@ -23,21 +23,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle as bundles
-from controller.device import Device, steady
-from controller.ledger import Ledger
+from controller.bundles import bundle as bundles
+from controller.bundles.inference.networks import Recognizer
 from controller.links import open_link
-from controller.loop import Loop
-from controller.pipeline import Pipeline
-from controller.preprocess import Frame
-from controller.protocol import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.quiet import Sweeper, real_time
-from controller.recognizer import Recognizer
+from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import Frame
 from controller.recordings import reader
-from controller.sensors import Geometry
-from controller.timekeeper import Timekeeper
-from host.receiver import Receiver
-from host.transport import open_transport
+from controller.runtime.device import Device, steady
+from controller.runtime.latency import Ledger
+from controller.runtime.latency_report import Timekeeper
+from controller.runtime.loop import Loop
+from controller.runtime.realtime import Sweeper, real_time
+from controller.sensors.base import Geometry
+from host.connection.receiver import Receiver
+from host.connection.transport import open_transport
 
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 

@@ -30,14 +30,17 @@ import torch
 from numpy.typing import NDArray
 
 from controller.__main__ import main as controller
-from models import cross, fold_card, reading, splits
-from models.augment import Symmetry
-from models.cross import Request
-from models.dataset import Examples
-from models.fit import fit, prepare_torch
-from models.folds import Crossed
-from models.lessons import Gestures, Parts
-from models.recipe import DEFAULT
+from models.data import load as reading
+from models.data import splits
+from models.data.augment import Symmetry
+from models.data.examples import Examples
+from models.data.recipe import DEFAULT
+from models.studies import cross_validation as cross
+from models.studies import fold_card
+from models.studies.cross_validation import Request
+from models.studies.fold_statistics import Crossed
+from models.training.loop import fit, prepare_torch
+from models.training.tasks import Gestures, Parts
 
 BESIDE: Final = Path(__file__).parents[2] / "docs" / "people"
 STEPS: Final = 1600

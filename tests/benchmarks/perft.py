@@ -1,4 +1,4 @@
-"""Count what a queue of pieces can come to, depth by depth; `tetris.perft` has the convention.
+"""Count what a queue of pieces can come to, depth by depth; `tetris.bots.perft` has the convention.
 
     python -m tests.benchmarks.perft [--queue IOLJSZT] [--depth N] [--kicks srs|srs+] [--json]
 
@@ -14,9 +14,9 @@ import json
 import time
 from typing import Final, get_args
 
-from tetris.kicks import Kicks
-from tetris.perft import boards, leaves
-from tetris.pieces import KINDS, Kind
+from tetris.bots.perft import boards, leaves
+from tetris.engine.kicks import Kicks
+from tetris.engine.pieces import KINDS, Kind
 
 ALONE: Final[dict[Kind, int]] = {  # 7 + 10, 9, 8 + 9 (S, Z), 2 * (8 + 9)
     "I": 17,

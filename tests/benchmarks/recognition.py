@@ -31,15 +31,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller import bundle as bundles
-from controller.bundle import Bundle
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
 from controller.simulator.presets import PRESETS
-from models import faulty
-from models.evaluate import evaluate, summarise, summarise_broken
-from models.intervals import Figure
-from models.metrics import Broken, Result
-from models.unseen import BENCHMARK_SEED, People
-from models.users import study
+from models.data import faults as faulty
+from models.data.test_sessions import BENCHMARK_SEED, People
+from models.evaluation.bootstrap import Figure
+from models.evaluation.evaluate import evaluate, summarise, summarise_broken
+from models.results.evaluation import Broken, Result
+from models.studies import users as study
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers

@@ -26,20 +26,20 @@ from typing import Final
 import numpy as np
 
 from controller import adapt
-from controller import bundle as bundles
-from controller.bundle import Bundle
-from controller.preprocess import Preprocessor
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
+from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
-from models import intervals
-from models.intervals import Figure
-from models.known import know
-from models.simulate import DataSet
-from models.streams import Batched, answered, feel
-from models.tally import Tally, tally
-from models.unseen import BENCHMARK_SEED
+from models.data.ground_truth import know
+from models.data.simulate import DataSet
+from models.data.test_sessions import BENCHMARK_SEED
+from models.evaluation import bootstrap as intervals
+from models.evaluation.bootstrap import Figure
+from models.evaluation.event_counts import Tally, tally
+from models.evaluation.replay import Batched, answered, feel
 
-KNOCK: Final = Path(__file__).parents[2] / "controller" / "teaching" / "example" / "knock.toml"
+KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")
 EXAMPLES: Final = (1, 3, 5)
 GOALS: Final = {1: 0.70, 3: 0.90, 5: 0.95}

@@ -24,18 +24,18 @@ from typing import Any, Final
 import numpy as np
 
 from controller import adapt
-from controller import bundle as bundles
-from controller.bundle import Bundle
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
-from controller.simulator.style import Style
-from models import intervals
-from models.intervals import Figure
-from models.known import know
-from models.simulate import DataSet
-from models.streams import Batched, answered, feel
-from models.tally import Tally, tally
-from models.unseen import BENCHMARK_SEED
+from controller.simulator.user_style import Style
+from models.data.ground_truth import know
+from models.data.simulate import DataSet
+from models.data.test_sessions import BENCHMARK_SEED
+from models.evaluation import bootstrap as intervals
+from models.evaluation.bootstrap import Figure
+from models.evaluation.event_counts import Tally, tally
+from models.evaluation.replay import Batched, answered, feel
 
 from .recognition_few import examples
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundle import Bundle
-from controller.debounce import DebounceSettings
+from controller.bundles.bundle import Bundle
+from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import Recording
-from models.evaluate import summarise
-from models.known import Known, know
-from models.metrics import Result
-from models.simulate import DataSet, generate
-from models.streams import Batched, Felt, Stream, answered, feel, replay
-from models.tally import Tally, tally
-from models.tune import Goal, settings_of, tune
-from models.unseen import People
+from models.data.ground_truth import Known, know
+from models.data.simulate import DataSet, generate
+from models.data.test_sessions import People
+from models.evaluation.evaluate import summarise
+from models.evaluation.event_counts import Tally, tally
+from models.evaluation.replay import Batched, Felt, Stream, answered, feel, replay
+from models.evaluation.tune import Goal, settings_of, tune
+from models.results.evaluation import Result
 
 if TYPE_CHECKING:
-    from models.peers import Peer
+    from .baselines.peers import Peer
 
 LEARN: Final = DataSet(seed=11, minutes=6.0)  # what peers learn from, on each preset
 LEARN_USERS: Final = 16
@@ -57,7 +57,7 @@ def judge_peers(
     if missing:
         say(f"peers are missing: {' and '.join(missing)} cannot be imported")
         return {}
-    from models import peers
+    from .baselines import peers
 
     folders = [cache / "peers" / preset for preset in people]
     for preset, folder in zip(people, folders, strict=True):

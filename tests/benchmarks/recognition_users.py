@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
-from models.fit import prepare_torch
-from models.unseen import BENCHMARK_SEED
-from models.users import study
+from models.data.test_sessions import BENCHMARK_SEED
+from models.studies import users as study
+from models.training.loop import prepare_torch
 
 SEED: Final = BENCHMARK_SEED + 1
 GOAL: Final = 0.80

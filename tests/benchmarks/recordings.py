@@ -20,10 +20,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.preprocess import PreprocessSettings
+from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings import reader, writer
-from models.dataset import Source, prepare, read_training
-from models.simulate import DataSet
+from models.data.examples import Source, prepare, read_training
+from models.data.simulate import DataSet
 
 GOAL_S: Final = 1.0  # "an hour at 10 Hz opens in well under a second"
 HOUR: Final = 60.0

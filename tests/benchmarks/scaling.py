@@ -18,11 +18,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from controller import bundle as bundles
-from controller import engines, graph, shapes
-from controller.bundle import Bundle
-from controller.golden import Golden
-from controller.shelf import proof
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
+from controller.bundles.deploy import selftest as proof
+from controller.bundles.golden import Golden
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_shapes as shapes
 
 GRIDS: Final = (5, 10, 15, 20)
 WINDOWS: Final = (10, 20, 40)
@@ -33,8 +35,8 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
     """Return a bundle like the shipped one, for another grid, window and rate."""
     import torch
 
-    from models.export import gesture_model, location_model
-    from models.networks import GestureNet, LocationNet
+    from models.training.export import gesture_model, location_model
+    from models.training.networks import GestureNet, LocationNet
 
     torch.manual_seed(0)
     gesture = GestureNet(window, side, side, len(shipped.labels))

@@ -21,12 +21,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.hardware.board import Board
-from controller.hardware.converters import find
-from controller.hardware.driver import Driver
-from controller.hardware.emulated.bench import Bench
-from controller.hardware.inversion import Inversion
-from controller.hardware.wiring import (
+from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.converters import find
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.inversion import Inversion
+from controller.sensors.hardware.wiring import (
     SCHEMES,
     CircuitWiring,
     ConverterWiring,

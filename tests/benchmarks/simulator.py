@@ -19,14 +19,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol import Contact
+from controller.protocol.messages import Contact
+from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.presets import PRESETS
-from controller.simulator.repertoire import shipped
 from controller.simulator.session import Session, simulate
-from controller.simulator.take import Take
-from controller.simulator.virtual import VirtualOrb
+from controller.simulator.session_script import Take
+from controller.simulator.virtual_orb import VirtualOrb
 
 GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched
 GRIDS: Final = ((5, 10.0), (10, 5.0), (20, 2.5))  # taxels along a side, pitch in mm

@@ -34,19 +34,20 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import bundle as bundles
-from controller import engines, graph
-from controller.bundle import Bundle
-from controller.device import telemetry
-from controller.engines import Network
-from controller.pipeline import Pipeline
-from controller.preprocess import Preprocessor, Window
-from controller.protocol import Numbered, encode
-from controller.quiet import Sweeper
-from controller.recognizer import Recognizer
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle
+from controller.bundles.deploy import selftest as proof
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference.engines import Network
+from controller.bundles.inference.networks import Recognizer
+from controller.protocol.messages import Numbered, encode
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import Preprocessor, Window
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
-from controller.shelf import proof
+from controller.runtime.device import telemetry
+from controller.runtime.realtime import Sweeper
 
 from . import litert
 

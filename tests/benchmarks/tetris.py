@@ -28,11 +28,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from tetris.bot import plan
-from tetris.engine import Action, Game, Phase
-from tetris.kernel import Kernel
-from tetris.pieces import KINDS, Piece
-from tetris.placements import find
+from tetris.bots.greedy import plan
+from tetris.bots.kernel import Kernel
+from tetris.bots.placements import find
+from tetris.engine.game import Action, Game, Phase
+from tetris.engine.pieces import KINDS, Piece
 
 REFERENCE: Final = "tetris-gymnasium"
 PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
@@ -78,7 +78,7 @@ def steps_rate(seed: int) -> float:
 
 def env_rate(seed: int) -> float:
     """Play through the environment's `step`."""
-    from tetris.env import INPUTS, TetrisEnv
+    from tetris.bots.gym_env import INPUTS, TetrisEnv
 
     chooser = random.Random(seed)
     actions = [chooser.randrange(len(INPUTS)) for _ in range(STEPS // 4)]

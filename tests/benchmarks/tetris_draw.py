@@ -22,12 +22,12 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 import numpy as np
 import pygame
 
-from tetris import bot
-from tetris.engine import Config, Game, Phase
-from tetris.events import Action
-from tetris.window.look import Look
+from tetris.bots import greedy as bot
+from tetris.engine.events import Action
+from tetris.engine.game import Config, Game, Phase
 from tetris.window.palettes import PALETTES
 from tetris.window.settings import Settings
+from tetris.window.theme_choice import Look
 from tetris.window.view import GameView
 
 SIZE = (1280, 720)

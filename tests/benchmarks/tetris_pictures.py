@@ -17,14 +17,14 @@ os.environ.update(SDL_VIDEODRIVER="dummy", PYGAME_HIDE_SUPPORT_PROMPT="1", LC_AL
 import pygame
 from PIL import Image
 
-from tetris import bots
-from tetris.modes import MODES
+from tetris.bots import registry as bots
+from tetris.engine.modes import MODES
 from tetris.window.app import App, Start
 from tetris.window.display import open_window
+from tetris.window.game_session import Session
 from tetris.window.palettes import PALETTES
-from tetris.window.session import Session
+from tetris.window.saves import Shelf
 from tetris.window.settings import Settings
-from tetris.window.shelf import Shelf
 
 SIZE: Final = (1120, 720)
 WIDTH: Final = 800  # of the pictures, which keeps them small

@@ -25,15 +25,15 @@ import torch
 from torch import nn
 from torch.utils.data import DataLoader, TensorDataset
 
-from controller import vocabulary
-from controller.preprocess import PreprocessSettings
-from models.augment import Symmetry
-from models.dataset import Examples, Source, prepare
-from models.fit import fit, prepare_torch
-from models.lessons import Gestures, Parts, gesture_net
-from models.recipe import DEFAULT, Course
-from models.results import Epoch
-from models.simulate import DataSet
+from controller.bundles import vocabulary
+from controller.recognition.preprocess import PreprocessSettings
+from models.data.augment import Symmetry
+from models.data.examples import Examples, Source, prepare
+from models.data.recipe import DEFAULT, Course
+from models.data.simulate import DataSet
+from models.results.training import Epoch
+from models.training.loop import fit, prepare_torch
+from models.training.tasks import Gestures, Parts, gesture_net
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau

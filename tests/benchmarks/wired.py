@@ -7,14 +7,14 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.doctor import guided
-from controller.hardware.driver import Driver
-from controller.hardware.emulated.bench import Bench, BenchModel
-from controller.hardware.emulated.faults import WiringFault
-from controller.hardware.wiring import Wiring
-from controller.preprocess import Frame
-from controller.protocol import Contact, Truth
-from controller.sensors import Geometry
+from controller.diagnostics import touch_checks as guided
+from controller.protocol.messages import Contact, Truth
+from controller.recognition.preprocess import Frame
+from controller.sensors.base import Geometry
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.wiring import Wiring
 from controller.simulator.presets import preset
 
 Spoil = Callable[[int, np.random.Generator], int]  # what the converter says, to what comes

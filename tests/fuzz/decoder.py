@@ -10,8 +10,9 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 
-from controller import wire
-from controller.protocol import (
+from controller.protocol import codec as wire
+from controller.protocol.auth import Seal
+from controller.protocol.messages import (
     MAX_FRAME,
     VERSION,
     Alive,
@@ -35,7 +36,6 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.seal import Seal
 
 from .choices import Choices
 

@@ -11,12 +11,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from controller import mapping as gestures
+import host.targets as targets
 from controller.errors import UserError
-from controller.users import Users
-from host.keys import reading
-from host.keys.mapping import KeyMap, KeyMapError, Kind
-from host.keys.pressed import Pressed
+from controller.keymap import keymap_file as reading
+from controller.keymap.key_state import Pressed
+from controller.keymap.keymap import KeyMap, KeyMapError, Kind
+from controller.recognition import mapping as gestures
+from controller.recognition.users import Users
 
 from .choices import Choices
 
@@ -52,7 +53,7 @@ _FILE: Final = Path(_PLACE.name) / "mapping.toml"
 def seeds() -> Iterable[bytes]:
     """Return inputs to begin with: the shipped mappings, and words in order."""
     for which, name in enumerate(("keyboard.toml", "gamepad.toml")):
-        shipped = Path(reading.__file__).with_name(name).read_bytes()
+        shipped = Path(targets.__file__).with_name(name).read_bytes()
         yield bytes([2 * which + 1]) + shipped
     yield b"\5" + _GESTURES
     yield b"\0" + bytes([7, 56, 57, 58, 59])

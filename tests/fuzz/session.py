@@ -12,8 +12,9 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Final
 
-from controller.outbox import Outbox
-from controller.protocol import (
+from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
+from controller.protocol.host_session import Delivered, HostSession, Missed, Past, Received
+from controller.protocol.messages import (
     MAX_FRAME,
     Bye,
     Command,
@@ -27,8 +28,7 @@ from controller.protocol import (
     Welcome,
     encode,
 )
-from controller.session import BACKLOG, GRANTED_BACKLOG, DeviceSession
-from host.session import Delivered, HostSession, Missed, Past, Received
+from controller.protocol.retransmit import Outbox
 
 from .choices import Choices
 from .decoder import MESSAGES

@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
-from controller.simulator import membrane, paper
+from controller.simulator import membrane
+from controller.simulator import paper_model as paper
 from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import simulate

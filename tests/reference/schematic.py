@@ -2,7 +2,7 @@
 
 python -m tests.reference.schematic [--out docs/pictures/schematic.svg]
 
-The pins and channels are those of `controller/hardware/default.toml`, so the picture follows it.
+The pins and channels are those of `controller/sensors/hardware/default.toml`, so the picture follows it.
 """
 
 import argparse
@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from controller.hardware.reading import shipped
-from controller.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring import Wiring
+from controller.sensors.hardware.wiring_file import shipped
 
 FILE: Final = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "schematic.svg"
 _INK, _DIM, _CORAL, _BLUE = "#1f2933", "#7b8794", "#d64550", "#2b6cb0"

@@ -40,7 +40,8 @@ TESTS: Final = """
 ANSWERS: Final = """
 import sys
 import numpy as np
-from controller import bundle, engines, graph
+from controller.bundles import bundle
+from controller.bundles.inference import engines, onnx_reader as graph
 shipped = bundle.read(bundle.default_path())
 golden = shipped.golden
 out = {}

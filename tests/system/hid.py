@@ -13,7 +13,7 @@ from typing import Any
 
 from controller.links import LinkError, open_link
 from controller.links.hid import HidLink
-from controller.protocol import COMMANDS, VERSION, Command, State, Welcome
+from controller.protocol.messages import COMMANDS, VERSION, Command, State, Welcome
 
 from .guest import Guest
 from .input import Desktop, drain, events, until_told

@@ -19,7 +19,7 @@ import time
 from collections.abc import Coroutine
 from typing import Any
 
-from controller.bluetooth.bluez import (
+from controller.links.bluetooth.bluez import (  # fmt: skip
     DEVICE,
     BluetoothError,
     Bus,
@@ -27,7 +27,7 @@ from controller.bluetooth.bluez import (
     Properties,
     devices,
     variant,
-)  # fmt: skip
+)
 
 from .guest import ANSWER_S, CaseError, Guest
 

@@ -15,10 +15,10 @@ import sys
 import time
 from typing import Any
 
-from controller.protocol import Grant, Granted
-from host import demo
-from host.receiver import Connected, Delivered, Receiver
-from host.transport import Transport, _Selected, open_transport
+from controller.protocol.messages import Grant, Granted
+from host.connection.receiver import Connected, Delivered, Receiver
+from host.connection.transport import Transport, _Selected, open_transport
+from host.demo import demo
 
 GRANTS = 150
 

@@ -6,15 +6,15 @@ from typing import Final
 
 import pygame
 
-from tetris.engine import Action, Game
+from tetris.engine.game import Action, Game
 from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
 from tetris.window.bot_player import BotPlayer
 from tetris.window.display import open_window, set_fullscreen
-from tetris.window.flow import Flow, Start
+from tetris.window.saves import Shelf
+from tetris.window.screen_flow import Flow, Start
+from tetris.window.screen_stack import Stage
 from tetris.window.settings import Settings, stepped
-from tetris.window.shelf import Shelf
-from tetris.window.stage import Stage
 
 __all__ = ["App", "BotPlayer", "Start", "play"]
 

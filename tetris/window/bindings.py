@@ -10,7 +10,7 @@ from typing import Final
 
 import pygame
 
-from tetris.events import Action
+from tetris.engine.events import Action
 from tetris.window.keys import Code
 
 Names = Mapping[str, Sequence[str]]  # from an action's name to names of keys or buttons

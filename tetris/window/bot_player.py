@@ -2,11 +2,11 @@
 
 from typing import Final
 
-from tetris import bot
-from tetris.bots import Planner
-from tetris.engine import Game, Phase
-from tetris.events import Action, Event, Spawned, ToppedOut
-from tetris.pieces import Piece
+from tetris.bots import greedy as bot
+from tetris.bots.registry import Planner
+from tetris.engine.events import Action, Event, Spawned, ToppedOut
+from tetris.engine.game import Game, Phase
+from tetris.engine.pieces import Piece
 
 _REST_S: Final = 4.0  # how long its lost game stays on the screen
 
@@ -15,7 +15,7 @@ class BotPlayer:
     """Plays a game one action at a time, looking at the board before each."""
 
     def __init__(self, action_s: float, plan: Planner = bot.plan) -> None:
-        """Act every `action_s` seconds, as one of `tetris.bots.BOTS` plans."""
+        """Act every `action_s` seconds, as one of `tetris.bots.registry.BOTS` plans."""
         self._action_s = action_s
         self._plan = plan
         self._next_s = 0.0

@@ -5,12 +5,12 @@ from typing import Final
 
 import pygame
 
-from tetris import events as happened
-from tetris.events import Event
+from tetris.engine import events as happened
+from tetris.engine.events import Event
 from tetris.window import theme
 from tetris.window.layout import Layout
-from tetris.window.look import Look
 from tetris.window.theme import Colour
+from tetris.window.theme_choice import Look
 
 _LASTS_S: Final = 1.8
 _POP_S: Final = 0.12  # the words come in a little from below

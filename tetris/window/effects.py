@@ -6,13 +6,13 @@ from typing import Final
 
 import pygame
 
-from tetris import events as happened
-from tetris.events import Event
+from tetris.engine import events as happened
+from tetris.engine.events import Event
 from tetris.window import theme
 from tetris.window.layout import Layout
-from tetris.window.look import Look
 from tetris.window.sparks import Sparks
 from tetris.window.theme import Colour
+from tetris.window.theme_choice import Look
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30

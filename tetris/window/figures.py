@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from tetris.engine import Game
-from tetris.scoring import goal_of
+from tetris.engine.game import Game
+from tetris.engine.scoring import goal_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 import pygame
 
-from tetris.events import Action
+from tetris.engine.events import Action
 
 Code = int | str  # a pygame key, or the name of a pad's button
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from tetris.window.look import Look
+from tetris.window.theme_choice import Look
 
 _LETTERS: Final = (
     ("Z", ("###", ".#.", ".#.", ".#.", ".#.")),

@@ -7,7 +7,7 @@ present language.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tetris.window.nav import Nav
+from tetris.window.menu_navigation import Nav
 
 Step = Callable[[int], None]
 

@@ -5,8 +5,8 @@ from typing import Final
 import pygame
 
 from tetris.window import theme
-from tetris.window.look import Look
 from tetris.window.menu import Item
+from tetris.window.theme_choice import Look
 
 # All in design units: a window 720 high has as many.
 _LETTERS: Final = 30

@@ -6,9 +6,9 @@ from typing import Final
 import pygame
 
 from tetris.window import theme
-from tetris.window.look import Look
 from tetris.window.menu import Menu, Row
 from tetris.window.menu_item import draw_item
+from tetris.window.theme_choice import Look
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from tetris.pieces import KINDS
+from tetris.engine.pieces import KINDS
 from tetris.window import theme
 from tetris.window.theme import Colour
 

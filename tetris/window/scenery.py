@@ -4,7 +4,7 @@ import pygame
 
 from tetris.window import theme
 from tetris.window.layout import Layout
-from tetris.window.look import Look
+from tetris.window.theme_choice import Look
 
 
 def draw_scenery(layout: Layout, look: Look) -> pygame.Surface:

@@ -13,10 +13,10 @@ from typing import Final
 
 import pygame
 
-from tetris import events as happened
-from tetris.events import Action, Event, Finish
-from tetris.moves import Spin
-from tetris.scoring import Clear
+from tetris.engine import events as happened
+from tetris.engine.events import Action, Event, Finish
+from tetris.engine.moves import Spin
+from tetris.engine.scoring import Clear
 from tetris.window import synth
 from tetris.window.settings import Settings
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from tetris.pieces import SHAPES
+from tetris.engine.pieces import SHAPES
 from tetris.window import theme
 from tetris.window.palettes import DEBRIS, Palette
 from tetris.window.patterns import draw_pattern

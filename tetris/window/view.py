@@ -5,17 +5,17 @@ from typing import Final
 
 import pygame
 
-from tetris.board import EMPTY
-from tetris.engine import Finish, Game, Phase, TopOut
-from tetris.events import Event
-from tetris.pieces import Piece
+from tetris.engine.board import EMPTY
+from tetris.engine.events import Event
+from tetris.engine.game import Finish, Game, Phase, TopOut
+from tetris.engine.pieces import Piece
 from tetris.window import theme
 from tetris.window.callouts import Callouts
 from tetris.window.effects import Effects
 from tetris.window.figures import Figure, figures_of
 from tetris.window.layout import Layout
-from tetris.window.look import Look
 from tetris.window.scenery import draw_scenery, slot
+from tetris.window.theme_choice import Look
 
 KEYBOARD_HINTS: Final[Mapping[Phase, str]] = {
     Phase.PAUSED: "P to go on",

@@ -3,14 +3,14 @@
 from typing import Final
 
 from tetris.window import bindings
-from tetris.window.attract import Attract
+from tetris.window.attract_mode import Attract
 from tetris.window.bindings import Names
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
-from tetris.window.nav import Nav
+from tetris.window.menu_navigation import Nav
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import Settings, changed
-from tetris.window.stage import Stage
 
 WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 

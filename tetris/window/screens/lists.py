@@ -5,17 +5,17 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from tetris.modes import MODES, Ranking
-from tetris.records import Entry
-from tetris.window.attract import Attract
+from tetris.engine.modes import MODES, Ranking
+from tetris.history.high_scores import Entry
+from tetris.window.attract_mode import Attract
 from tetris.window.figures import clock
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
+from tetris.window.saves import Shelf
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.pages import back_item
 from tetris.window.screens.title import chosen_mode
-from tetris.window.shelf import Shelf
-from tetris.window.stage import Stage
 
 _COLUMNS: Final[Mapping[Ranking, tuple[str, ...]]] = {
     "score": ("place", "score", "lines", "pieces_per_s", "date"),

@@ -5,16 +5,16 @@ from typing import Final
 
 import pygame
 
-from tetris.window import nav as navigation
-from tetris.window.attract import Attract
+from tetris.window import menu_navigation as navigation
+from tetris.window.attract_mode import Attract
 from tetris.window.keys import Code
 from tetris.window.logo import draw_logo
 from tetris.window.menu import Cursor, Menu
+from tetris.window.menu_navigation import Nav, Repeater
 from tetris.window.menu_view import MenuView
-from tetris.window.nav import Nav, Repeater
 from tetris.window.scenery import draw_card
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.screen import Screen
-from tetris.window.stage import Stage
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game

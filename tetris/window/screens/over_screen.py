@@ -3,15 +3,15 @@
 from collections.abc import Callable
 from typing import Final
 
-from tetris.engine import Finish
-from tetris.stats import Summary
+from tetris.engine.game import Finish
+from tetris.history.stats import Summary
 from tetris.window.figures import clock
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
+from tetris.window.saves import Kept
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.shelf import Kept
-from tetris.window.stage import Stage
 
 _QUIET_S: Final = 0.6
 _TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}

@@ -5,13 +5,13 @@ from functools import partial
 from typing import Final
 
 from tetris.window import language
-from tetris.window.attract import Attract
+from tetris.window.attract_mode import Attract
 from tetris.window.menu import Item, Menu
 from tetris.window.palettes import PALETTES
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.binding_screen import BindingScreen
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import LIMITS, Settings, changed, stepped
-from tetris.window.stage import Stage
 
 _UNITS: Final = {
     "das_ms": "settings.ms",

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
-from tetris.window.stage import Stage
 
 
 def pause_screen(

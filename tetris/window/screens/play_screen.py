@@ -6,17 +6,17 @@ from typing import Final
 
 import pygame
 
-from tetris import moves
-from tetris.engine import Phase
-from tetris.events import Action, Event, Spawned
-from tetris.pieces import Piece
+from tetris.engine import moves
+from tetris.engine.events import Action, Event, Spawned
+from tetris.engine.game import Phase
+from tetris.engine.pieces import Piece
 from tetris.window import bindings, theme
 from tetris.window.bot_player import BotPlayer
 from tetris.window.figures import figures_of
+from tetris.window.game_session import Session
 from tetris.window.keys import Code, Due, Keys
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.screen import Screen
-from tetris.window.session import Session
-from tetris.window.stage import Stage
 from tetris.window.view import GameView
 
 READY_S: Final = 0.9  # before the first piece moves

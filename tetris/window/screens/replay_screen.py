@@ -6,15 +6,15 @@ from typing import Final
 
 import pygame
 
-from tetris.film import SUFFIXES
-from tetris.modes import MODES
-from tetris.replay import Player, Recorder
+from tetris.engine.modes import MODES
+from tetris.history.replay import Player, Recorder
+from tetris.history.video import SUFFIXES
 from tetris.window.figures import clock, figures_of
-from tetris.window.filming import Filming
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.stage import Stage
+from tetris.window.video_export import Filming
 from tetris.window.view import GameView
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)

@@ -4,9 +4,9 @@ from abc import ABC, abstractmethod
 
 import pygame
 
-from tetris.events import Action
+from tetris.engine.events import Action
 from tetris.window.keys import Code
-from tetris.window.nav import OF_ACTION, Nav
+from tetris.window.menu_navigation import OF_ACTION, Nav
 
 
 class Screen(ABC):

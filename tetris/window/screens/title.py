@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from tetris.modes import MODES, Mode
-from tetris.window.attract import Attract
+from tetris.engine.modes import MODES, Mode
+from tetris.window.attract_mode import Attract
 from tetris.window.menu import Item, Menu
+from tetris.window.screen_stack import Stage
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import stepped
-from tetris.window.stage import Stage
 
 
 def title_screen(

@@ -1,0 +1,154 @@
+"""A gesture network taken apart where it can learn more: its embedding, and the layers after it.
+
+The form is that of the shipped network (figure 6 of the paper): ... dense, relu = embedding; dense,
+relu; dense, softmax. New units stand beside those of the second dense layer; they see the
+embedding, and what they tell is added to the answers. Since no old weight changes, the network as
+it was trained is still there, and can be had back.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.bundles.inference import engines
+from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_writer as graph_writer
+from controller.bundles.inference.engines import EngineError
+from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
+
+Values = NDArray[np.float32]
+
+
+class FormError(ValueError):
+    """The network has another form; the message has no subject."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Units:
+    """What was learned: hidden units, and what each adds to the answers.
+
+    Attributes:
+        weights: (units, embedding).
+        bias: (units,).
+        says: (classes, units); the old classes first.
+    """
+
+    weights: Values
+    bias: Values
+    says: Values
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """A network taken apart, as it was trained.
+
+    Attributes:
+        graph: The network.
+        embedding: Name of the embedding.
+        dense: The second dense layer: names of its weights and bias.
+        out: The last one, likewise.
+        hidden: Units of the second dense layer.
+        classes: Answers.
+    """
+
+    graph: Graph
+    embedding: str
+    dense: tuple[str, str]
+    out: tuple[str, str]
+    hidden: int
+    classes: int
+
+    def embed(self, windows: NDArray[np.float32]) -> Values:
+        """Return the embedding of windows (n, window, rows, columns), (n, width).
+
+        Neighbours that follow each other in time are computed faster.
+        """
+        at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
+        cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
+        network = engines.open_network("numpy", b"", cut)
+        return np.concatenate([network(window[None]) for window in windows])
+
+    def logits(self, embedding: Values) -> Values:
+        """Return what the network as it was trained answers, before the softmax, (n, classes)."""
+        weights = self.graph.weights
+        hidden = np.maximum(embedding @ weights[self.dense[0]].T + weights[self.dense[1]], 0.0)
+        return np.asarray(hidden @ weights[self.out[0]].T + weights[self.out[1]])
+
+    def widened(self, units: Units) -> bytes:
+        """Return the ONNX file of the network with more units, and classes as they say."""
+        weights = dict(self.graph.weights)
+        dense, bias = (weights[name] for name in self.dense)
+        old, old_bias = (weights[name] for name in self.out)
+        out = np.zeros((len(units.says), self.hidden + len(units.bias)), dtype=np.float32)
+        out[: self.classes, : self.hidden] = old
+        out[:, self.hidden :] = units.says
+        none = np.zeros(len(out) - self.classes, dtype=np.float32)
+        weights[self.dense[0]] = np.vstack([dense, units.weights]).astype(np.float32)
+        weights[self.dense[1]] = np.concatenate([bias, units.bias]).astype(np.float32)
+        weights[self.out[0]] = out
+        weights[self.out[1]] = np.concatenate([old_bias, none])
+        return graph_writer.write(replace(self.graph, weights=weights), width=len(out))
+
+
+def take_apart(model: bytes, base: tuple[int, int] | None = None) -> Taken:
+    """Return a network as it was trained.
+
+    Args:
+        model: The ONNX file.
+        base: Units of its second dense layer and classes when it was trained; None: as now.
+
+    Raises:
+        FormError: It is no network of the form.
+    """
+    try:
+        read = graph.read(model)
+    except GraphError as error:
+        raise FormError(str(error)) from None
+    makers = {node.output: node for node in read.nodes}
+    softmax = makers[read.output]
+    out = _dense(makers, read, softmax, "Softmax")
+    relu = makers.get(out.inputs[0])
+    dense = _dense(makers, read, relu, "Relu")
+    if dense.inputs[0] not in makers:
+        raise _other()
+    rows, bias = read.weights[dense.inputs[1]], read.weights[dense.inputs[2]]
+    answers, answers_bias = read.weights[out.inputs[1]], read.weights[out.inputs[2]]
+    hidden, classes = base or (len(rows), len(answers))
+    if not (1 <= hidden <= len(rows) and 2 <= classes <= len(answers)):
+        raise FormError("is smaller than it was when it was trained")
+    weights = dict(read.weights)
+    weights[dense.inputs[1]], weights[dense.inputs[2]] = rows[:hidden], bias[:hidden]
+    weights[out.inputs[1]] = answers[:classes, :hidden]
+    weights[out.inputs[2]] = answers_bias[:classes]
+    return Taken(
+        replace(read, weights=weights),
+        dense.inputs[0],
+        (dense.inputs[1], dense.inputs[2]),
+        (out.inputs[1], out.inputs[2]),
+        hidden,
+        classes,
+    )
+
+
+def _dense(makers: dict[str, Node], read: Graph, after: Node | None, op: str) -> Node:
+    """Return the dense layer before an operator of one kind."""
+    if after is None or after.op != op:
+        raise _other()
+    node = makers.get(after.inputs[0])
+    plain = node is not None and node.op == "Gemm" and len(node.inputs) == 3
+    if node is None or not plain or node.attributes != {"transB": 1}:
+        raise _other()
+    if any(name not in read.weights for name in node.inputs[1:]):
+        raise _other()
+    return node
+
+
+def _other() -> FormError:
+    return FormError(
+        "has another form than ours (dense, relu, dense, relu, dense, softmax at its end), so "
+        "nothing can be added to it"
+    )
+
+
+__all__ = ["EngineError", "FormError", "Taken", "Units", "take_apart"]

@@ -1,0 +1,4 @@
+"""Deployable model packages: format, vocabulary, inference, deployment.
+
+For everything above recognition.
+"""

@@ -1,0 +1,149 @@
+"""Prove a bundle on this device: golden vectors, then a control step timed, engine by engine.
+
+Each engine is tried in a process of its own with a deadline, since a library that was built for
+another processor does not raise but kills. `python -m controller.bundles.deploy.selftest FILE ENGINE` is that
+process.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.inference import engines
+from controller.bundles.inference.networks import Recognizer
+from controller.console import one_line
+from controller.recognition.pipeline import Pipeline
+
+DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
+TURNS: Final = 2  # of each engine, one after the other: what else runs here makes both slower
+STEPS: Final = 1000  # timed together
+BLOCKS: Final = 5  # of so many steps are timed, after one untimed: the fastest one tells
+ALIKE: Final = 1.1  # steps that differ by less are equally fast; then a short start decides
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What one engine showed.
+
+    Attributes:
+        engine: Its name.
+        step_us: The median control step: a frame in, a gesture out, microseconds; at its best,
+            as other programs only ever make it slower.
+        worst_us: The slowest of a hundred, likewise.
+        problem: Why the engine cannot be used; "" if it can.
+        start_ms: Processor time from a program's start until the networks were proved.
+    """
+
+    engine: str
+    step_us: float = 0.0
+    worst_us: float = 0.0
+    problem: str = ""
+    start_ms: float = 0.0
+
+
+def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
+    """Return what every engine shows with a bundle, the one to use first.
+
+    That is the fastest, or, of those that are as fast, the one that starts soonest.
+
+    Raises:
+        BundleError: The bundle is damaged, or no engine can run it; the message says why.
+    """
+    bundles.read(path)
+    proofs = [_in_a_process(path, name) for name in names]
+    usable = [proof for proof in proofs if not proof.problem]
+    if len(usable) > 1:  # there is something to choose
+        for _ in range(TURNS - 1):
+            usable = [_better(proof, _in_a_process(path, proof.engine)) for proof in usable]
+    if not usable:
+        raise BundleError("; ".join(dict.fromkeys(proof.problem for proof in proofs)))
+    enough_us = ALIKE * min(proof.step_us for proof in usable)
+
+    def rank(proof: Proof) -> tuple[bool, float]:
+        fast = proof.step_us <= enough_us
+        return not fast, proof.start_ms if fast else proof.step_us
+
+    return sorted(usable, key=rank) + [proof for proof in proofs if proof.problem]
+
+
+def _better(one: Proof, other: Proof) -> Proof:
+    """Return what two runs of an engine showed at their best; the first one's if one failed."""
+    if other.problem:
+        return one
+    fast = min(one, other, key=lambda proof: proof.step_us)
+    return replace(fast, start_ms=min(one.start_ms, other.start_ms))
+
+
+def _in_a_process(path: Path, engine: str) -> Proof:
+    command = [
+        sys.executable,
+        "-m",
+        "controller.bundles.deploy.selftest",
+        str(path.resolve()),
+        engine,
+    ]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
+        return Proof(**json.loads(done.stdout.splitlines()[-1]))
+    except subprocess.TimeoutExpired:
+        return Proof(engine, problem=f"{engine} did not answer within {DEADLINE_S:g} s")
+    except (IndexError, ValueError, TypeError):
+        return Proof(engine, problem=f"{engine} ended with status {done.returncode} on this device")
+
+
+def measure(
+    bundle: Bundle,
+    engine: str,
+    clock_ns: Callable[[], int] = time.perf_counter_ns,
+    spent_s: Callable[[], float] = time.process_time,
+) -> Proof:
+    """Prove a bundle with one engine in this process, and time its control step.
+
+    Args:
+        bundle: What was read.
+        engine: One of `engines.NAMES`.
+        clock_ns: Nanoseconds that never go back.
+        spent_s: Processor time since the start of the process.
+    """
+    try:
+        pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+    except BundleError as error:
+        return Proof(engine, problem=one_line(str(error)))  # it may hold names out of the networks
+    start_ms = round(1000.0 * spent_s(), 1)
+    rest = np.full((bundle.rows, bundle.columns), 40.0)
+    if bundle.preprocess.normalise == "difference":
+        rest = np.zeros_like(rest)
+    noise = np.random.default_rng(0).normal(0.0, 1.0, (64, *rest.shape)) * 0.01
+    scale = bundle.preprocess.scale if bundle.preprocess.normalise == "difference" else 40.0
+    frames = (rest + noise * scale).astype(np.float32)
+    pressed = frames + np.float32(0.2 * scale)
+    quiet = round(2 * bundle.preprocess.start_s * bundle.rate_hz)
+    times = np.empty((1 + BLOCKS) * STEPS)
+    for number in range(quiet):  # rest is found
+        pipeline.step(frames[number % len(frames)], number / bundle.rate_hz)
+    for number in range(len(times)):
+        # A touch every other second, so that both networks are asked.
+        touched = int(number / bundle.rate_hz) % 2
+        frame = (pressed if touched else frames)[number % len(frames)]
+        start = clock_ns()
+        pipeline.step(frame, (quiet + number) / bundle.rate_hz)
+        times[number] = clock_ns() - start
+        pipeline.look()  # when the gesture is out
+    blocks = times[STEPS:].reshape(BLOCKS, STEPS) / 1000.0
+    p50, p99 = np.percentile(blocks, [50, 99], axis=1).min(axis=1)
+    return Proof(engine, round(float(p50), 1), round(float(p99), 1), start_ms=start_ms)
+
+
+if __name__ == "__main__":
+    _path, _engine = sys.argv[1:]
+    _proof = measure(bundles.read(Path(_path)), _engine)
+    print(json.dumps(asdict(_proof)))

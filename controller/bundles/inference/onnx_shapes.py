@@ -1,0 +1,262 @@
+"""What a network would cost: the shape of every array in it, found without running it.
+
+A graph that `controller/bundles/inference/onnx_reader.py` has read is harmless as text, but a convolution with pads of a
+million would still ask for all the memory there is. So every shape is worked out first, by ONNX's
+own rules, and added up against limits that a network for a skin stays far below.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from controller.bundles.inference.onnx_reader import MAX_RANK, Array, Graph, GraphError, Node
+from controller.record import record
+
+MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
+MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second on a small board
+
+Shape = tuple[int, ...]
+
+
+@record
+class Sizes:
+    """The cost of one answer.
+
+    Attributes:
+        shapes: The shape of each array, by name, weights included.
+        elements: Numbers in the arrays between operators.
+        macs: Multiplications.
+    """
+
+    shapes: dict[str, Shape]
+    elements: int
+    macs: int
+
+
+def sizes(graph: Graph) -> Sizes:
+    """Return the shapes of a graph and what they cost.
+
+    Raises:
+        GraphError: The operators do not fit together, or cost more than a device has.
+    """
+    shapes = {name: array.shape for name, array in graph.weights.items()}
+    shapes[graph.input] = graph.shape
+    elements, macs = math.prod(graph.shape), 0
+    for node in graph.nodes:
+        inputs = [shapes[name] for name in node.inputs]
+        numbers = node.inputs[:1] if node.op == "Reshape" else node.inputs
+        if any(name in graph.weights and graph.weights[name].dtype.kind != "f" for name in numbers):
+            raise GraphError(f"has {node.op} of whole numbers; weights are float32")
+        try:
+            shape, cost = _RULES[node.op](node, inputs, graph.weights)
+        except (ValueError, IndexError) as error:
+            given = " and ".join(str(shape) for shape in inputs)
+            raise GraphError(f"has {node.op} of {given}, which does not fit: {error}") from None
+        if len(shape) > MAX_RANK or min(shape, default=1) < 1:
+            raise GraphError(f"has {node.op} give an array of the shape {shape}")
+        shapes[node.output] = shape
+        elements += math.prod(shape)
+        if node.op == "Conv":  # engines lay out what each place of the kernel sees
+            elements += cost // shape[1]
+        macs += cost
+        if elements > MAX_ELEMENTS or macs > MAX_MACS:
+            raise GraphError(
+                f"needs more than {MAX_ELEMENTS} numbers or {MAX_MACS} multiplications for an "
+                "answer; train a smaller network"
+            )
+    return Sizes(shapes, elements, macs)
+
+
+_Weights = dict[str, Array]
+_Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
+
+
+@record
+class Sliding:
+    """How a kernel slides: sizes along each axis after batch and channel."""
+
+    kernel: Shape
+    strides: Shape
+    before: Shape  # pads
+    after: Shape
+    dilations: Shape
+
+    @classmethod
+    def of(cls, node: Node, kernel: Shape) -> "Sliding":
+        """Return what the settings of a convolution or pooling say.
+
+        Raises:
+            ValueError: They contradict each other, or are out of bounds.
+        """
+        axes = len(kernel)
+        strides = ints(node, "strides", (1,) * axes)
+        pads = ints(node, "pads", (0,) * 2 * axes)
+        dilations = ints(node, "dilations", (1,) * axes)
+        if ints(node, "kernel_shape", kernel) != kernel:
+            raise ValueError("kernel_shape is not the kernel's")
+        if (len(strides), len(pads), len(dilations)) != (axes, 2 * axes, axes):
+            raise ValueError("strides, pads or dilations are not one for each axis")
+        if min(strides + dilations + kernel) < 1 or min(pads) < 0:
+            raise ValueError("strides, dilations and kernel must be above zero, pads not below")
+        return cls(kernel, strides, pads[:axes], pads[axes:], dilations)
+
+    def out(self, shape: Shape) -> Shape:
+        """Return the sizes that axes of these sizes give."""
+        if len(shape) != len(self.kernel):
+            raise ValueError(f"{len(shape)} axes for a kernel of {len(self.kernel)}")
+        return tuple(
+            (size + before + after - dilation * (kernel - 1) - 1) // stride + 1
+            for size, kernel, stride, before, after, dilation in zip(
+                shape,
+                self.kernel,
+                self.strides,
+                self.before,
+                self.after,
+                self.dilations,
+                strict=True,
+            )
+        )
+
+
+def ints(node: Node, name: str, default: Shape) -> Shape:
+    """Return a setting that is a list.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    value = node.attributes.get(name, default)
+    if not isinstance(value, tuple):
+        raise ValueError(f"{name} is no list")
+    return value
+
+
+def integer(node: Node, name: str, default: int) -> int:
+    """Return a setting that is a whole number.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    value = node.attributes.get(name, default)
+    if not isinstance(value, int):
+        raise ValueError(f"{name} is no whole number")
+    return value
+
+
+def _same(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (shape,) = inputs
+    return shape, math.prod(shape)
+
+
+def _softmax(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (shape,) = inputs
+    if integer(node, "axis", -1) not in (-1, len(shape) - 1):
+        raise ValueError("only the last axis is supported")
+    return shape, math.prod(shape)
+
+
+def _broadcast(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    one, other = inputs
+    rank = max(len(one), len(other))
+    pairs = zip((1,) * (rank - len(one)) + one, (1,) * (rank - len(other)) + other, strict=True)
+    shape = []
+    for a, b in pairs:
+        if a != b and 1 not in (a, b):
+            raise ValueError(f"{a} against {b}")
+        shape.append(max(a, b))
+    return tuple(shape), math.prod(shape)
+
+
+def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    data, kernel = inputs[0], inputs[1]
+    group = integer(node, "group", 1)
+    if len(kernel) != len(data) or not 3 <= len(data) <= 5:
+        raise ValueError("as many axes as the kernel, three to five, are supported")
+    if group < 1 or kernel[0] % group or data[1] != kernel[1] * group:
+        raise ValueError(f"{data[1]} channels in {group} groups")
+    if len(inputs) == 3 and inputs[2] != kernel[:1]:
+        raise ValueError("the bias is not one for each map")
+    out = Sliding.of(node, kernel[2:]).out(data[2:])
+    shape = (data[0], kernel[0], *out)
+    return shape, math.prod(shape) * math.prod(kernel[1:])
+
+
+def _pool(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (data,) = inputs
+    kernel = ints(node, "kernel_shape", ())
+    if not kernel:
+        raise ValueError("there is no kernel_shape")
+    shape = (*data[:2], *Sliding.of(node, kernel).out(data[2:]))
+    return shape, math.prod(shape) * math.prod(kernel)
+
+
+def _gemm(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    left, right = inputs[0], inputs[1]
+    if integer(node, "transA", 0):
+        raise ValueError("transA is not supported")
+    transposed = integer(node, "transB", 0)
+    depth, width = reversed(right) if transposed else right
+    rows, inner = left
+    if inner != depth:
+        raise ValueError(f"{inner} against {depth}")
+    if len(inputs) == 3 and inputs[2] not in ((width,), (1, width)):
+        raise ValueError("the bias is not one for each column")
+    return (rows, width), rows * inner * width
+
+
+def _matmul(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (rows, inner), (depth, width) = inputs
+    if inner != depth:
+        raise ValueError(f"{inner} against {depth}")
+    return (rows, width), rows * inner * width
+
+
+def _flatten(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (shape,) = inputs
+    if integer(node, "axis", 1) != 1:
+        raise ValueError("only axis 1 is supported")
+    return (shape[0], math.prod(shape[1:])), 0
+
+
+def _reshape(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    shape = inputs[0]
+    wanted = weights.get(node.inputs[1])
+    if wanted is None or wanted.dtype.kind != "i" or wanted.ndim != 1 or len(wanted) > MAX_RANK:
+        raise ValueError("the new shape is not a short list that lies in the file")
+    new = [shape[i] if size == 0 else size for i, size in enumerate(wanted.tolist())]
+    if new.count(-1) > 1 or min(new, default=1) < -1:
+        raise ValueError(f"the new shape is {new}")
+    if -1 in new:
+        rest = math.prod(size for size in new if size != -1)
+        new[new.index(-1)] = math.prod(shape) // rest
+    if math.prod(new) != math.prod(shape):
+        raise ValueError(f"the new shape is {new}")
+    return tuple(new), 0
+
+
+def _transpose(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    (shape,) = inputs
+    order = ints(node, "perm", tuple(reversed(range(len(shape)))))
+    if sorted(order) != list(range(len(shape))):
+        raise ValueError(f"the order is {order}")
+    return tuple(shape[axis] for axis in order), 0
+
+
+_RULES: Final[dict[str, _Rule]] = {
+    "Add": _broadcast,
+    "AveragePool": _pool,
+    "Conv": _conv,
+    "Div": _broadcast,
+    "Flatten": _flatten,
+    "Gemm": _gemm,
+    "Identity": _same,
+    "MatMul": _matmul,
+    "MaxPool": _pool,
+    "Mul": _broadcast,
+    "Relu": _same,
+    "Reshape": _reshape,
+    "Sigmoid": _same,
+    "Softmax": _softmax,
+    "Sub": _broadcast,
+    "Tanh": _same,
+    "Transpose": _transpose,
+}

@@ -1,0 +1,4 @@
+"""Command lines of the device: argparse, call, print.
+
+Nothing imports it but `controller.__main__`.
+"""

@@ -1,0 +1,71 @@
+"""`controller models`: list the bundles of this device."""
+
+import argparse
+import json
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.record_words import about, called
+from controller.bundles.deploy.store import Record, Shelf
+from controller.console import TROUBLE, complain, one_line, run
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller models` and return its exit status."""
+    return run("controller", lambda: _models(argv))
+
+
+def _models(argv: Sequence[str]) -> int:
+    grammar = argparse.ArgumentParser(
+        prog="controller models", description="List the bundles of this device with their cards."
+    )
+    grammar.add_argument("--json", action="store_true", help="for programs, not people")
+    options = grammar.parse_args(argv)
+    shelf = Shelf()
+    try:
+        record = shelf.record()
+    except BundleError as error:
+        return complain("controller", error, TROUBLE)
+    rows = [_row(shelf, record, name) for name in ("", *(e.name for e in record.entries))]
+    if options.json:
+        print(json.dumps(rows, default=str))  # TOML has times, JSON has none
+    else:
+        for line in (line for row in rows for line in _lines(row)):
+            print(one_line(line))
+    return 0
+
+
+def _row(shelf: Shelf, record: Record, name: str) -> dict[str, Any]:
+    """Return what is known of one bundle."""
+    entry, path = record.entry(name), shelf.path(name)
+    row: dict[str, Any] = {
+        "name": called(name),
+        "path": str(path),
+        "in_use": name == record.current,
+        "previous": name == record.previous,
+        "engine": entry.engine if entry else "",
+        "step_us": entry.step_us if entry else None,
+        "installed": entry.installed if entry else "",
+        "corrects": called(entry.corrects) if entry else "",
+        "problem": "",
+    }
+    try:
+        bundle = bundles.read(path)
+    except BundleError as error:
+        return {**row, "problem": str(error)}
+    return {**row, "hash": bundle.hash, "about": about(bundle), "card": bundle.card}
+
+
+def _lines(row: dict[str, Any]) -> Iterator[str]:
+    """Yield what people are told of one bundle."""
+    mark = "in use" if row["in_use"] else "before" if row["previous"] else ""
+    yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
+    if row["installed"]:
+        yield f"{'':28}installed {row['installed']}, {row['engine']}, {row['step_us']:.0f} µs"
+    if row["corrects"]:
+        yield f"{'':28}a correction of {row['corrects']}"
+    for key, value in row.get("card", {}).items():
+        yield " " * 28 + textwrap.shorten(f"{key}: {value}", 120, placeholder=" ...")

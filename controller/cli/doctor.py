@@ -1,0 +1,208 @@
+"""`controller doctor`: look at everything, and say in a table what is wrong and what to do."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller import folders
+from controller.bundles import bundle as bundles
+from controller.cli.options import PRINT
+from controller.diagnostics import link_check as loopback
+from controller.diagnostics import measurements as probe
+from controller.diagnostics import skin_checks as skin
+from controller.diagnostics import system_checks as machine
+from controller.diagnostics import touch_checks as guided
+from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics.frame_source import Hand, OwnHand, Person, Watch
+from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.recognition.preprocess import LEAST_REST
+from controller.sensors import base as sensors
+from controller.sensors.base import Sensor, SensorError, SensorOptions, VirtualSensor
+from controller.simulator.presets import PRESETS
+
+REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
+_BLUETOOTH: Final = "controller.diagnostics.bluetooth"
+RATE_HZ: Final = 10.0  # paper, section 4.1
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
+    options = parser().parse_args(argv)
+    if options.sensor not in sensors.names():
+        known = ", ".join(sensors.names())
+        raise SensorError(f"there is no sensor {options.sensor!r}; there are {known}")
+    rows = list(examine(options))
+    if options.json:
+        plain = {"healthy": not faulty(rows), "rows": [row.plain() for row in rows]}
+        print(json.dumps(plain, ensure_ascii=False))
+    else:
+        print(table(rows))
+    return 1 if faulty(rows) else 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    grammar = argparse.ArgumentParser(
+        prog="controller doctor",
+        description="Look at computer, wiring, skin and link, and say what is wrong and what to "
+        "do. Exit status 0: sound; 1: faults found.",
+        epilog="Try it without hardware: controller doctor --sensor virtual --fault open_row:1",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = grammar.add_argument
+    add("--sensor", metavar="NAME", default="virtual",
+        help=f"what to look at: {', '.join(sensors.names())} (default: virtual)")  # fmt: skip
+    add("--json", action="store_true", help="print one JSON object in place of the table")
+    add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
+        help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
+    add("--link", metavar="URL", default=PRINT,
+        help="the link that is tried (default: a loopback on this machine)")  # fmt: skip
+    add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "
+        "unseen")  # fmt: skip
+    add("--bluetooth", action="store_true", help="look at Bluetooth as well")
+    add("--seed", metavar="N", type=int, default=1, help="which orb is simulated (default: 1)")
+    add("--wiring", metavar="FILE", type=Path,
+        help="what hangs on which pin (default: as docs/hardware.md draws it)")  # fmt: skip
+    add("--preset", metavar="NAME", default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")  # fmt: skip
+    add("--fault", metavar="FAULT", action="append", default=[],
+        help="break the simulated orb: docs/simulator.md, docs/hardware.md")  # fmt: skip
+    return grammar
+
+
+def examine(options: argparse.Namespace) -> Iterator[Row]:
+    """Yield all rows.
+
+    Raises:
+        SensorError: The command line asks for what does not exist.
+    """
+    real = options.sensor == REAL
+    yield from machine.libraries(options.bundle, pi=real)
+    yield machine.disk(folders.state())
+    yield machine.clock()
+    if real:
+        yield from machine.permissions()
+    yield loopback.link(options.link)
+    if options.bluetooth:
+        yield from _bluetooth()
+    wish = SensorOptions(
+        seed=options.seed, preset=options.preset, faults=tuple(options.fault),
+        wiring=options.wiring,
+    )  # fmt: skip
+    try:
+        sensor = sensors.load(options.sensor, wish)
+    except SensorError as error:
+        if not real:
+            raise
+        yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+        yield from _board_alone(options.wiring)
+        return
+    try:
+        yield from sensor_rows(sensor, None if options.no_touch else find_hand)
+    finally:
+        sensor.close()
+
+
+def _board_alone(wiring: Path | None) -> Iterator[Row]:
+    """Yield what can be measured on a board on which no orb answers."""
+    from controller.sensors.hardware.raspberry_pi import open_board
+    from controller.sensors.hardware.wiring_file import read, shipped
+
+    try:
+        board = open_board(shipped() if wiring is None else read(wiring))
+    except SensorError:
+        return  # nobody can even open it, which has been said
+    try:
+        yield from leads.judge(probe.measure(board), RATE_HZ)
+    finally:
+        board.close()
+
+
+def _bluetooth() -> Iterator[Row]:
+    if find_spec("controller.links.bluetooth") is None or find_spec(_BLUETOOTH) is None:
+        yield Row("Bluetooth", Verdict.UNKNOWN, "this version has no check of it")
+        return
+    yield from import_module(_BLUETOOTH).rows()
+
+
+def find_hand(watch: Watch) -> Hand | None:
+    """Return whoever can press this sensor; None: nobody."""
+    if isinstance(watch.sensor, VirtualSensor):
+        return OwnHand(watch, watch.sensor)
+    return Person() if sys.stdin is not None and sys.stdin.isatty() else None
+
+
+def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> Iterator[Row]:
+    """Yield what measurements, rest and touches say."""
+    board = getattr(getattr(sensor, "driver", None), "board", None)
+    grid = sensor.geometry
+    bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
+    if board is not None:
+        measured = probe.measure(board)
+        faults = leads.judge(measured, sensor.rate_hz)
+        yield from faults
+        if isinstance(measured, probe.Silent):
+            return  # nothing else can be read
+        found = leads.Leads(measured, sensor.rate_hz)
+        yield from leads.sound(measured, faults)
+        bad |= found.bad
+    watch = Watch(sensor)
+    try:
+        yield from _skin(watch, bad, find)
+        if watch.air:
+            pump = getattr(sensor, "driver").pump  # noqa: B009  # a driver is no part of a Sensor
+            yield from skin.air(watch.air, pump.problem)
+    except SensorError as error:
+        yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
+
+
+def _skin(
+    watch: Watch, bad: "guided.Mask", find: Callable[[Watch], Hand | None] | None
+) -> Iterator[Row]:
+    """Yield what the skin says, at rest and under presses."""
+    sensor = watch.sensor
+    idle = watch.frames(skin.IDLE_S)
+    rest = skin.rest(idle, sensor.rate_hz)
+    yield from rest
+    if any(row.code == "touched" for row in rest):
+        return
+    hand = None if find is None else find(watch)
+    pressed = [] if hand is None else _pressed(watch, hand, skin.hold_s(idle, sensor.rate_hz))
+    grid = sensor.geometry
+    touched = np.concatenate(pressed) if pressed else np.empty((0, grid.rows, grid.columns))
+    yield from skin.examine(idle, touched.astype(np.float32), bad)
+    if not pressed:
+        yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
+        return
+    level = idle.mean(axis=0).astype(np.float64)
+    bad |= level < LEAST_REST * np.median(level)
+    means = np.array([frames.mean(axis=0) for frames in pressed])
+    changes = means / np.where(level > 0.0, level, 1.0) - 1.0
+    if any(guided.unfelt(np.where(bad, 0.0, change)) for change in changes):
+        yield Row(
+            "touches", Verdict.DOUBTFUL, "some presses were hardly felt",
+            "Press firmly, a centimetre deep, and start again.", "unfelt",
+        )  # fmt: skip
+    told = guided.judge(changes, grid.pitch_mm, bad)
+    yield from told
+    if not faulty(told):
+        yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
+
+
+def _pressed(watch: Watch, hand: Hand, seconds: float) -> list["skin.Frames"]:
+    """Return so many seconds of each press; [] where nobody presses to the end."""
+    grid = watch.sensor.geometry
+    taken = []
+    for place in guided.places(grid.rows, grid.columns):
+        if not hand.press(place):
+            return []
+        taken.append(watch.frames(seconds))
+        hand.lift()
+    return taken

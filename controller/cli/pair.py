@@ -1,0 +1,115 @@
+"""`controller pair`: let a host find this orb and pair with it, for a limited time."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import logging
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from controller.errors import how_to_install
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import (
+    ADAPTER,
+    DEVICE,
+    BluetoothError,
+    Bus,
+    Properties,
+    bonded,
+)
+from controller.links.bluetooth.identifiers import ALIAS
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.pairing_agent import Agent, Confirm
+
+WINDOW_S: Final = 120
+LONGEST_S: Final = 600
+
+
+def main(argv: Sequence[str]) -> int:
+    """Return 0 when a host has paired, 1 if none has or there is trouble, 2 for wrong usage."""
+    options = _parser().parse_args(argv)
+    logging.basicConfig(format="%(message)s", level=logging.WARNING, stream=sys.stderr)
+    if not bluez.available():
+        raise BluetoothError(f"pairing needs dbus-fast; {how_to_install('bluetooth')}")
+    return asyncio.run(_pair(options))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="controller pair",
+        description="Let a host find this orb and pair with it, for a limited time. Both show six "
+        "digits; confirm them here if they are the same.",
+        epilog="The orb's own button does the same, without digits. See docs/bluetooth.md.",
+    )
+    add = parser.add_argument
+    add(
+        "--seconds",
+        metavar="N",
+        type=_seconds,
+        default=WINDOW_S,
+        help=f"for how long, 1 to {LONGEST_S} (default: {WINDOW_S})",
+    )
+    add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
+    add(
+        "--yes",
+        action="store_true",
+        help="ask nobody: the first host that asks is let in, without digits",
+    )
+    return parser
+
+
+def _seconds(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= LONGEST_S):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {LONGEST_S}")
+    return int(words)
+
+
+async def _pair(options: argparse.Namespace) -> int:
+    """Open the window, and close it when somebody has paired or the time is up."""
+    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, Agent, anyone
+    from controller.links.bluetooth.prompt import Console
+
+    confirm: Confirm = anyone if options.yes else Console().confirm
+    bus = await Bus.connect()
+    try:
+        adapter = await bus.adapter(options.adapter)
+        if not await bus.get(adapter, ADAPTER, "Powered"):
+            await bus.set(adapter, ADAPTER, "Powered", "b", True)
+        if await bus.get(adapter, ADAPTER, "Alias") == await bus.get(adapter, ADAPTER, "Name"):
+            await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
+        agent = Agent(bus, confirm)
+        await agent.register(NO_SCREEN if options.yes else SCREEN)
+        return await _wait(bus, adapter, agent, options.seconds)
+    finally:
+        bus.close()
+
+
+async def _wait(bus: Bus, adapter: str, agent: Agent, seconds: int) -> int:
+    """Return when a host has bonded, or after the time."""
+    bonds: asyncio.Queue[str] = asyncio.Queue()
+
+    def hear(path: str, interface: str, changes: Properties | None) -> None:
+        ours = path.startswith(adapter + "/") and interface == DEVICE
+        if ours and changes and (changes.get("Bonded") or changes.get("Paired")):
+            bonds.put_nowait(path)
+
+    bus.listen(hear)
+    await agent.open_window(adapter, seconds)
+    name = await bus.get(adapter, ADAPTER, "Alias")
+    address = await bus.get(adapter, ADAPTER, "Address")
+    print(f"waiting for a host to pair, for {seconds} s: look for {name} ({address})", flush=True)
+    try:
+        path = await asyncio.wait_for(bonds.get(), seconds)
+    except TimeoutError:
+        print("nobody paired", flush=True)
+        return 1
+    finally:
+        await agent.close_window(adapter)
+    await bus.set(path, DEVICE, "Trusted", "b", True)
+    device = bluez.devices(await bus.objects()).get(path, {})
+    who = f"{device.get('Alias', 'a host')} ({device.get('Address', path)})"
+    print(f"paired with {who}" if bonded(device) else f"{who} paired, and forgot it", flush=True)
+    return 0 if bonded(device) else 1

@@ -1,0 +1,31 @@
+"""`controller rollback`: take the bundle of before into use."""
+
+import argparse
+from collections.abc import Sequence
+
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.record_words import called
+from controller.bundles.deploy.store import Shelf
+from controller.console import TROUBLE, complain, run
+from controller.errors import reason
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller rollback` and return its exit status."""
+    return run("controller", lambda: _rollback(argv))
+
+
+def _rollback(argv: Sequence[str]) -> int:
+    argparse.ArgumentParser(
+        prog="controller rollback",
+        description="Take the bundle of before into use; run again, it brings the newer one back.",
+    ).parse_args(argv)
+    shelf = Shelf()
+    try:
+        record = shelf.rollback()
+    except BundleError as error:
+        return complain("controller", error, TROUBLE)
+    except OSError as error:
+        return complain("controller", f"{shelf.folder} cannot be written: {reason(error)}", TROUBLE)
+    print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
+    return 0

@@ -1,0 +1,185 @@
+"""`controller status`: whether the service runs, and who is on Bluetooth."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from typing import Any, Final
+
+from controller.cli.service import NAME
+from controller.config import MAX_BYTES, parse_json
+from controller.console import count
+from controller.errors import how_to_install
+from controller.files import read_bytes
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
+from controller.runtime.latency_report import status_folders
+
+ASKED: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
+                "ActiveEnterTimestamp")  # fmt: skip
+
+
+def main(argv: Sequence[str]) -> int:
+    """Print how the device is; return 0 if it runs, as a service or not, 1 if not."""
+    parser = argparse.ArgumentParser(
+        prog="controller status",
+        description="Say whether the device's service runs, who is paired and connected, and where "
+        "the time of its frames goes.",
+    )
+    parser.add_argument("--json", action="store_true", help="as one line of JSON")
+    options = parser.parse_args(argv)
+    service = read_service()
+    try:
+        radio = read_radio(asyncio.run(_objects()))
+    except BluetoothError as error:
+        radio = {"problem": str(error)}
+    running = read_running()
+    if options.json:
+        print(json.dumps({"service": service, "bluetooth": radio, "running": running}))
+    else:
+        lines = [*service_lines(service), *radio_lines(radio), *running_lines(running)]
+        print("\n".join(lines))
+    return 0 if service.get("ActiveState") == "active" or running else 1
+
+
+def read_running() -> dict[str, Any]:
+    """Return what a running controller says of itself, the service's first; {} if none runs."""
+    for folder in status_folders():
+        try:
+            said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
+            running_lines(said)  # or it is none of ours
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        if isinstance(said, dict) and _runs(said.get("pid")):
+            return said
+    return {}
+
+
+def _runs(pid: object) -> bool:
+    """Return whether there is such a process, whoever's it is."""
+    if not isinstance(pid, int) or pid <= 0:
+        return False
+    try:
+        os.kill(pid, 0)
+    except PermissionError:
+        return True
+    except (OSError, OverflowError):
+        return False
+    return True
+
+
+def running_lines(running: dict[str, Any]) -> list[str]:
+    """Return where the time of its frames goes, for people."""
+    if not running:
+        return ["loop       no controller runs"]
+    period_ms = running["period_ms"]
+    lines = [
+        f"loop       {running['device']}, bundle {running['bundle'][:8]} on {running['engine']}, "
+        f"link {running['link']}",
+        f"           {count(running['frames'], 'frame')}, {running['missed']} missed",
+        f"{'':11}{'hop':12}{'p50':>9}{'p95':>9}{'p99':>9}  ms",
+    ]
+    for hop, *spans in running["hops"]:
+        lines.append(f"{'':11}{hop:12}" + "".join(f"{span:9.3f}" for span in spans))
+        if hop == "all":
+            left = period_ms - spans[-1]
+            lines.append(f"{'':11}{left:.1f} of {period_ms:g} ms are left in 99 of 100 frames")
+    return lines
+
+
+def read_service() -> dict[str, str]:
+    """Return what systemd says of the service; nothing where there is no systemd."""
+    if not shutil.which("systemctl"):
+        return {}
+    command = ["systemctl", "show", NAME, f"--property={','.join(ASKED)}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=10)
+    return parse(done.stdout)
+
+
+def parse(text: str) -> dict[str, str]:
+    """Return NAME=VALUE lines as a dict."""
+    pairs = (line.partition("=") for line in text.splitlines() if "=" in line)
+    return {name: value for name, _, value in pairs}
+
+
+def service_lines(service: dict[str, str]) -> list[str]:
+    """Return the service's state for people."""
+    if not service:
+        return ["service    not checked: systemd does not run here"]
+    if service.get("LoadState") != "loaded":
+        return [f"service    not installed: controller service --help, then {NAME}"]
+    state = f"{service['ActiveState']} ({service['SubState']})"
+    if since := service.get("ActiveEnterTimestamp"):
+        state += f" since {since}"
+    lines = [f"service    {state}, restarted {count(int(service.get('NRestarts') or 0), 'time')}"]
+    if text := service.get("StatusText"):
+        lines.append(f"           {text}")
+    return lines
+
+
+async def _objects() -> Objects:
+    if not bluez.available():
+        raise BluetoothError(f"not checked: {how_to_install('bluetooth')}")
+    bus = await Bus.connect()
+    try:
+        if not await bus.running():
+            raise BluetoothError(
+                "the Bluetooth service is not running; sudo systemctl enable --now bluetooth"
+            )
+        return await bus.objects()
+    finally:
+        bus.close()
+
+
+def read_radio(objects: Objects) -> dict[str, Any]:
+    """Return adapters and bonded hosts from BlueZ's objects."""
+    return {
+        "adapters": [
+            {
+                "name": path.rpartition("/")[2],
+                "address": adapter["Address"],
+                "on": adapter["Powered"],
+                "pairing": adapter["Discoverable"],
+                "hosts": [
+                    {
+                        "name": device.get("Alias", ""),
+                        "address": device["Address"],
+                        "connected": device.get("Connected", False),
+                    }
+                    for device in devices(objects, path).values()
+                    if bonded(device)
+                ],
+            }
+            for path, adapter in adapters(objects).items()
+        ]
+    }
+
+
+def radio_lines(radio: dict[str, Any]) -> list[str]:
+    """Return the same for people."""
+    if "problem" in radio:
+        return [f"bluetooth  {radio['problem']}"]
+    if not radio["adapters"]:
+        return ["bluetooth  there is no adapter"]
+    lines = []
+    for adapter in radio["adapters"]:
+        state = "on" if adapter["on"] else "off"
+        if adapter["pairing"]:
+            state += ", can be found and paired with now"
+        lines.append(f"bluetooth  {adapter['name']} {adapter['address']}, {state}")
+        for host in adapter["hosts"]:
+            state = "connected" if host["connected"] else "not connected"
+            lines.append(f"           {host['name']} {host['address']}, paired, {state}")
+        if not adapter["hosts"]:
+            lines.append("           no host is paired: controller pair")
+    return lines
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

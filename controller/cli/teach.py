@@ -1,0 +1,353 @@
+"""`controller teach`: take people through examples of their gestures, and offer to train."""
+
+import argparse
+import logging
+import shlex
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from controller.bundles import bundle as bundles
+from controller.bundles.deploy import install
+from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
+from controller.capture.terminal_keys import keyboard
+from controller.console import INTERRUPTED, TROUBLE, complain
+from controller.errors import TroubleError, UserError, reason
+from controller.protocol.messages import COMMANDS
+from controller.recognition.mapping import NONE
+from controller.sensors import base as sensors
+from controller.shutdown import signals
+from controller.simulator.presets import PRESETS
+from controller.teach import TeachError, protocols, session
+from controller.teach import add_gesture as adding
+from controller.teach import dataset_folder as folder
+from controller.teach import next_step as after
+from controller.teach.progress import summary
+from controller.teach.session import Lesson, say
+
+OUT: Final = Path("recordings")
+_MOST: Final = 1000  # repetitions
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller teach` and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
+    options = parser().parse_args(argv)
+    logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
+    if options.example is not None:
+        for path in folder.example(options.example):
+            print(path)
+        return 0
+    if options.add is not None:
+        return _add(options)
+    for name in ("command", "rotations", "mirror"):
+        if getattr(options, name):
+            raise TeachError(f"--{name} is of the gesture that --add names; add it")
+    people = _people(options)
+    lesson = session.prepare(options)
+    made, interrupted = _sessions(lesson, people)
+    for path in made:
+        print(path, flush=True)
+    taken = folder.taken(options.out)
+    if not taken:
+        say("nothing was recorded")
+        return 1
+    ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
+    plan = after.course_of_people if options.protocol == protocols.USERS else after.course
+    try:
+        return after.offer(
+            plan(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
+        )
+    except KeyboardInterrupt:
+        say("interrupted; the same commands go on from here")
+        raise
+
+
+def _add(options: argparse.Namespace) -> int:
+    """Teach one gesture from a few examples, and offer to take what has learned it into use.
+
+    Raises:
+        TeachError, BundleError, ...: It cannot be taught like this.
+    """
+    options.rotations, options.mirror = options.rotations or "none", options.mirror or "none"
+    options.bundle = adding.source(options)
+    known = bundles.read(options.bundle)
+    wanted = adding.vocabulary(options, known)
+    (entry,) = wanted.entries
+    options.protocol = protocols.FEW
+    options.repetitions = options.repetitions or adding.USUAL
+    if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
+        say(
+            f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
+            "a program of yours may have it"
+        )
+    home, options.out = options.out, options.out / options.add
+    lesson = session.prepare(options, wanted)
+    made, interrupted = _sessions(lesson, iter([options.user]))
+    if interrupted or not made:
+        say("broken off; nothing was learned")
+        return INTERRUPTED if interrupted else TROUBLE
+    try:
+        out = adding.learn(options.bundle, made, entry, options.user, home, say)
+    except UserError as error:
+        return complain("controller", error, TROUBLE)
+    except OSError as error:
+        return complain("controller", f"the bundle cannot be written: {reason(error)}", TROUBLE)
+    print(out, flush=True)
+    return _offer_install(out, yes=options.yes)
+
+
+def _offer_install(out: Path, *, yes: bool) -> int:
+    """Take a bundle into use, if that is wanted, or say how."""
+    if not yes and sys.stdin.isatty() and sys.stderr.isatty():
+        try:
+            yes = _ask("Take it into use now? [y/N] ").strip().lower() in ("y", "yes")
+        except EOFError:
+            say("")
+    if yes:
+        return install.main([str(out)])
+    say(f"take it into use with: controller install {shlex.quote(str(out))}")
+    say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
+    return 0
+
+
+def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
+    """Take one person after the other through a session.
+
+    Returns:
+        The recordings, and whether somebody broke it off.
+    """
+    made: list[Path] = []
+    for number, user in enumerate(people):
+        try:
+            begun = session.begin(lesson, user)
+        except UserError as error:
+            if number:
+                raise TroubleError(str(error)) from None
+            raise
+        if lesson.options.protocol == protocols.USERS:
+            say(f"{user}: take a seat")
+        if begun.model is None:
+            say("there is no model for this sensor yet")
+        with signals() as ends, keyboard() as keys:
+            try:
+                made += session.run(begun, keys, lambda: bool(ends))
+            except UserError as error:  # the request was right
+                raise TroubleError(str(error)) from None
+        for line in summary(begun.tally):
+            say(line)
+        understood = begun.tally.understood(lesson.options.add or "")
+        if user and understood and understood[0] == understood[1] > 0:
+            say(f"{user} is understood anyway, so there is hardly anything to gain (docs/teach.md)")
+        if ends:
+            return made, True
+    return made, False
+
+
+def _people(options: argparse.Namespace) -> Iterator[str]:
+    """Return who is taught by, one after the other.
+
+    Raises:
+        TeachError: Nobody said who, and nobody can be asked.
+    """
+    names = options.user.split(",") if options.user else []
+    if options.protocol != protocols.USERS:
+        if len(names) > 1:
+            raise TeachError("several users take turns with --protocol users")
+        return iter(names or [""])
+    if names:
+        return iter(names)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise TeachError("say who takes turns: --user ada,ben")
+    return _asked()
+
+
+def _asked() -> Iterator[str]:
+    """Ask who is next until nobody is."""
+    while True:
+        try:
+            name = _ask("Who is next? (letters and digits; nothing ends) ").strip()
+        except (EOFError, KeyboardInterrupt):
+            say("")
+            return
+        if not name:
+            return
+        if name.isascii() and name.isalnum():
+            yield name
+        else:
+            say(f"{name!r} names files; use letters (a to z) and digits")
+
+
+def _ask(question: str) -> str:
+    """Ask on standard error, as results go to standard output; return the answer."""
+    print(question, end="", file=sys.stderr, flush=True)
+    return input()
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    grammar = argparse.ArgumentParser(
+        prog="controller teach",
+        description="Gather examples of your own gestures: get ready, go, rest, until there is "
+        "enough of all. Hold 1 to 9 to label by hand; space pauses, backspace drops the last "
+        "seconds. Then train, tune and evaluate. All of it: docs/teach.md.",
+        epilog="Try it without hardware (seconds): controller teach --example mine, then "
+        "controller teach --sensor virtual --out mine --speed 0",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = grammar.add_argument
+    add(
+        "--sensor",
+        metavar="NAME",
+        default="virtual",
+        help=f"what is touched: {', '.join(sensors.names())} (default: virtual, whose own hand "
+        "does what the cues ask for)",
+    )
+    add(
+        "--labels",
+        metavar="FILE",
+        type=Path,
+        help=f"the gestures, a vocabulary (default: DIR/{FILE}, else the paper's)",
+    )
+    add(
+        "--protocol",
+        choices=tuple(protocols.REPETITIONS),
+        default=protocols.GESTURES,
+        help="gestures in any order; locations: on every site of the grid and between them; "
+        "users: one person after the other (default: gestures)",
+    )
+    add(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=OUT,
+        help=f"folder for the recordings; no file in it is ever replaced (default: {OUT})",
+    )
+    add(
+        "--user",
+        metavar="ID",
+        default="",
+        help="who touches the sensor: letters and digits; with --protocol users: ada,ben",
+    )
+    add(
+        "--session",
+        metavar="ID",
+        default=time.strftime("%Y%m%dT%H%M%S"),
+        help="which of the user's sessions: letters and digits (default: date and time)",
+    )
+    add(
+        "--repetitions",
+        metavar="N",
+        type=_repetitions,
+        default=0,
+        help=f"examples of each gesture, or of each place (default: "
+        f"{protocols.REPETITIONS[protocols.GESTURES]}, of places "
+        f"{protocols.REPETITIONS[protocols.LOCATIONS]})",
+    )
+    add(
+        "--bundle",
+        metavar="FILE",
+        type=Path,
+        help="the present model, whose opinion is shown (default: the one that ships, if it fits)",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=_number,
+        help="sensor scans per second (default: the sensor's own)",
+    )
+    add(
+        "--wiring",
+        metavar="FILE",
+        type=Path,
+        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
+        "draws it)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=_seed,
+        default=1,
+        help="of the order, and which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--preset",
+        metavar="NAME",
+        default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
+    )
+    add(
+        "--fault",
+        metavar="FAULT",
+        action="append",
+        default=[],
+        help="break the virtual orb, as often as you like: docs/simulator.md",
+    )
+    add(
+        "--speed",
+        metavar="X",
+        type=_speed,
+        default=1.0,
+        help="of a virtual orb: 1 is real time, 0 as fast as it can (default: 1)",
+    )
+    add("--bell", action="store_true", help="ring the terminal's bell at every go")
+    add(
+        "--yes",
+        action="store_true",
+        help="train, tune and evaluate without a question; with --add, take it into use",
+    )
+    add(
+        "--add",
+        metavar="NAME",
+        help=f"teach the bundle in use (or --bundle) one new gesture from a few examples "
+        f"({adding.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
+        "somebody does one that it knows",
+    )
+    add("--command", metavar="WORD", help="what the new gesture asks for, such as hold")
+    add(
+        "--rotations",
+        choices=ROTATIONS,
+        help="turns of the sensor that leave the new gesture the same (default: none)",
+    )
+    add(
+        "--mirror",
+        choices=(SELF, NO_MIRROR),
+        help="self: the new gesture's mirror image is the same gesture (default: none)",
+    )
+    add(
+        "--example",
+        metavar="DIR",
+        type=Path,
+        help=f"only write {FILE} to begin with, the paper's gestures and a new one, into DIR",
+    )
+    return grammar
+
+
+def _repetitions(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
+    return int(words)
+
+
+def _seed(words: str) -> int:
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
+    return int(words)
+
+
+def _number(words: str) -> float:
+    value = _speed(words)
+    if value == 0.0:
+        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
+    return value
+
+
+def _speed(words: str) -> float:
+    try:
+        value = float(words)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1e6:
+        raise argparse.ArgumentTypeError(f"{words} must be a number from 0")
+    return value

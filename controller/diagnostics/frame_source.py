@@ -1,0 +1,128 @@
+"""Frames for the doctor: at the sensor's pace where it is real, at once where it is simulated."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.diagnostics.skin_checks import Air
+from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
+from controller.protocol.messages import Contact
+from controller.sensors.base import Sensor, VirtualSensor
+
+Frames = NDArray[np.float32]
+
+_SETTLE_S: Final = 0.5  # from the press to the first frame that counts
+_REST_S: Final = 1.0  # from one press to the next, on a simulated skin
+
+
+class Watch:
+    """Reads one sensor."""
+
+    def __init__(
+        self,
+        sensor: Sensor,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Begin at the sensor's time 0."""
+        self.sensor = sensor
+        self._clock, self._sleep = clock, sleep
+        self._number = 0
+        self._origin_s: float | None = None
+        self.air: list[Air] = []  # of each frame, where there is a pump
+
+    @property
+    def now_s(self) -> float:
+        """Time of the latest frame."""
+        return self._number / self.sensor.rate_hz
+
+    def frames(self, seconds: float) -> Frames:
+        """Return the frames of so many seconds, (n, rows, columns), pF.
+
+        Raises:
+            SensorError: The sensor gives none.
+        """
+        return np.array([self._next() for _ in range(max(1, round(seconds * self.sensor.rate_hz)))])
+
+    def _next(self) -> NDArray[np.float32]:
+        self._number += 1
+        if not self.sensor.virtual:
+            now_s = self._clock()
+            due_s = now_s if self._origin_s is None else self._origin_s + self.now_s
+            if self._origin_s is None or now_s > due_s + 1.0:  # somebody was asked in between
+                self._origin_s = now_s - self.now_s
+            else:
+                self._sleep(max(0.0, due_s - now_s))
+        frame = self.sensor.read(self.now_s)
+        driver = getattr(self.sensor, "driver", None)
+        if driver is not None and driver.pressure_kpa is not None:
+            self.air.append(Air(self.now_s, driver.pressure_kpa, driver.pump.running))
+        return frame
+
+
+class Hand(Protocol):
+    """Whoever presses."""
+
+    def press(self, place: Place) -> bool:
+        """Press a taxel, (row, column), and keep it pressed; False: nobody is there."""
+
+    def lift(self) -> None:
+        """Lift the finger."""
+
+
+class OwnHand:
+    """The virtual orb's own finger."""
+
+    def __init__(self, watch: Watch, sensor: VirtualSensor) -> None:
+        """Prepare."""
+        self._watch, self._sensor = watch, sensor
+
+    def press(self, place: Place) -> bool:
+        """Press at once."""
+        row, column = place
+        y = float(self._sensor.geometry.rows - 1 - row)
+        contact = Contact(1, float(column), y, DEPTH_MM, RADIUS_MM)
+        self._sensor.touch((contact,), self._watch.now_s)
+        self._watch.frames(_SETTLE_S)
+        return True
+
+    def lift(self) -> None:
+        """Lift, and let the skin come to rest."""
+        self._sensor.touch((), self._watch.now_s)
+        self._watch.frames(_REST_S)
+
+
+class Person:
+    """Somebody at a terminal, who is asked."""
+
+    def __init__(self, ask: Callable[[str], str] | None = None) -> None:
+        """Ask on the standard error stream, unless another way is given."""
+        self._ask = _ask if ask is None else ask
+
+    def press(self, place: Place) -> bool:
+        """Ask for it; whoever answers with s skips, and the end of input does, too."""
+        row, column = place
+        words = (
+            f"Press the taxel in row {row}, column {column} (from the top left, from 0) firmly, "
+            "keep it pressed, and hit Enter (s Enter: skip all presses) "
+        )
+        try:
+            return not self._ask(words).strip().lower().startswith("s")
+        except EOFError:
+            return False
+
+    def lift(self) -> None:
+        """Nothing: the next question says it."""
+
+
+def _ask(words: str) -> str:
+    print(words, end="", file=sys.stderr, flush=True)
+    line = sys.stdin.readline()
+    if not line:
+        raise EOFError
+    return line

@@ -1,0 +1,274 @@
+"""Electrical measurements on a board, real or emulated: what the pins and the converter say.
+
+Nobody needs to touch the orb, and nobody may. It takes a second or two.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.sensors.hardware import HardwareAwayError
+from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.inversion import picofarads
+from controller.sensors.hardware.scanner import Reading, Scanner
+from controller.sensors.hardware.schedule import Slot
+from controller.sensors.hardware.wiring import Wiring
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+LATE_S: Final = 4e-3  # a quarter of R_m times a row's capacitance: leaks and worn films show
+_CHARGE_S: Final = 200e-6  # a pin charges its electrode in far less
+_FILL_S: Final = 10e-3  # ... and even a film of megohms in this
+_TRIES: Final = 40  # conversions that tell whether a converter answers
+_SCANS: Final = 12
+_LATE_SCANS: Final = 4
+_RAMP: Final = 100  # conversions of one charge as it leaks away
+_AGAIN: Final = 6  # readings of which a mean is taken
+_BURST: Final = 96  # readings of one taxel, for hum
+_SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What was measured; counts as shares of full scale, so 0 ... 1.
+
+    Attributes:
+        wiring: Of the board.
+        step: The converter's step, of full scale.
+        failed: Share of conversions that nothing answered.
+        reason: What the last of them said.
+        conversion_s: What one conversion takes.
+        values: Single conversions of one row's charge as it leaks away, counts, (n,).
+        dark: Each row by itself, with no column raised, (rows,).
+        dark_late: The same after `LATE_S`, (rows,).
+        prompt: The same as soon as can be, (rows,).
+        held: Row i charged by its pin and let go: what channel k reads, (rows, rows).
+        held_late: The same `LATE_S` later, by its own channel, (rows,).
+        held_level: Whether its pin reads high just after it let go, (rows,).
+        row_touch: Row i driven high and row k floating: what channel k reads, (rows, rows).
+        column_high: Whether a column stays high when its pin lets go, (columns,).
+        column_low: Whether it stays low, (columns,).
+        column_touch: Column i driven high: whether column k, floating, is high, (columns, columns).
+        shares: Scans, (n, rows, columns).
+        picofarads: What the driver makes of them, (n, rows, columns).
+        late: What it makes of scans that wait for `LATE_S`, mean of some, (rows, columns).
+        late_shares: Their shares, (rows, columns).
+        burst: Readings of one taxel, (n,), and when, seconds, (n,).
+    """
+
+    wiring: Wiring
+    step: float
+    failed: float
+    reason: str
+    conversion_s: float
+    values: Array
+    dark: Array
+    dark_late: Array
+    prompt: Array
+    held: Array
+    held_late: Array
+    held_level: Flags
+    row_touch: Array
+    column_high: Flags
+    column_low: Flags
+    column_touch: Flags
+    shares: Array
+    picofarads: Array
+    late: Array
+    late_shares: Array
+    burst: tuple[Array, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Silent:
+    """A board whose converter does not answer.
+
+    Attributes:
+        failed: Share of conversions that nothing answered.
+        reason: What the last of them said.
+        zeros: It answers nothing but zeros.
+    """
+
+    failed: float
+    reason: str
+    zeros: bool = False
+
+
+def measure(board: Board) -> Measured | Silent:
+    """Measure a board; all electrodes are grounded afterwards."""
+    answer = _answers(board)
+    if answer.failed > 0.0 or answer.zeros:
+        return answer
+    try:
+        return _Probe(board).measured()
+    except HardwareAwayError as error:
+        return Silent(1.0 / _TRIES, str(error))
+
+
+def _answers(board: Board) -> Silent:
+    """Say how a converter answers while every row is at the supply: anything but zeros."""
+    electrodes = board.wiring.electrodes
+    failed, reason, most = 0, "", 0
+    for pin in electrodes.rows:
+        board.pins.drive(pin, True)
+    for number in range(_TRIES):
+        try:
+            count = board.convert(electrodes.channels[number % len(electrodes.channels)])
+        except HardwareAwayError as error:
+            failed, reason = failed + 1, str(error)
+        else:
+            most = max(most, count)
+    for pin in electrodes.rows:
+        board.pins.drive(pin, False)
+    return Silent(failed / _TRIES, reason, zeros=failed == 0 and most == 0)
+
+
+class _Probe:
+    """Measures one board."""
+
+    def __init__(self, board: Board) -> None:
+        # One row at a time: what is wrong with one then shows in that one.
+        board = replace(board, wiring=board.wiring.scanned("taxel"))
+        self._board, self._wiring = board, board.wiring
+        self._full = float(1 << board.chip.bits)
+        self._rows, self._columns = board.wiring.electrodes.rows, board.wiring.electrodes.columns
+        self._scanner = Scanner(board)
+        times = replace(board.wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
+        self._patient = Scanner(replace(board, wiring=replace(board.wiring, times=times)))
+
+    def measured(self) -> Measured:
+        """Return all measurements."""
+        dark = self._scanner.dark(_AGAIN)
+        dark_late = self._patient.dark(_AGAIN)
+        prompt, held, held_late, held_level, row_touch = self._row_tests()
+        decays = np.diag(held) - held_late  # whatever is wrong with some rows, the middle one
+        values = self._ramp(int(np.argsort(decays)[len(decays) // 2]))
+        column_high, column_low, column_touch = self._column_tests()
+        scans = [self._scanner.scan() for _ in range(_SCANS)]
+        late = [self._patient.scan() for _ in range(_LATE_SCANS)]
+        return Measured(
+            self._wiring,
+            1.0 / self._full,
+            0.0,
+            "",
+            self._conversion_s(),
+            values,
+            dark / self._full,
+            dark_late / self._full,
+            prompt,
+            held,
+            held_late,
+            held_level,
+            row_touch,
+            column_high,
+            column_low,
+            column_touch,
+            np.array([scan.counts for scan in scans]) / self._full,
+            np.array([self._picofarads(scan, dark) for scan in scans]),
+            np.mean([self._picofarads(scan, dark_late) for scan in late], axis=0),
+            np.mean([scan.counts for scan in late], axis=0) / self._full,
+            self._burst(scans),
+        )
+
+    def _picofarads(self, scan: Reading, dark: Array) -> Array:
+        return picofarads(self._wiring, scan.counts, scan.age_s, dark, round(self._full))
+
+    def _convert(self, row: int) -> float:
+        """Return what a row's channel reads, of full scale; the sampling capacitor is emptied."""
+        channel, ground = self._wiring.electrodes.channels[row], self._wiring.converter.ground
+        if ground is not None:
+            self._board.convert(channel - channel % self._board.chip.channels + ground)
+        return self._board.convert(channel) / self._full
+
+    def _row_tests(self) -> tuple[Array, Array, Array, Flags, Array]:
+        pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
+        prompt, late = np.zeros(rows), np.zeros(rows)
+        level = np.zeros(rows, dtype=np.bool_)
+        held, touch = np.zeros((rows, rows)), np.zeros((rows, rows))
+        for i, pin in enumerate(self._rows):
+            for k in range(rows):
+                for _ in range(_AGAIN if i == k else 1):
+                    pins.drive(pin, True)
+                    wait(_FILL_S if i == k else _CHARGE_S)
+                    pins.release(pin)
+                    held[i, k] += self._convert(k) / (_AGAIN if i == k else 1)
+            for _ in range(_AGAIN):
+                pins.drive(pin, True)
+                wait(_FILL_S)
+                pins.release(pin)
+                wait(LATE_S)
+                late[i] += self._convert(i) / _AGAIN
+            pins.drive(pin, True)
+            wait(_CHARGE_S)
+            pins.release(pin)
+            level[i] = pins.level(pin)
+            pins.drive(pin, True)
+            for k, other in enumerate(self._rows):
+                if k != i:
+                    pins.release(other)
+                    wait(_CHARGE_S)
+                    touch[i, k] = self._convert(k)
+                    pins.drive(other, False)
+            pins.drive(pin, False)
+            wait(_CHARGE_S)
+            pins.release(pin)
+            prompt[i] = self._convert(i)
+            pins.drive(pin, False)
+        return prompt, held, late, level, touch
+
+    def _ramp(self, row: int) -> Array:
+        """Return single conversions on the way down from the supply: stuck bits show."""
+        pin, values = self._rows[row], np.zeros(_RAMP)
+        self._board.pins.drive(pin, True)
+        self._board.wait(_CHARGE_S)
+        self._board.pins.release(pin)
+        for i in range(_RAMP):
+            values[i] = self._board.convert(self._wiring.electrodes.channels[row])
+            self._board.wait(LATE_S / 8)
+        self._board.pins.drive(pin, False)
+        return values
+
+    def _column_tests(self) -> tuple[Flags, Flags, Flags]:
+        pins, wait, columns = self._board.pins, self._board.wait, len(self._columns)
+        high, low = np.zeros(columns, dtype=np.bool_), np.zeros(columns, dtype=np.bool_)
+        touch = np.zeros((columns, columns), dtype=np.bool_)
+        for i, pin in enumerate(self._columns):
+            for up, told in ((True, high), (False, low)):
+                pins.drive(pin, up)
+                wait(_FILL_S)
+                pins.release(pin)
+                wait(_CHARGE_S)
+                told[i] = pins.level(pin) is up
+                pins.drive(pin, False)
+            for k, other in enumerate(self._columns):
+                if k != i:
+                    wait(_CHARGE_S)
+                    pins.release(other)
+                    pins.drive(pin, True)
+                    wait(_CHARGE_S)
+                    touch[i, k] = pins.level(other)
+                    pins.drive(pin, False)
+                    pins.drive(other, False)
+        return high, low, touch
+
+    def _conversion_s(self) -> float:
+        channel = self._wiring.electrodes.channels[0]
+        before = self._board.clock()
+        for _ in range(_TRIES):
+            self._board.convert(channel)
+        return (self._board.clock() - before) / _TRIES
+
+    def _burst(self, scans: list[Reading]) -> tuple[Array, Array]:
+        """Read the taxel that reads most, but not too much, again and again."""
+        mean = np.mean([scan.counts for scan in scans], axis=0) / self._full
+        row, column = np.unravel_index(int(np.where(mean < 0.5, mean, 0.0).argmax()), mean.shape)
+        slot = Slot(int(column), (int(row),))
+        values, times = np.zeros(_BURST), np.zeros(_BURST)
+        for i in range(_BURST):
+            values[i] = self._scanner.read(slot)[0][0] / self._full
+            times[i] = self._board.clock()
+            self._board.wait(max(0.0, times[0] + (i + 1) * _SPAN_S / _BURST - times[i]))
+        return values, times

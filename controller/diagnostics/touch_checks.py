@@ -1,0 +1,193 @@
+"""What touches say of the wiring: electrodes that are swapped, mirrored or turned; stiff taxels.
+
+Somebody presses taxels on both diagonals, one after the other: so every row and every column is
+touched twice, each time with another one. What is felt is held against what a simulated dome feels.
+Pure: frames in, rows of the doctor's table out.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.diagnostics.messages import SENTENCES
+from controller.diagnostics.report import Row, Verdict
+from controller.recognition.dead_taxels import Filler
+from controller.simulator.hand import MECHANICS_HZ
+from controller.simulator.mechanics import Mechanics, MechanicsModel
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Place = tuple[int, int]  # row, column
+
+DEPTH_MM: Final = 8.0  # of a firm press
+RADIUS_MM: Final = 7.0
+_HOLD_S: Final = 1.0
+_FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
+_BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
+_STIFF: Final = (0.12, 0.35)  # of what its neighbours say, and of what the dome should feel
+_WEAK: Final = (0.6, 0.7)
+
+
+def places(rows: int, columns: int) -> tuple[Place, ...]:
+    """Return the taxels to press, (row, column): both diagonals, from the top left."""
+    steps = max(rows, columns, 2)
+    down = np.rint(np.linspace(0, rows - 1, steps)).astype(int).tolist()
+    right = np.rint(np.linspace(0, columns - 1, steps)).astype(int).tolist()
+    both = [*zip(down, right, strict=True), *zip(down, right[::-1], strict=True)]
+    return tuple(dict.fromkeys(both))
+
+
+@cache
+def expected(rows: int, columns: int, pitch_mm: float) -> Array:
+    """Return z - 1 of a simulated dome under each press of `places`, (places, rows, columns)."""
+    return np.array([pressed(rows, columns, pitch_mm, place) for place in places(rows, columns)])
+
+
+def pressed(
+    rows: int,
+    columns: int,
+    pitch_mm: float,
+    place: Place,
+    *,
+    off_mm: complex = 0j,
+    depth_mm: float = DEPTH_MM,
+) -> Array:
+    """Return z - 1 of a simulated dome under one press, (rows, columns).
+
+    Args:
+        rows: Of the dome.
+        columns: Likewise.
+        pitch_mm: Distance of two taxels.
+        place: Which taxel is meant.
+        off_mm: How far the finger is off, complex.
+        depth_mm: How deep it presses.
+    """
+    steps = round(_HOLD_S * MECHANICS_HZ)
+    model = MechanicsModel()
+    friction = float(np.mean(model.friction))
+    dome = Mechanics(model, (rows, columns), pitch_mm, 1.0 / MECHANICS_HZ, 1, friction)
+    row, column = place
+    at = complex(column - (columns - 1) / 2, (rows - 1) / 2 - row) * pitch_mm + off_mm
+    sinking = np.minimum(np.arange(1, steps + 1) / (0.15 * MECHANICS_HZ), 1.0)
+    log_c, _ = dome.advance(
+        np.full((steps, 1), at), depth_mm * sinking[:, None], np.full((steps, 1), RADIUS_MM)
+    )
+    return np.asarray(np.expm1(log_c[-1]).reshape(rows, columns))
+
+
+def unfelt(change: Array) -> bool:
+    """Return whether nothing was pressed, as far as a change (rows, columns) tells."""
+    return float(np.abs(change).mean()) < _FELT
+
+
+def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
+    """Return what is wrong, as far as touches tell; [] where nothing is.
+
+    Args:
+        changes: z - 1 under each press of `places`, (places, rows, columns), noise averaged out.
+        pitch_mm: Distance of two taxels.
+        bad: Taxels that are known to be of no use, (rows, columns).
+    """
+    rows, columns = bad.shape
+    filler = Filler(rows, columns)
+    whole = np.array([filler.fill(change, bad) for change in changes]) if bad.any() else changes
+    model = expected(rows, columns, pitch_mm)
+    found, order_r, order_c, turned = _wiring(whole, model)
+    if turned:
+        return [_row("turned", "plugs")]
+    faults = list(_swaps(found))
+    straight = np.empty_like(changes)
+    straight[:, np.ix_(order_r, order_c)[0], np.ix_(order_r, order_c)[1]] = whole
+    broken = np.zeros_like(bad)
+    broken[np.ix_(order_r, order_c)] = bad
+    for (row, column), share, verdict in _stiff(straight, model, broken, filler):
+        own = order_r.index(row), order_c.index(column)
+        code = "stiff" if verdict is Verdict.FAULT else "weak"
+        faults.append(_row(code, f"taxel ({own[0]},{own[1]})", f"{100 * share:.0f}",
+                           verdict=verdict))  # fmt: skip
+    return faults
+
+
+Order = list[int]  # electrode i of the wiring lies where order[i] should lie
+
+
+def _orders(count: int) -> dict[str, Order]:
+    """Return how electrodes may be wired: straight, two swapped, or all reversed."""
+    straight = list(range(count))
+    orders = {"": straight}
+    for i in range(count):
+        for k in range(i + 1, count):
+            swapped = straight.copy()
+            swapped[i], swapped[k] = k, i
+            orders[f"{i},{k}"] = swapped
+    if count > 3:
+        orders["mirrored"] = straight[::-1]
+    elif count == 3:
+        orders["mirrored"] = orders.pop("0,2")
+    return orders
+
+
+def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, bool]:
+    """Return which wiring explains best what was felt; another than the right one only clearly."""
+    seen, model = _pattern(seen), _pattern(model)
+    _, rows, columns = seen.shape
+    ways_r, ways_c = _orders(rows), _orders(columns)
+    turns = (False, True) if rows == columns else (False,)
+    straight = (ways_r[""], ways_c[""])
+    right = float((seen * model).sum())
+    best = (right + _BETTER * len(seen), ("", ""), *straight, False)
+    for turned in turns:
+        base = model.transpose(0, 2, 1) if turned else model
+        # like[i, p, j, q]: how alike electrodes i, j are to places p, q, over all presses
+        like = np.einsum("kij,kpq->ipjq", seen, base)
+        for name_r, way_r in ways_r.items():
+            part = like[np.arange(rows), way_r]  # (rows, columns, places in x)
+            across = part.sum(axis=0)
+            for name_c, way_c in ways_c.items():
+                score = float(across[np.arange(columns), way_c].sum())
+                if score > best[0] + 1e-9 and (name_r or name_c or turned):
+                    best = (score, (name_r, name_c), way_r, way_c, turned)
+    return best[1], best[2], best[3], best[4]
+
+
+def _pattern(changes: Array) -> Array:
+    """Return what is not common to all taxels of each change, of length 1."""
+    changes = changes - changes.mean(axis=(1, 2), keepdims=True)
+    return np.asarray(changes / np.linalg.norm(changes, axis=(1, 2), keepdims=True))
+
+
+def _swaps(found: tuple[str, str]) -> Iterator[Row]:
+    words = (
+        ("row", "swapped_rows", "top to bottom"),
+        ("column", "swapped_columns", "left to right"),
+    )
+    for name, (word, code, way) in zip(found, words, strict=True):
+        if name == "mirrored":
+            yield _row("mirrored", f"{word}s", way)
+        elif name:
+            one, other = name.split(",")
+            yield _row(code, f"{word} {one}", f"{word} {other}, and the other way round")
+
+
+def _stiff(
+    changes: Array, model: Array, bad: Mask, filler: Filler
+) -> Iterator[tuple[Place, float, Verdict]]:
+    """Yield taxels that feel too little, and which share of what they should feel."""
+    around = np.array([filler.around(change) for change in changes])
+    by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
+    by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)
+    by_model = by_model / np.median(by_model[~bad]) if not bad.all() else by_model
+    for row, column in np.argwhere(~bad).tolist():
+        others, dome = by_others[row, column], by_model[row, column]
+        if others < _STIFF[0] and dome < _STIFF[1]:
+            yield (row, column), max(0.0, float(dome)), Verdict.FAULT
+        elif others < _WEAK[0] and dome < _WEAK[1]:
+            yield (row, column), max(0.0, float(dome)), Verdict.DOUBTFUL
+
+
+def _row(code: str, name: str, *figures: str, verdict: Verdict = Verdict.FAULT) -> Row:
+    sentence = SENTENCES[code]
+    return Row(name, verdict, sentence.found.format(*figures), sentence.advice, code)

@@ -1,0 +1,314 @@
+"""Classic HID through BlueZ: our record with bluetoothd, and the two channels as sockets of ours.
+
+bluetoothd's own input plugin, which is for hosts, takes the same two channels of every adapter, so
+it has to be left out (bluetoothd --noplugin=input); HID over GATT has no such trouble.
+"""
+
+import asyncio
+import contextlib
+import errno
+import logging
+import socket
+from typing import TYPE_CHECKING, Final
+
+from dbus_fast.annotations import DBusDict, DBusObjectPath, DBusUnixFd
+from dbus_fast.service import ServiceInterface, dbus_method
+
+from controller.links.bluetooth.bluez import (
+    ADAPTER,
+    DEVICE,
+    ROOT,
+    BluetoothError,
+    Properties,
+    bonded,
+    devices,
+    variant,
+)
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, Channels, record
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.bluez import Bus
+    from controller.links.bluetooth.hid.hid_device import Pad
+    from controller.links.bluetooth.hid.reports import Report
+
+PROFILE: Final = "/orbtouch/classic"
+MANAGER: Final = "org.bluez.ProfileManager1"
+DIAL_S: Final = 12.0  # a host that is not there is called for about five
+PAUSES_S: Final = (1.0, 2.0, 4.0, 8.0, 15.0)  # between two calls of the host that had us last
+PACKET: Final = 1024  # bytes; more than either channel ever carries
+WAITING: Final = 64  # reports that a host may be late with; one that is later is let go
+_SOL_BLUETOOTH, _BT_SECURITY, _MEDIUM = 274, 4, bytes([2, 0])  # encrypted: linux/bluetooth.h
+
+log = logging.getLogger(__name__)
+
+
+class Radio:
+    """The kernel's L2CAP sockets."""
+
+    def listen(self, address: str, port: int) -> socket.socket:
+        """Return a socket that waits for encrypted connections at an adapter."""
+        listener = self._socket()
+        try:
+            listener.bind((address, port))
+            listener.listen(2)
+        except OSError:
+            listener.close()
+            raise
+        return listener
+
+    async def dial(self, local: str, address: str, port: int) -> socket.socket:
+        """Return an encrypted connection to a host."""
+        connection = self._socket()
+        try:
+            connection.bind((local, 0))
+            await asyncio.get_running_loop().sock_connect(connection, (address, port))
+        except BaseException:
+            connection.close()
+            raise
+        return connection
+
+    def accept(self, listener: socket.socket) -> tuple[socket.socket, str]:
+        """Return a new connection and the host's address."""
+        connection, (address, *_) = listener.accept()
+        return connection, address
+
+    def _socket(self) -> socket.socket:
+        fresh = socket.socket(socket.AF_BLUETOOTH, socket.SOCK_SEQPACKET, socket.BTPROTO_L2CAP)
+        fresh.setblocking(False)
+        fresh.setsockopt(_SOL_BLUETOOTH, _BT_SECURITY, _MEDIUM)
+        return fresh
+
+
+class _Host:
+    """One host's channels, of which there may be one so far."""
+
+    def __init__(self) -> None:
+        self.sockets: dict[int, socket.socket] = {}
+        self.talk = Channels()
+        self.waiting: list[bytes] = []  # for the interrupt channel
+
+
+class ClassicPart:
+    """Keeps the record registered, and tells `Pad` who comes and goes."""
+
+    def __init__(self, pad: "Pad", name: str, radio: Radio | None = None) -> None:
+        """Prepare.
+
+        Args:
+            pad: What is down, and for whom.
+            name: Under which hosts find the orb.
+            radio: Where sockets come from; None: the kernel.
+        """
+        self._pad, self._name = pad, name
+        self._radio = Radio() if radio is None else radio
+        self._bus: Bus | None = None
+        self._adapter = self._address = ""
+        self._listeners: list[socket.socket] = []
+        self._hosts: dict[str, _Host] = {}
+        self._bonded: dict[str, str] = {}  # address by path
+        self._dialling: asyncio.Task[None] | None = None
+
+    # --- the keeper's side ---
+
+    async def begin(self, bus: "Bus", adapter: str) -> None:
+        """Register with BlueZ, and wait for hosts.
+
+        Raises:
+            BluetoothError: It cannot be; one sentence says why.
+        """
+        self._adapter = adapter
+        objects = await bus.objects()
+        self._address = objects[adapter][ADAPTER]["Address"]
+        self._bonded = {
+            path: device["Address"]
+            for path, device in devices(objects, adapter).items()
+            if bonded(device)
+        }
+        loop = asyncio.get_running_loop()
+        for port in (CONTROL, INTERRUPT):
+            listener = self._listen(port)
+            self._listeners.append(listener)
+            loop.add_reader(listener, self._accept, listener, port)
+        options = {
+            "ServiceRecord": variant("s", record(self._name)),
+            "Role": variant("s", "server"),
+            "RequireAuthentication": variant("b", True),
+            "RequireAuthorization": variant("b", False),
+        }
+        bus.export(PROFILE, _Profile())
+        self._bus = bus
+        await bus.call(ROOT, MANAGER, "RegisterProfile", "osa{sv}", PROFILE, UUID, options)
+        bus.listen(self._hear)
+        self._pad.open(self)
+
+    async def end(self) -> None:
+        """Say that nothing is down, close the channels, and let BlueZ forget us."""
+        self._pad.close()  # sends the last reports, if there is still a way
+        self.seek(False)
+        loop = asyncio.get_running_loop()
+        for listener in self._listeners:
+            loop.remove_reader(listener)
+            listener.close()
+        self._listeners.clear()
+        for address in list(self._hosts):
+            self._close(address, "the orb has gone")
+        self._bus = None  # which forgets the profile when the keeper closes it
+
+    # --- the pad's side ---
+
+    def send(self, report: "Report") -> None:
+        """Send a report to the host that has the orb."""
+        host = self._hosts.get(self._pad.hosts.active)
+        if host is not None and (message := host.talk.report(report)) is not None:
+            host.waiting.append(message)
+            self._write(self._pad.hosts.active, host)
+
+    def drop(self, address: str) -> None:
+        """Close a host's channels, a moment later: what was sent goes first."""
+        asyncio.get_running_loop().call_soon(self._close, address, "another host has the orb")
+
+    def seek(self, wanted: bool) -> None:
+        """Call the host that had the orb last until it answers, or no longer."""
+        if self._dialling is not None:
+            self._dialling.cancel()
+        self._dialling = asyncio.get_running_loop().create_task(self._dial()) if wanted else None
+
+    # --- the channels ---
+
+    def _listen(self, port: int) -> socket.socket:
+        if not hasattr(socket, "AF_BLUETOOTH") and type(self._radio) is Radio:
+            raise BluetoothError(
+                "this Python was built without Bluetooth sockets; use the system's python3, or "
+                "--link hid:, which needs none"
+            )
+        try:
+            return self._radio.listen(self._address, port)
+        except OSError as error:
+            why = {
+                errno.EADDRINUSE: "bluetoothd's input plugin has the HID channels of this adapter; "
+                "start bluetoothd with --noplugin=input (docs/hid.md), or use --link hid:",
+                errno.EACCES: "only a service may wait on the HID channels; give it the capability "
+                "CAP_NET_BIND_SERVICE, or use --link hid:",
+            }.get(error.errno or 0, f"cannot wait on the HID channels: {error.strerror or error}")
+            raise BluetoothError(why) from error
+
+    def _accept(self, listener: socket.socket, port: int) -> None:
+        with contextlib.suppress(OSError):  # it went away before we looked
+            connection, address = self._radio.accept(listener)
+            connection.setblocking(False)
+            if address not in self._bonded.values():
+                log.warning("%s is not paired, and was refused", address)
+                connection.close()
+                return
+            self._attach(address, port, connection)
+
+    def _attach(self, address: str, port: int, connection: socket.socket) -> None:
+        host = self._hosts.setdefault(address, _Host())
+        if port in host.sockets:
+            connection.close()
+            return
+        host.sockets[port] = connection
+        asyncio.get_running_loop().add_reader(connection, self._read, address, port)
+        if len(host.sockets) == 2:
+            self._pad.arrive(address)
+
+    def _read(self, address: str, port: int) -> None:
+        host = self._hosts[address]
+        try:
+            message = host.sockets[port].recv(PACKET)
+            if not message:
+                raise ConnectionResetError("the host closed it")
+            if port == CONTROL and (answer := host.talk.control(message)) is not None:
+                host.sockets[port].send(answer)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._close(address, str(error))
+            return
+        if host.talk.unplugged:
+            self._close(address, "the host has let go of it")
+
+    def _write(self, address: str, host: _Host) -> None:
+        """Send what waits, as far as the channel takes it."""
+        connection, loop = host.sockets.get(INTERRUPT), asyncio.get_running_loop()
+        if connection is None:
+            return
+        try:
+            while host.waiting:
+                connection.send(host.waiting[0])
+                del host.waiting[0]
+            loop.remove_writer(connection)
+        except BlockingIOError:
+            if len(host.waiting) > WAITING:
+                self._close(address, "the host takes no reports")
+            else:
+                loop.add_writer(connection, self._write, address, host)
+        except OSError as error:
+            loop.call_soon(self._close, address, str(error))
+
+    def _close(self, address: str, why: str) -> None:
+        host = self._hosts.pop(address, None)
+        if host is None:
+            return
+        log.info("the channels of host %s are closed: %s", address, why)
+        loop = asyncio.get_running_loop()
+        for connection in (host.sockets.get(INTERRUPT), host.sockets.get(CONTROL)):
+            if connection is not None:  # in the order of the profile: section 4.3.2
+                loop.remove_reader(connection)
+                loop.remove_writer(connection)
+                connection.close()
+        self._pad.leave(address)
+
+    async def _dial(self) -> None:
+        """Call until somebody has the orb; `seek` ends it."""
+        attempt = 0
+        while True:
+            await asyncio.sleep(PAUSES_S[min(attempt, len(PAUSES_S) - 1)])
+            attempt += 1
+            address = self._pad.hosts.known.wanted
+            if address not in self._bonded.values() or address in self._hosts:
+                continue
+            fresh: dict[int, socket.socket] = {}
+            try:
+                for port in (CONTROL, INTERRUPT):
+                    fresh[port] = await asyncio.wait_for(
+                        self._radio.dial(self._address, address, port), DIAL_S
+                    )
+            except (OSError, TimeoutError) as error:
+                log.debug("host %s does not answer: %s", address, error)
+                for connection in fresh.values():
+                    connection.close()
+                continue
+            for port, connection in fresh.items():
+                self._attach(address, port, connection)
+
+    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
+        """Follow who is paired."""
+        if interface != DEVICE or not path.startswith(f"{self._adapter}/"):
+            return
+        if changes is None:
+            self._close(self._bonded.pop(path, ""), "it is no longer paired")
+        elif changes.get("Bonded", changes.get("Paired")):
+            address = changes.get("Address") or path.rpartition("dev_")[2].replace("_", ":")
+            self._bonded[path] = address
+
+
+class _Profile(ServiceInterface):
+    """BlueZ wants one; connections come to our own sockets."""
+
+    def __init__(self) -> None:
+        super().__init__("org.bluez.Profile1")
+
+    @dbus_method()
+    def Release(self) -> None:  # noqa: N802
+        log.debug("BlueZ has let go of the profile")
+
+    @dbus_method()
+    def NewConnection(  # noqa: N802
+        self, device: DBusObjectPath, fd: DBusUnixFd, properties: DBusDict
+    ) -> None:
+        socket.socket(fileno=fd).close()
+
+    @dbus_method()
+    def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802
+        log.debug("BlueZ wants %s to be let go", device)

@@ -1,0 +1,67 @@
+"""What the device itself knows: hosts from the last run, and the charge of its battery."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import os
+import re
+from pathlib import Path
+from typing import Final
+
+from controller import folders
+from controller.config import MAX_BYTES, parse_json
+from controller.files import atomic_write, read_bytes
+from controller.links.bluetooth.hid.host_selection import Known
+
+FULL: Final = 100  # percent: also what a device says that has no battery
+SUPPLIES: Final = Path(
+    "/sys/class/power_supply"
+)  # Linux: Documentation/ABI/testing/sysfs-class-power
+_ADDRESS: Final = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}")
+
+log = logging.getLogger(__name__)
+
+
+def place() -> Path:
+    """Return the file that remembers hosts; a service of systemd has a folder of its own."""
+    folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
+    state = Path(folder) if folder else folders.state()
+    return state / "hid-hosts.json"
+
+
+def recall(path: Path) -> Known:
+    """Return the hosts of the last run; none if the file is not there or is not ours."""
+    try:
+        found = parse_json(read_bytes(path, MAX_BYTES))
+        hosts, wanted = tuple(found["hosts"]), found["wanted"]
+    except FileNotFoundError:
+        return Known()
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        log.warning("cannot read %s, so hosts are learnt anew: %s", path, error)
+        return Known()
+    known = [host for host in hosts if is_address(host)]
+    return Known(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
+
+
+def remember(path: Path, known: Known) -> None:
+    """Keep the hosts for the next run; a disk that cannot is no reason to stop playing."""
+    try:
+        atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())
+    except OSError as error:
+        log.warning("cannot write %s, so the next run will not know its hosts: %s", path, error)
+
+
+def is_address(words: object) -> bool:
+    """Return whether this is a Bluetooth address as BlueZ writes it."""
+    return isinstance(words, str) and _ADDRESS.fullmatch(words) is not None
+
+
+def charge(supplies: Path = SUPPLIES) -> int:
+    """Return the battery's charge in percent; `FULL` without one."""
+    for supply in sorted(supplies.glob("*")):
+        with contextlib.suppress(OSError, ValueError):
+            if (supply / "type").read_text().strip() == "Battery":
+                return min(max(int((supply / "capacity").read_text()), 0), FULL)
+    return FULL

@@ -1,0 +1,168 @@
+"""Who may pair, and who may connect: BlueZ asks this agent, and it says no unless asked to be open.
+
+Outside the pairing window nobody may pair. Inside it a host may, and where somebody can look at a
+screen, only after both sides showed the same six digits. Services are for bonded hosts only.
+"""
+
+import contextlib
+import logging
+import time
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Final
+
+from dbus_fast import DBusError
+from dbus_fast.annotations import DBusObjectPath, DBusStr, DBusUInt16, DBusUInt32
+from dbus_fast.service import ServiceInterface, dbus_method
+
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE, ROOT, BluetoothError, bonded
+from controller.links.bluetooth.identifiers import AGENT_PATH
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.bluez import Bus
+
+MANAGER: Final = "org.bluez.AgentManager1"
+NO_SCREEN: Final = "NoInputNoOutput"  # just works; the button is what says yes
+SCREEN: Final = "DisplayYesNo"  # both sides show six digits, and somebody compares them
+WINDOW_S: Final = 120  # how long the window stays open unless told otherwise
+
+# Given who asks (its name and address) and the six digits, or "" where there are none.
+Confirm = Callable[[str, str], Awaitable[bool]]
+
+log = logging.getLogger(__name__)
+
+
+async def anyone(who: str, digits: str) -> bool:
+    """Confirm every pairing inside the window: whoever opened it stands beside the device."""
+    return True
+
+
+class Agent(ServiceInterface):
+    """Answers BlueZ.
+
+    Attributes:
+        paired: The names and addresses of hosts that were let in, in order.
+    """
+
+    def __init__(self, bus: "Bus", confirm: Confirm = anyone) -> None:
+        """Begin with the window closed.
+
+        Args:
+            bus: Where BlueZ is.
+            confirm: Asked before a host is let in.
+        """
+        super().__init__("org.bluez.Agent1")
+        self.paired: list[str] = []
+        self._bus = bus
+        self._confirm = confirm
+        self._closes_s = 0.0
+
+    async def register(self, capability: str, *, default: bool = True) -> None:
+        """Become an agent of BlueZ's.
+
+        Args:
+            capability: "NoInputNoOutput" or "DisplayYesNo".
+            default: Be asked about everybody, not only about those whom we pair with ourselves.
+
+        Raises:
+            BluetoothError: BlueZ does not want us.
+        """
+        self._bus.export(AGENT_PATH, self)
+        await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)
+        if default:
+            await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
+
+    async def unregister(self) -> None:
+        """Be an agent no longer; nothing happens if BlueZ has gone."""
+        with contextlib.suppress(BluetoothError):
+            await self._bus.call(ROOT, MANAGER, "UnregisterAgent", "o", AGENT_PATH)
+
+    @property
+    def open(self) -> bool:
+        """Whether strangers may pair now."""
+        return time.monotonic() < self._closes_s
+
+    def allow(self, seconds: float) -> None:
+        """Say yes for so long; whether anybody can find us is another matter."""
+        self._closes_s = time.monotonic() + seconds
+
+    async def open_window(self, adapter: str, seconds: int = WINDOW_S) -> None:
+        """Let hosts find and pair with us for so long; BlueZ itself ends it, too."""
+        self.allow(seconds)
+        for name, signature, value in (
+            ("DiscoverableTimeout", "u", seconds),
+            ("PairableTimeout", "u", seconds),
+            ("Pairable", "b", True),
+            ("Discoverable", "b", True),
+        ):
+            await self._bus.set(adapter, ADAPTER, name, signature, value)
+        log.info("hosts can find and pair with this orb for %d s", seconds)
+
+    async def close_window(self, adapter: str) -> None:
+        """Let nobody new in; bonded hosts still connect."""
+        self._closes_s = 0.0
+        for name in ("Discoverable", "Pairable"):
+            await self._bus.set(adapter, ADAPTER, name, "b", False)
+
+    async def _let_in(self, path: str, digits: str) -> None:
+        """Return if this host may pair, or raise what BlueZ takes for a no."""
+        who = await self._who(path)
+        if not self.open:
+            log.warning("%s wanted to pair, but nobody asked for it: controller pair", who)
+            raise _no("the pairing window is closed")
+        if not await self._confirm(who, digits):
+            log.warning("%s was not let in", who)
+            raise _no("not confirmed")
+        log.info("%s may pair", who)
+        self.paired.append(who)
+
+    async def _who(self, path: str) -> str:
+        try:
+            device = await self._bus.call(
+                path, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
+            )
+        except BluetoothError:
+            return path.rpartition("/")[2]
+        return f"{device.get('Alias', 'a host')} ({device.get('Address', '')})"
+
+    @dbus_method()
+    def Release(self) -> None:  # noqa: N802
+        """BlueZ needs us no longer."""
+
+    @dbus_method()
+    def Cancel(self) -> None:  # noqa: N802
+        """What was asked is asked no longer."""
+        log.info("the pairing was cancelled")
+
+    @dbus_method()
+    async def RequestConfirmation(  # noqa: N802
+        self, device: DBusObjectPath, passkey: DBusUInt32
+    ) -> None:
+        """A host asks to pair, and shows these six digits."""
+        await self._let_in(device, f"{passkey:06d}")
+
+    @dbus_method()
+    async def RequestAuthorization(self, device: DBusObjectPath) -> None:  # noqa: N802
+        """A host asks to pair, and nobody can compare anything."""
+        await self._let_in(device, "")
+
+    @dbus_method()
+    async def DisplayPasskey(  # noqa: N802
+        self, device: DBusObjectPath, passkey: DBusUInt32, entered: DBusUInt16
+    ) -> None:
+        """A host with a keyboard types what we show."""
+        log.info("type %06d on the host", passkey)
+
+    @dbus_method()
+    async def AuthorizeService(  # noqa: N802
+        self, device: DBusObjectPath, uuid: DBusStr
+    ) -> None:
+        """A host that is not marked as trusted wants to use a service."""
+        if not bonded(await self._bus.call(
+            device, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
+        )):  # fmt: skip
+            log.warning("%s is not paired, and was refused %s", await self._who(device), uuid)
+            raise _no("pair first")
+
+
+def _no(why: str) -> DBusError:
+    return DBusError("org.bluez.Error.Rejected", why)

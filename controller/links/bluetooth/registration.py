@@ -1,0 +1,209 @@
+"""The thread that keeps us on Bluetooth: it begins anew whenever bluetoothd or the adapter returns.
+
+A round lasts from a working adapter to the next change that matters. At its end the connection to
+the bus is dropped, with which BlueZ forgets everything of ours, so that every round begins alike.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import contextlib
+import logging
+import threading
+from collections.abc import Coroutine, Sequence
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
+from controller.links.bluetooth.identifiers import ALIAS
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.pairing_agent import Agent
+
+RETRY_S: Final = 2.0  # between two tries while something is missing
+START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
+
+log = logging.getLogger(__name__)
+
+
+class Part(Protocol):
+    """Something that is registered with BlueZ. Everything runs on the keeper's loop."""
+
+    async def begin(self, bus: Bus, adapter: str) -> None:
+        """Register.
+
+        Args:
+            bus: Where BlueZ is; a new one every time.
+            adapter: The path of our adapter, which is on.
+
+        Raises:
+            BluetoothError: It cannot be registered; one sentence says why.
+        """
+
+    async def end(self) -> None:
+        """BlueZ or the adapter has gone, or we close; the bus may be dead already."""
+
+
+class Keeper:
+    """Keeps parts registered; an asyncio loop on a thread of its own.
+
+    Attributes:
+        state: "ready", or in a sentence what is missing.
+    """
+
+    def __init__(self, parts: Sequence[Part], adapter: str = "", capability: str = "") -> None:
+        """Prepare; `start` begins.
+
+        Args:
+            parts: What to register.
+            adapter: Its name (hci0) or address; "": the first.
+            capability: How our agent can be asked; "": it has no screen.
+        """
+        self.state = "starting"
+        self._parts = parts
+        self._name = adapter
+        self._capability = capability
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="bluetooth", daemon=True)
+        self._first: concurrent.futures.Future[None] = concurrent.futures.Future()
+        self._closing = asyncio.Event()
+        self._agent: Agent | None = None
+        self._adapter = ""
+        self._off = False  # somebody has switched the adapter off, and shall have it so
+
+    def start(self) -> None:
+        """Begin, and wait until everything is registered for the first time.
+
+        Raises:
+            BluetoothError: It cannot be; one sentence says why. The keeper is closed.
+        """
+        self._thread.start()
+        try:
+            self._first.result(timeout=START_S)
+        except TimeoutError:
+            self.close()
+            raise BluetoothError(f"BlueZ did not answer within {START_S:g} s") from None
+        except BluetoothError:
+            self.close()
+            raise
+
+    def pair(self, seconds: int) -> None:
+        """Open the pairing window, without waiting; nothing happens while BlueZ is away."""
+        self.submit(self._pair(seconds))
+
+    def submit(self, task: Coroutine[Any, Any, Any]) -> None:
+        """Run something on the loop, without waiting; a BluetoothError is logged."""
+        asyncio.run_coroutine_threadsafe(_logged(task), self._loop)
+
+    def close(self) -> None:
+        """Let BlueZ forget us, and end the thread."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RuntimeError):  # it has just ended
+                self._loop.call_soon_threadsafe(self._closing.set)
+            self._thread.join()
+
+    # --- the thread's side ---
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._keep())
+        except BaseException as error:
+            self.state = "the Bluetooth thread has died"
+            log.exception("the Bluetooth thread has died")
+            if not self._first.done():
+                self._first.set_exception(error)
+        finally:
+            self._loop.close()
+
+    async def _keep(self) -> None:
+        while not self._closing.is_set():
+            try:
+                bus = await Bus.connect()
+                try:
+                    await self._round(bus)
+                finally:
+                    if self._agent is not None:
+                        await self._agent.unregister()
+                    self._agent, self._adapter = None, ""
+                    for part in self._parts:
+                        await part.end()
+                    bus.close()
+            except BluetoothError as error:
+                self._missing(error)
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._closing.wait(), RETRY_S)
+
+    async def _round(self, bus: Bus) -> None:
+        """Register everything, and return when something that it stands on has gone."""
+        adapter = await bus.adapter(self._name)
+        over = asyncio.Event()
+
+        def hear(path: str, interface: str, changes: Properties | None) -> None:
+            ours = path == adapter and interface == ADAPTER
+            gone = path == "" or (ours and changes is None)  # BlueZ itself is path ""
+            off = ours and changes is not None and changes.get("Powered") is False
+            self._off = self._off or off
+            if gone or off:
+                over.set()
+            guest = path.startswith(adapter + "/") and interface == DEVICE
+            if guest and changes and changes.get("Paired") and self._agent and self._agent.open:
+                self.submit(bus.set(path, DEVICE, "Trusted", "b", True))
+
+        bus.listen(hear)
+        await self._power(bus, adapter)
+        await self._register(bus, adapter)
+        self.state = "ready"
+        if not self._first.done():
+            self._first.set_result(None)
+        log.info("Bluetooth is ready on %s", adapter.rpartition("/")[2])
+        waits = [
+            asyncio.create_task(each) for each in (over.wait(), bus.lost(), self._closing.wait())
+        ]
+        await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        for task in waits:
+            task.cancel()
+        if not self._closing.is_set():
+            self.state = "Bluetooth was lost"
+            log.warning("Bluetooth on %s was lost; waiting for it", adapter.rpartition("/")[2])
+
+    async def _power(self, bus: Bus, adapter: str) -> None:
+        """Switch the adapter on, unless somebody has just switched it off."""
+        if await bus.get(adapter, ADAPTER, "Powered"):
+            self._off = False
+        elif self._off:
+            raise BluetoothError("the adapter was switched off; bluetoothctl power on")
+        else:
+            await bus.set(adapter, ADAPTER, "Powered", "b", True)
+        if await bus.get(adapter, ADAPTER, "Alias") == await bus.get(adapter, ADAPTER, "Name"):
+            await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
+
+    async def _register(self, bus: Bus, adapter: str) -> None:
+        from controller.links.bluetooth.pairing_agent import NO_SCREEN, Agent
+
+        self._agent = agent = Agent(bus)
+        await agent.register(self._capability or NO_SCREEN)
+        await agent.close_window(adapter)
+        for part in self._parts:
+            await part.begin(bus, adapter)
+        self._adapter = adapter
+
+    async def _pair(self, seconds: int) -> None:
+        if self._agent is not None and self._adapter:
+            await self._agent.open_window(self._adapter, seconds)
+
+    def _missing(self, error: BluetoothError) -> None:
+        """Tell what is missing, once."""
+        if not self._first.done():
+            self._first.set_exception(error)
+            self._closing.set()
+        elif self.state != str(error):
+            log.warning("Bluetooth is not ready: %s", error)
+        self.state = str(error)
+
+
+async def _logged(task: Coroutine[Any, Any, Any]) -> None:
+    try:
+        await task
+    except BluetoothError as error:
+        log.warning("Bluetooth: %s", error)

@@ -1,0 +1,114 @@
+"""The serial port service: BlueZ listens, checks and encrypts, and hands us connected sockets."""
+
+import contextlib
+import logging
+import socket
+from collections.abc import Callable
+from typing import Annotated, Any, Final
+
+from dbus_fast import DBusError
+from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
+from dbus_fast.service import ServiceInterface, dbus_method
+
+# Its annotations are read while it runs, as D-Bus types: no `from __future__ import annotations`.
+from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, variant
+from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
+
+MANAGER: Final = "org.bluez.ProfileManager1"
+SOL_BLUETOOTH: Final = 274  # the kernel's include/net/bluetooth/bluetooth.h; likewise the next two
+BT_SECURITY: Final = 4
+MEDIUM: Final = 2  # encrypted, with a key from pairing
+
+# Takes a connected socket, who is at its other end, and the path of that device in BlueZ.
+Accept = Callable[[socket.socket, str, str], None]
+
+log = logging.getLogger(__name__)
+
+
+class SerialService(ServiceInterface):
+    """A part of the keeper that offers the serial port, to bonded hosts only."""
+
+    def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:
+        """Prepare.
+
+        Args:
+            accept: Called with every connected host, on the keeper's thread.
+            leave: Called with the path of a device that BlueZ is about to disconnect, likewise.
+        """
+        super().__init__("org.bluez.Profile1")
+        self.address = ""  # of the adapter
+        self._accept, self._leave = accept, leave
+        self._bus: Bus | None = None
+        self._adapter = ""
+
+    async def begin(self, bus: Bus, adapter: str) -> None:
+        """Register the service and its record.
+
+        Raises:
+            BluetoothError: Another program has it, or we may not.
+        """
+        self.address = await bus.get(adapter, ADAPTER, "Address")
+        bus.export(SERIAL_PATH, self)
+        options = {
+            "Name": variant("s", ALIAS),
+            "Role": variant("s", "server"),
+            "Channel": variant("q", CHANNEL),
+            "RequireAuthentication": variant("b", True),
+            "RequireAuthorization": variant("b", True),
+            "ServiceRecord": variant("s", record()),
+        }
+        arguments = (SERIAL_PATH, SERVICE_UUID, options)
+        await bus.call(ROOT, MANAGER, "RegisterProfile", "osa{sv}", *arguments)
+        self._bus, self._adapter = bus, adapter
+
+    async def end(self) -> None:
+        """Forget the bus; hosts that are connected stay for as long as their link does."""
+        self._bus = None
+
+    @dbus_method()
+    def Release(self) -> None:  # noqa: N802
+        """BlueZ needs us no longer."""
+
+    @dbus_method()
+    async def NewConnection(  # noqa: N802
+        self,
+        device: DBusObjectPath,
+        fd: DBusUnixFd,
+        properties: Annotated[dict[str, Any], DBusSignature("a{sv}")],
+    ) -> None:
+        """A host has connected."""
+        connection = socket.socket(fileno=fd)
+        try:
+            who = await self._welcome(device, connection)
+        except DBusError as error:
+            log.warning("a connection from %s was refused: %s", device.rpartition("/")[2], error)
+            connection.close()
+            raise
+        connection.setblocking(False)
+        self._accept(connection, who, device)
+
+    @dbus_method()
+    def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802
+        """BlueZ is about to disconnect a host."""
+        self._leave(device)
+
+    async def _welcome(self, device: str, connection: socket.socket) -> str:
+        """Return who this is, or raise why it may not connect: what BlueZ checks, again."""
+        if self._bus is None or not device.startswith(self._adapter + "/"):
+            raise DBusError("org.bluez.Error.Rejected", "not on this adapter")
+        found = devices(await self._bus.objects()).get(device, {})
+        if not bonded(found):
+            raise DBusError("org.bluez.Error.Rejected", "not paired")
+        if not _encrypted(connection):
+            raise DBusError("org.bluez.Error.Rejected", "not encrypted")
+        return f"{found.get('Alias', 'a host')} ({found.get('Address', '')})"
+
+
+def _encrypted(connection: socket.socket) -> bool:
+    """Return whether the kernel keeps this connection encrypted; of other sockets, True."""
+    if connection.family != getattr(socket, "AF_BLUETOOTH", 31):
+        return True  # a test's; BlueZ hands out no others
+    with contextlib.suppress(OSError):
+        level = connection.getsockopt(SOL_BLUETOOTH, BT_SECURITY, 2)
+        return level[0] >= MEDIUM
+    return False

@@ -1,0 +1,359 @@
+"""What links made of bytes share: one thread that reads and writes, and a session a peer.
+
+The thread sleeps in `select`. Requests cross to the loop's thread through a queue; what the loop
+sends goes out on the loop's own thread as far as the stream takes it without waiting, so that an
+answer needs no second thread, and the rest follows from the thread.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import queue
+import selectors
+import socket
+import threading
+import time
+from collections import deque
+from functools import partial
+from typing import Protocol
+
+from controller.links import Access
+from controller.log_limit import Hush
+from controller.protocol.device_session import DeviceSession
+from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome, encode
+from controller.protocol.retransmit import Outbox
+
+REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off
+CHUNK = 16 * 1024  # bytes per read
+TICK_S = 0.05  # how late a heartbeat may be, seconds
+LINGER_MS = 500  # for what is still to be sent when the link closes
+
+log = logging.getLogger(__name__)
+
+
+class Stream(Protocol):
+    """Bytes both ways; nothing waits. A stream that is gone raises OSError."""
+
+    def fileno(self) -> int:
+        """Return what `select` takes."""
+
+    def recv(self, size: int, /) -> bytes:
+        """Return what there is, b"" at the end, or raise BlockingIOError."""
+
+    def send(self, data: bytes, /) -> int:
+        """Take what fits and return how much, or raise BlockingIOError."""
+
+    def close(self) -> None:
+        """Let go of it."""
+
+
+class Peer:
+    """Somebody at the other end, welcomed or not; since when not, is in `since_ms`."""
+
+    def __init__(self, stream: Stream, session: DeviceSession, since_ms: int) -> None:
+        self.stream = stream
+        self.session = session
+        self.since_ms = since_ms
+
+    def flush(self) -> None:
+        """Write what the stream takes now; raise OSError if it is gone."""
+        output = self.session.output
+        while output:
+            try:
+                sent = self.stream.send(bytes(output[:CHUNK]))
+            except BlockingIOError:
+                return
+            del output[:sent]
+
+
+class StreamLink:
+    """The common part; a link adds where its peers come from.
+
+    Attributes:
+        dropped: Messages that never left: no host, or one that reads too slowly. Commands are
+            counted in `outbox`.
+        outbox: Commands that no host has acknowledged yet, and how many were lost.
+        patient: Whether a peer may stay without a session; else it is let go after 2 s.
+        proves: Whether a host has to prove who it is before it is heard.
+    """
+
+    patient = False
+    proves = False
+
+    def __init__(self, welcome: Welcome, access: Access) -> None:
+        """Prepare; `start` begins.
+
+        Args:
+            welcome: What the device says of itself.
+            access: Who is let in.
+
+        Raises:
+            ProtocolError: The wire cannot carry this Welcome.
+        """
+        encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
+        self.dropped = 0
+        self.outbox = Outbox()
+        self._welcome, self._access = welcome, access
+        self.proves = self.proves or bool(access.key or access.token)
+        self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
+        self._lock = threading.Lock()  # guards peers and sessions
+        self._peers: list[Peer] = []
+        self._host: Peer | None = None  # the one peer that was welcomed
+        self._left: list[Peer] = []  # whose host has come anew on another line
+        self._hush = Hush()
+        self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
+        self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
+        self._polled = 0  # the session that the loop knows of; 0: none
+        self._closing = False
+        self._failure: BaseException | None = None
+        self._bell, self._button = socket.socketpair()
+        self._bell.setblocking(False)
+        self._button.setblocking(False)
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._bell, selectors.EVENT_READ, self._answer)
+        self._thread = threading.Thread(target=self._run, name="link", daemon=True)
+        self._start_ns = time.monotonic_ns()
+
+    def start(self) -> None:
+        """Begin; the subclass has found that it can."""
+        self._thread.start()
+
+    # --- the loop's side ---
+
+    @property
+    def connected(self) -> bool:
+        """Whether the host that `poll` last told of is still there."""
+        host = self._host
+        return host is not None and host.session.number == self._polled
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Send to the host that `poll` last told of; drop it if that one is gone.
+
+        A command waits for a moment, in case the same host comes back.
+        """
+        with self._lock:
+            host = self._host
+            if host is None and isinstance(message, Command):
+                self.outbox.put(message, t_ms, self._now_ms())
+                return
+            if host is None or not self._heard_of(host, message):
+                self.dropped += 1
+                return
+            before = host.session.dropped
+            host.session.send(message, t_ms, self._now_ms())
+            self.dropped += host.session.dropped - before
+            # If the stream is gone the thread will notice, too, and tell.
+            with contextlib.suppress(OSError):
+                host.flush()
+            waiting = bool(host.session.output)
+        if waiting:
+            self._ring()
+
+    def _heard_of(self, host: Peer, message: Message) -> bool:
+        """Whether the loop means this host; a command is for the one before, if it is back."""
+        session = host.session
+        return session.number == self._polled or (session.resumed and isinstance(message, Command))
+
+    def poll(self) -> list[Message]:
+        """Return the host's new requests, oldest first."""
+        if self._failure:
+            raise RuntimeError("the link's thread has died") from self._failure
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._ready.append(self._requests.get_nowait())
+        requests = [request for _, request in self._ready]
+        for number, request in self._ready:
+            if isinstance(request, Hello | Bye):
+                self._polled = number if isinstance(request, Hello) else 0
+        self._ready.clear()
+        return requests
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when `poll` has something to tell, or after the timeout."""
+        if not self._ready:
+            with contextlib.suppress(queue.Empty):
+                self._ready.append(self._requests.get(timeout=max(timeout_s, 0.0)))
+
+    def renew(self, welcome: Welcome, reason: str) -> None:
+        """Be another device from now on; the host is told why, and comes back by itself.
+
+        Raises:
+            ProtocolError: The wire cannot carry this Welcome.
+        """
+        encode(welcome, session=0, sequence=0, t_ms=0)
+        with self._lock:
+            self._welcome = welcome
+            for peer in self._peers:
+                self._tell(peer, peer.session.renew(welcome, reason, self._now_ms()))
+        self._ring()
+
+    def close(self) -> None:
+        """Say Bye to the host, let go of everything, and end the thread."""
+        if not self._closing:
+            self._closing = True
+            self._ring()
+        self._thread.join()
+
+    def _ring(self) -> None:
+        """Wake the thread."""
+        with contextlib.suppress(OSError):  # full, it rings already; or the thread has just ended
+            self._button.send(b"!")
+
+    # --- the thread's side ---
+
+    def _run(self) -> None:
+        ticked_ms = 0
+        try:
+            while not self._closing:
+                for key, events in self._selector.select(TICK_S):
+                    key.data(events)
+                now_ms = self._now_ms()
+                if now_ms - ticked_ms >= TICK_S * 1000:
+                    ticked_ms = now_ms
+                    self._tick(now_ms)
+        except BaseException as error:
+            self._failure = error
+            log.exception("the link's thread has died")
+        finally:
+            self._shut()
+
+    def _attach(self, stream: Stream) -> None:
+        """Begin to listen to a new peer."""
+        access = self._access
+        session = DeviceSession(
+            self._welcome, token=access.token, key=access.key, outbox=self.outbox
+        )
+        peer = Peer(stream, session, self._now_ms())
+        self._selector.register(stream, selectors.EVENT_READ, partial(self._serve, peer))
+        with self._lock:
+            self._peers.append(peer)
+
+    def _detach(self, peer: Peer, reason: str) -> None:
+        """Let go of a peer; tell the loop if it was the host."""
+        with self._lock:
+            self._peers.remove(peer)
+            self._tell(peer, peer.session.end(reason))
+        self._selector.unregister(peer.stream)
+        peer.stream.close()
+
+    def _serve(self, peer: Peer, events: int) -> None:
+        """Read from a peer if `select` says so, and write to it what waits."""
+        if peer not in self._peers:
+            return  # it left while this round's other events were handled
+        try:
+            if events & selectors.EVENT_READ:
+                data = peer.stream.recv(CHUNK)
+                if not data:
+                    raise ConnectionResetError("the other end closed it")
+                with self._lock:
+                    self._hear(peer, data)
+                while self._left:
+                    self._detach(self._left.pop(), "the host has come anew")
+            with self._lock:
+                peer.flush()
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._detach(peer, f"the link was lost: {error}")
+            return
+        # Look for room to write only while something waits to be written.
+        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if peer.session.output else 0)
+        key = self._selector.get_key(peer.stream)
+        if key.events != wanted:
+            self._selector.modify(peer.stream, wanted, key.data)
+
+    def _hear(self, peer: Peer, data: bytes) -> None:
+        """Give a peer's bytes to its session, and the requests in them to the loop."""
+        session = peer.session
+        taken = self._host not in (None, peer)
+        session.taken_by = self.outbox.host if taken else 0
+        if session.state == "waiting":
+            session.number = self._number  # so that no two sessions have one number
+        self._tell(peer, session.receive(data, self._now_ms()))
+        self._number = session.number or self._number
+        self._note_refusal(session)
+        if self._requests.qsize() > REQUESTS:
+            raise ConnectionAbortedError("the host sends faster than the orb can follow")
+
+    def _tell(self, peer: Peer, requests: list[Message]) -> None:
+        """Queue requests for the loop, and keep track of who is the host."""
+        for request in requests:
+            if isinstance(request, Hello):
+                if self._host not in (None, peer):
+                    self._left += filter(None, (self._host,))
+                self._host = peer
+                self._note(f"host {request.host!r} connected, session {peer.session.number}")
+            elif isinstance(request, Bye):
+                if peer is not self._host:
+                    continue  # its host is here already, on another line
+                self._host = None
+                self._note(f"host gone: {request.reason}")
+            self._requests.put((peer.session.number, request))
+
+    def _note_refusal(self, session: DeviceSession) -> None:
+        """Log why somebody was turned away."""
+        reason, session.refused = session.refused, ""
+        if reason:
+            self._note(f"a host was turned away: {reason}", logging.WARNING)
+
+    def _note(self, line: str, level: int = logging.INFO) -> None:
+        """Log what a peer did, but not for every knock at the door."""
+        if self._hush.lets(line):
+            log.log(level, "%s", line)
+
+    def _tick(self, now_ms: int) -> None:
+        """Let time pass: heartbeats, hosts that fell silent, peers that have no session."""
+        for peer in tuple(self._peers):
+            with self._lock:
+                self._tell(peer, peer.session.tick(now_ms))
+            if peer.session.live:
+                peer.since_ms = now_ms
+            if self.patient or now_ms - peer.since_ms <= SILENCE_MS:
+                self._serve(peer, 0)
+            else:
+                self._detach(peer, "no session")
+
+    def _answer(self, events: int) -> None:
+        """The bell rang: something waits to be written, or the link is to close."""
+        with contextlib.suppress(BlockingIOError):
+            self._bell.recv(CHUNK)
+        for peer in tuple(self._peers):
+            self._serve(peer, 0)
+
+    def _shut(self) -> None:
+        """Say Bye to the host, and close everything."""
+        host = self._host
+        if host is not None:
+            with self._lock, contextlib.suppress(OSError):
+                now_ms = self._now_ms()
+                host.session.send(Bye("the orb was switched off"), now_ms, now_ms)
+                host.flush()
+            self._linger(host)
+        for peer in tuple(self._peers):
+            self._detach(peer, "the orb was switched off")
+        self._selector.close()
+        self._bell.close()
+        self._button.close()
+
+    def _linger(self, host: Peer) -> None:
+        """Wait a moment for the host to take what was sent.
+
+        A socket that is closed while something is unread resets the connection, which loses what
+        was sent last; so wait for the host to close first. Ports know neither end nor reset.
+        """
+        end_ms = self._now_ms() + LINGER_MS
+        with selectors.DefaultSelector() as selector, contextlib.suppress(OSError):
+            selector.register(host.stream, selectors.EVENT_READ | selectors.EVENT_WRITE)
+            while (left_ms := end_ms - self._now_ms()) > 0:
+                for _, events in selector.select(left_ms / 1000):
+                    if events & selectors.EVENT_READ and not host.stream.recv(CHUNK):
+                        return
+                    host.flush()
+                if not host.session.output:
+                    if self.patient:
+                        return
+                    selector.modify(host.stream, selectors.EVENT_READ)
+
+    def _now_ms(self) -> int:
+        return (time.monotonic_ns() - self._start_ns) // 1_000_000

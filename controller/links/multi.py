@@ -1,0 +1,111 @@
+"""Several links at a time, such as rfcomm:+hid: for a laptop and a television.
+
+Everything that the orb says goes out on all of them. To the loop they are one link: it begins with
+the first host that comes, and ends with the last one that goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller.links import Access, Link, LinkError, module_of, split
+from controller.protocol.messages import Bye, Contacts, Hello, Message, Welcome
+
+GLANCE_S = 0.05  # how late a request on any link but the first may be seen
+
+
+def create(url: str, welcome: Welcome, access: Access) -> FanLink:
+    """Open all links, or none.
+
+    Raises:
+        LinkError: One cannot be opened.
+    """
+    urls = split(url)
+    if twice := next((each for each in urls if urls.count(each) > 1), ""):
+        raise LinkError(f"{twice} stands twice in {url}; name each link once")
+    links: list[Link] = []
+    try:
+        for each in urls:
+            links.append(module_of(each).create(each, welcome, access))  # noqa: PERF401
+    except BaseException:
+        for link in links:
+            link.close()
+        raise
+    return FanLink(links)
+
+
+class FanLink:
+    """Several links that look like one.
+
+    Attributes:
+        url: Where hosts connect to; not there if no link says so.
+        touched: Whether a host can touch a virtual orb through one of the links.
+    """
+
+    def __init__(self, links: Sequence[Link]) -> None:
+        """Take over links that are open."""
+        self.links = tuple(links)
+        for link in links:
+            if url := getattr(link, "url", ""):
+                self.url: str = url
+                break
+        self.touched = any(getattr(link, "touched", True) for link in links)
+
+    @property
+    def dropped(self) -> int:
+        """Messages that reached no host: of the links that have one, and of all if none has."""
+        hosts = [link for link in self.links if link.connected] or self.links
+        return sum(link.dropped for link in hosts)
+
+    @property
+    def connected(self) -> bool:
+        """Whether a host is there, on any of the links."""
+        return any(link.connected for link in self.links)
+
+    def send(self, message: Message, t_ms: int) -> None:
+        """Send on all links."""
+        for link in self.links:
+            link.send(message, t_ms)
+
+    def poll(self) -> list[Message]:
+        """Return what hosts ask for: one Hello when the first comes, Bye when the last has gone.
+
+        A host that comes later is no new beginning, unless it wants to own the clock; one that goes
+        before the last takes its fingers off the orb.
+        """
+        requests: list[Message] = []
+        for link in self.links:
+            others = any(other.connected for other in self.links if other is not link)
+            for request in link.poll():
+                if isinstance(request, Bye) and others:
+                    requests.append(Contacts(()))
+                elif not isinstance(request, Hello) or request.granted or not others:
+                    requests.append(request)
+        return requests
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when `poll` may have something to tell, or after the timeout."""
+        self.links[0].wait(min(timeout_s, GLANCE_S))
+
+    def pair(self, seconds: int) -> None:
+        """Let new hosts pair for a while, on every link that knows of pairing."""
+        for link in self.links:
+            if pair := getattr(link, "pair", None):
+                pair(seconds)
+
+    @property
+    def proves(self) -> bool:
+        """Whether a host has to prove who it is, on every link that hosts can talk on."""
+        talking = [link for link in self.links if hasattr(link, "proves")]
+        return bool(talking) and all(link.proves for link in talking)
+
+    def renew(self, welcome: Welcome, reason: str) -> None:
+        """Be another device from now on, on every link that says what it is."""
+        for link in self.links:
+            if renew := getattr(link, "renew", None):
+                renew(welcome, reason)
+
+    def close(self) -> None:
+        """Close all links, the last one first."""
+        for link in reversed(self.links):
+            link.close()

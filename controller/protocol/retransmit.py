@@ -1,0 +1,93 @@
+"""Commands that the host has not acknowledged yet. They outlive a session, but not for long.
+
+Every command gets a number, counted from the device's start. It leaves the outbox when the host has
+acknowledged it, or when it is too old to be obeyed, and is then lost: the host learns that from
+`done`, the newest number that will not be sent again. Pure: time comes in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+from controller.protocol.messages import LATE_MS, Command
+
+MOST: Final = 32  # commands that wait; a player gives a few a second, and they wait 250 ms
+
+
+@dataclass(slots=True)
+class Posted:
+    """A command on its way.
+
+    Attributes:
+        number: Which command since the device's start.
+        command: What the player asked for.
+        t_ms: The device's time that it belongs to.
+        put_ms: The link's clock when it was given.
+        sent_ms: The same when it was sent last; None: never.
+    """
+
+    number: int
+    command: Command
+    t_ms: int
+    put_ms: int
+    sent_ms: int | None = None
+
+
+class Outbox:
+    """What is not acknowledged, oldest first.
+
+    Attributes:
+        number: Of the newest command.
+        host: Which host it is for: what that one drew at its start; 0: none yet.
+        lost: Commands that were given up: never acknowledged in time.
+        missed: Commands that the host said it never got in time; it knows best.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty: no command has been given."""
+        self.number = 0
+        self.host = 0
+        self.lost = 0
+        self.missed = 0
+        self._posted: deque[Posted] = deque()
+
+    @property
+    def posted(self) -> tuple[Posted, ...]:
+        """What may still be sent, oldest first."""
+        return tuple(self._posted)
+
+    @property
+    def done(self) -> int:
+        """The newest number that will not be sent again; all before it are done as well."""
+        return self._posted[0].number - 1 if self._posted else self.number
+
+    def put(self, command: Command, t_ms: int, now_ms: int) -> Posted:
+        """Give a command its number, and keep it until it is acknowledged or too old."""
+        self.expire(now_ms)
+        if len(self._posted) >= MOST:
+            self._posted.popleft()
+            self.lost += 1
+        self.number += 1
+        posted = Posted(self.number, command, t_ms, now_ms)
+        self._posted.append(posted)
+        return posted
+
+    def acknowledge(self, done: int) -> None:
+        """Forget what the host has; a number that was never given says nothing."""
+        if done <= self.number:
+            while self._posted and self._posted[0].number <= done:
+                self._posted.popleft()
+
+    def expire(self, now_ms: int) -> None:
+        """Give up what is too old: a late drop is worse than none."""
+        while self._posted and now_ms - self._posted[0].put_ms > LATE_MS:
+            self._posted.popleft()
+            self.lost += 1
+
+    def begin(self, host: int) -> None:
+        """Begin with another host, which has no claim on what was before it."""
+        self.lost += len(self._posted)
+        self._posted.clear()
+        self.host, self.missed = host, 0

@@ -1,0 +1,104 @@
+"""The states of a link's two ends, and every way from one to another, as one table each.
+
+`controller.protocol.device_session` and `controller.protocol.host_session` change their state through these tables and in no other
+way; docs/link.md draws them. What the events are is said in `EVENTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+EVENTS: Final = {
+    "hello": "Hello came, with a version that both speak",
+    "foreign": "Hello came, with other versions only",
+    "offer": "Offer came, and asks for a key exactly if we have one",
+    "join": "Join came, sealed with the key if there is one, and nothing speaks against this host",
+    "welcome": "Welcome came, sealed with the key if there is one",
+    "objection": "something speaks against the other side: no key, none asked for, a wrong token, "
+    "another host is there",
+    "forged": "a packet of this session came that the key does not confirm",
+    "refuse": "Refuse came",
+    "packet": "any other valid packet came, of this session, and newer than the last",
+    "quiet": "no valid packet for 300 ms",
+    "gone": "no valid packet for 1 s; of a grant's answer, for 2 s",
+    "silence": "no valid packet for 2 s; in the handshake, 2 s since Hello",
+    "bye": "Bye came",
+    "cut": "the port was closed, pulled or flooded",
+    "close": "our own program ends",
+    "again": "the pause is over (0.25, 0.5, 1, 2, 2 ... s, a quarter more or less), the port open",
+}
+
+
+class Way(NamedTuple):
+    """One row: in any of these states, when this happens, go there and do that."""
+
+    states: tuple[str, ...]
+    event: str
+    to: str
+    does: str
+
+
+DEVICE: Final = (
+    Way(("waiting", "offered", "live"), "hello", "offered", "end a live session, answer Offer"),
+    Way(("waiting", "offered", "live"), "foreign", "waiting", "answer Refuse: what to update"),
+    Way(("offered",), "join", "live",
+        "Welcome, State(()); the same host gets young commands again, others begin anew"),
+    Way(("offered",), "objection", "waiting", "answer Refuse: why"),
+    Way(("offered",), "forged", "waiting", "answer Refuse: the key"),
+    Way(("live",), "packet", "live", "take it; what it acknowledges is done"),
+    Way(("offered", "live"), "silence", "waiting", "forget the host, lift its fingers"),
+    Way(("offered", "live"), "bye", "waiting", "forget the host, lift its fingers"),
+    Way(("offered", "live"), "cut", "waiting", "forget the host, lift its fingers"),
+)  # fmt: skip
+
+HOST: Final = (
+    Way(("over",), "again", "greeting", "send Hello"),
+    Way(("greeting",), "offer", "joining", "send Join, with the last command that we know"),
+    Way(("greeting", "joining"), "refuse", "over", "tell the orb's reason"),
+    Way(("greeting", "joining"), "objection", "over", "say Bye, tell why"),
+    Way(("joining",), "forged", "over", "tell that the orb has another key"),
+    Way(("joining",), "welcome", "live", "tell Connected, and what was missed meanwhile"),
+    Way(("greeting", "joining"), "silence", "over", "tell that nobody answered"),
+    Way(("live", "stale"), "packet", "live", "take it; commands out of a stall are missed"),
+    Way(("live",), "quiet", "stale", "release everything, pause"),
+    Way(("live", "stale"), "gone", "over", "tell Lost"),
+    Way(("live", "stale"), "bye", "over", "tell Lost, with the orb's reason"),
+    Way(("greeting", "joining", "live", "stale"), "cut", "over", "tell Refused or Lost"),
+    Way(("greeting", "joining", "live", "stale"), "close", "over", "say Bye"),
+)  # fmt: skip
+
+Next = dict[tuple[str, str], str]
+
+
+def next_states(table: Sequence[Way]) -> Next:
+    """Return the table as a lookup: (state, event) to the next state; what is not in it is no way.
+
+    Raises:
+        ValueError: Two rows contradict each other.
+    """
+    ways: Next = {}
+    for row in table:
+        for state in row.states:
+            if (state, row.event) in ways:
+                raise ValueError(f"there are two ways from {state} on {row.event}")
+            ways[state, row.event] = row.to
+    return ways
+
+
+def drawn(table: Sequence[Way], first: str) -> str:
+    """Return a table as a state diagram, in Mermaid's words."""
+    lines = ["stateDiagram-v2", f"    [*] --> {first}"]
+    arrows: dict[tuple[str, str], list[str]] = {}
+    for row in table:
+        for state in row.states:
+            arrows.setdefault((state, row.to), []).append(row.event)
+    lines += [f"    {at} --> {to}: {', '.join(events)}" for (at, to), events in arrows.items()]
+    return "\n".join(lines)
+
+
+def listed(table: Sequence[Way]) -> str:
+    """Return a table as Markdown."""
+    lines = ["| in | when | goes to | and does |", "|---|---|---|---|"]
+    lines += [f"| {', '.join(row.states)} | {row.event} | {row.to} | {row.does} |" for row in table]
+    return "\n".join(lines)

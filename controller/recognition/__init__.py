@@ -1,0 +1,1 @@
+"""Recognition, pure: from frames to commands. NumPy only; no file, clock, thread or socket."""

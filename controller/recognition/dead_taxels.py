@@ -1,0 +1,128 @@
+"""Stand in for taxels that feel nothing: what they would have felt, from those around them.
+
+The skin is smooth, so a taxel can be told from its neighbours: the best guess for a field that is
+smooth over `SMOOTH` taxels (Gaussian-process regression; a matrix for each set of broken taxels).
+An electrode whose lead is off, 5 of 25 taxels, is filled in the same way.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.median import median
+from controller.recognition.drift import TOUCHED, tone
+
+Change = NDArray[np.float64]  # z - 1, (rows, columns)
+Mask = NDArray[np.bool_]  # (rows, columns)
+
+# Of kernels 1 to 2 taxels wide with floors of 0 to 1, these err least on simulated touches: single
+# taxels by 45 % of their change, inner electrodes by 35 %, those at the rim by 55 %.
+SMOOTH: Final = 1.3  # taxels
+FLOOR: Final = 0.3  # of the variance is common to all: the dome gives way as a whole
+NOISE: Final = 0.2  # of the variance
+
+# In 48 simulated sessions of both presets, over any 100 frames under touches, dead taxels follow
+# their surroundings with -.51 to .06, leaky ones with .22 to .83, sound ones with .17 to 1.7.
+DEAD: Final = 0.12
+ALIVE: Final = 0.3
+MEMORY: Final = 100  # touched frames over which this is judged
+MOST: Final = 0.2  # of the taxels: where more seem dead, something else is wrong
+TOUCH_S: Final = 2.0  # of each touch count: a long one says nothing new
+_FELT: Final = 0.1  # of what the middle taxel's surroundings feel
+
+
+class Filler:
+    """Guesses what broken taxels would have felt."""
+
+    def __init__(self, rows: int, columns: int) -> None:
+        """Prepare for a grid."""
+        self._shape = (rows, columns)
+        grid = np.indices(self._shape).reshape(2, -1).T
+        square = np.square(grid[:, None] - grid[None]).sum(axis=2)
+        self._kernel = np.exp(-square / (2.0 * SMOOTH**2)) + FLOOR
+        self._known: dict[bytes, NDArray[np.float64]] = {}
+        # What `_solve` gives for each taxel alone, of one inverse (Rasmussen and Williams, Gaussian
+        # Processes for Machine Learning, equation 5.12): at once, not in the step that needs it.
+        inverse = np.linalg.inv(self._kernel + NOISE * np.eye(rows * columns))
+        self._others = -inverse / np.diag(inverse)[:, None]
+        np.fill_diagonal(self._others, 0.0)
+
+    def fill(self, change: Change, broken: Mask) -> Change:
+        """Return the change with guesses in place of broken taxels; none where all are broken."""
+        if broken.all():
+            return np.zeros_like(change)
+        filled = change.copy()
+        filled[broken] = self._weights(broken) @ change[~broken]
+        return filled
+
+    def around(self, change: Change) -> Change:
+        """Return for every taxel what the others say that it feels."""
+        return np.asarray((self._others @ change.ravel()).reshape(self._shape))
+
+    def _weights(self, broken: Mask) -> NDArray[np.float64]:
+        key = broken.tobytes()
+        if key not in self._known:
+            if len(self._known) > 64:  # a loose contact makes many masks; they are cheap to redo
+                self._known.clear()
+            self._known[key] = self._solve(broken.ravel())
+        return self._known[key]
+
+    def _solve(self, broken: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Return the guess for broken taxels as weights of the others, (broken, others)."""
+        among = self._kernel[np.ix_(~broken, ~broken)]
+        across = self._kernel[np.ix_(~broken, broken)]
+        return np.asarray(np.linalg.solve(among + NOISE * np.eye(len(among)), across).T)
+
+
+class Answers:
+    """Finds taxels that do not answer to touch, while people play.
+
+    Pure but for what it remembers, which `restore` takes, for an exact continuation elsewhere.
+
+    Attributes:
+        evidence: How much each taxel goes along with its surroundings, how much those feel, and
+            whether it counts as dead, (3, rows, columns).
+        counts: Touched frames that say so, and frames of the present touch, (2,).
+        dead: Taxels that do not answer; None: none, or so many that something else is wrong.
+    """
+
+    def __init__(self, rows: int, columns: int, rate_hz: float) -> None:
+        """Begin without evidence."""
+        self.evidence = np.zeros((3, rows, columns))
+        self.counts = np.zeros(2)
+        self.dead: Mask | None = None
+        self._longest = max(1, round(TOUCH_S * rate_hz))
+
+    def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
+        """Continue with what another one had found."""
+        self.evidence, self.counts = evidence.copy(), counts.copy()
+        self._judge()
+
+    def learn(self, change: Change, filler: Filler, *, quiet: bool) -> None:
+        """Take the next frame's change, as it was read."""
+        if quiet:
+            self.counts[1] = 0.0
+            return
+        self.counts[1] += 1.0
+        if self.counts[1] > self._longest or tone(change) > TOUCHED:
+            return
+        whole = change if self.dead is None else filler.fill(change, self.dead)
+        around = filler.around(whole)
+        keep = 1.0 - 1.0 / MEMORY
+        along, felt, dead = self.evidence
+        along *= keep
+        along += change * around
+        felt *= keep
+        felt += around * around
+        self.counts[0] += 1.0
+        if self.counts[0] >= MEMORY:
+            told = felt > _FELT * float(median(felt))  # far from every touch nobody can tell
+            share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=told)
+            dead[share < DEAD] = 1.0
+            dead[share > ALIVE] = 0.0
+            self._judge()
+
+    def _judge(self) -> None:
+        dead = self.evidence[2] > 0.0
+        self.dead = dead if 0.0 < dead.mean() <= MOST else None

@@ -1,0 +1,78 @@
+"""Turn noisy probabilities into one gesture per touch: smoothing, hysteresis, and a latch.
+
+A gesture fires when its smoothed probability rises above `on`; nothing more fires until
+the smoothed probability of any gesture has fallen below `off`, which only rest brings about.
+The paper names a debouncing filter (section 5) without describing it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recognition.preprocess import State
+from controller.record import record
+
+NULL = 0  # the class "null" comes first in every bundle
+
+
+@record
+class DebounceSettings:
+    """When a gesture counts; chosen on development streams, kept in the bundle.
+
+    Attributes:
+        smoothing: Weight of the newest probabilities in the running mean, above 0, at most 1.
+        on: Smoothed probability at which a gesture fires.
+        off: Smoothed probability of all gestures together at which the latch re-arms.
+    """
+
+    smoothing: float = 0.4
+    on: float = 0.8
+    off: float = 0.35
+
+
+class Debouncer:
+    """One gesture per touch."""
+
+    def __init__(self, labels: Sequence[str], settings: DebounceSettings) -> None:
+        self.labels = tuple(labels)
+        self.settings = settings
+        self._mean = np.zeros(len(self.labels))
+        self._mean[NULL] = 1.0
+        self._held = NULL
+
+    @property
+    def held(self) -> str:
+        """The gesture whose touch still lasts, "" if none."""
+        return self.labels[self._held] if self._held != NULL else ""
+
+    def step(self, probabilities: NDArray[np.floating]) -> str | None:
+        """Take the newest probabilities, (classes,); return the gesture that fires, if any.
+
+        Raises:
+            ValueError: There are more or fewer probabilities than labels.
+        """
+        if probabilities.shape != self._mean.shape:
+            raise ValueError(
+                f"{probabilities.shape} probabilities for {len(self.labels)} labels; "
+                "the network and its labels belong to different bundles"
+            )
+        self._mean += self.settings.smoothing * (probabilities - self._mean)
+        if self._held != NULL:
+            if 1.0 - self._mean[NULL] < self.settings.off:
+                self._held = NULL
+            return None
+        best = NULL + 1 + int(np.argmax(self._mean[NULL + 1 :]))
+        if self._mean[best] < self.settings.on:
+            return None
+        self._held = best
+        return self.labels[best]
+
+    def state(self) -> State:
+        """Return everything remembered, for an exact continuation elsewhere."""
+        return {"mean": self._mean.copy(), "held": np.array([self._held], dtype=np.float64)}
+
+    def restore(self, state: State) -> None:
+        """Continue exactly where `state` was taken."""
+        self._mean = state["mean"].copy()
+        self._held = int(state["held"][0])

@@ -1,0 +1,94 @@
+"""What an image is: z = C / C0, how much of its capacitance every taxel has left.
+
+The names that frames, images and windows go by, and the settings that say how they are made.
+"""
+
+from typing import Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.median import mean
+from controller.record import record
+
+Frame = NDArray[np.float32]  # (rows, columns), picofarads
+Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
+Window = NDArray[np.float32]  # (images, rows, columns), oldest first
+State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
+Normalise = Literal["ratio", "difference"]
+
+# A taxel that reads less than this share of what the others read at rest has no lead: an open one
+# reads some 1 of 41 pF, a pressed one never so little.
+LEAST_REST: Final = 0.2
+
+
+@record
+class PreprocessSettings:
+    """How images and windows are made; travels inside the bundle.
+
+    Attributes:
+        normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
+            for sensors that read about 0 untouched.
+        scale: What makes a firm touch as strong as on the orb (mean |z - 1| about .08), in the
+            frame's unit; "ratio" has none.
+        rate_hz: Frames per second.
+        window: Images in a window; paper, section 4.1: 10 at 10 Hz.
+        start_s: Quiet time from which the first rest image is taken.
+        follow_s: Time constant with which rest follows quiet frames.
+        settle_s: Quiet time after a touch before rest is followed again.
+        gate: Deviation (mean of |z - 1|) below which a noiseless sensor is quiet.
+        gate_noise: How many times the measured idle deviation is added to the gate.
+        adopt_s: A steady deviation of this age is taken for a changed sensor, unless it looks like
+            a hand, which it never does to "difference" (`controller.recognition.drift`).
+    """
+
+    normalise: str = "ratio"
+    scale: float = 1.0
+    rate_hz: float = 10.0
+    window: int = 10
+    start_s: float = 1.0
+    follow_s: float = 2.0
+    settle_s: float = 0.4
+    gate: float = 0.015
+    gate_noise: float = 1.2
+    adopt_s: float = 30.0
+
+    def __post_init__(self) -> None:
+        if self.normalise not in get_args(Normalise) or not self.scale > 0.0:
+            raise ValueError(
+                f"normalise {self.normalise!r} with scale {self.scale!r}; it is "
+                f"{' or '.join(get_args(Normalise))}, with a scale above 0"
+            )
+
+
+def z_image(
+    frame: NDArray[np.floating], rest: NDArray[np.floating], settings: PreprocessSettings
+) -> NDArray[np.float64]:
+    """Return z = C / C0, the relative capacitance of every taxel; 1 where a lead is open.
+
+    Source: paper, section 4.1; `PreprocessSettings.normalise` for other sensors.
+
+    Args:
+        frame: One scan or several, (..., rows, columns), picofarads.
+        rest: The untouched sensor, (rows, columns), same unit.
+        settings: How z is made.
+
+    Raises:
+        ValueError: The two arrays differ in shape.
+    """
+    if frame.shape[-2:] != rest.shape:
+        raise ValueError(
+            f"frame {frame.shape} and rest {rest.shape} must have one shape; "
+            "recalibrate after changing the sensor"
+        )
+    if settings.normalise == "difference":
+        return np.asarray(1.0 + (frame - rest) / settings.scale, dtype=np.float64)
+    lost = leadless(frame, rest)
+    if not lost.any():
+        return np.asarray(frame / rest, dtype=np.float64)
+    return np.where(lost, 1.0, frame / np.where(lost, 1.0, rest))
+
+
+def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which taxels have no lead, now or at rest; shapes as in `z_image`."""
+    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * mean(rest)))

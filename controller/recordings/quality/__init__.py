@@ -1,0 +1,1 @@
+"""Checks of recordings: taxels, timing, labels, duplicates."""

@@ -1,0 +1,184 @@
+"""What each labeller said in a recording, and how well that fits what the sensor felt.
+
+A labeller is one of the label columns: the truth, the label button, the keyboard, the cues.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recordings.quality.response import Response
+from controller.recordings.quality.timing import pauses
+from controller.recordings.recording import LABELLERS, UNKNOWN, Recording
+
+REACH_S: Final = 1.5  # a touch may begin or end so far from its label
+HALF: Final = 0.5  # of a touch's energy: where it counts as begun, and as ended
+# Below this share of a usual touch's energy, a label holds no touch. Of 1,074 true gestures on
+# simulated orbs of both presets, 1 in 50 is so weak.
+EMPTY: Final = 0.2
+ASKED: Final = "cue"  # says what shall be done, before it is and until after: no edge of it is late
+# A labeller that is later than this labels half a press (0.5 s: docs/data.md) wrongly.
+LATE_S: Final = 0.3
+SCATTER_S: Final = 0.5  # likewise, for the middle half of the lags
+EDGES: Final = 5  # from so many on, a lag says something
+EMPTY_SHARE: Final = 0.15  # of a labeller's gestures may be empty
+IDLE_SHARE: Final = 0.7  # of what a labeller names may go untouched; a noisy orb misses the rims
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """How late the edges of labels are against the touch, seconds; below zero is early.
+
+    Attributes:
+        median_s: Half of them are later.
+        spread_s: The middle half of them lies in a range as long as this.
+        edges: How many there were to compare.
+    """
+
+    median_s: float
+    spread_s: float
+    edges: int
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What one labeller said.
+
+    Attributes:
+        labeller: Which label column.
+        events: How often each label was given; not "null".
+        seconds: For how long, of the frames that are not excluded; "null" too.
+        unknown: Share of frames of which it said nothing.
+        begin: Lag of the edges at which a label begins; None if there are none to compare.
+        end: At which it ends.
+        empty: Labels in which nothing was felt.
+        idle: Share of the labelled frames in which nothing touched.
+    """
+
+    labeller: str
+    events: dict[str, int]
+    seconds: dict[str, float]
+    unknown: float
+    begin: Lag | None
+    end: Lag | None
+    empty: int
+    idle: float
+
+    def complaints(self) -> list[str]:
+        """Return sentences about what is not as it should be."""
+        lines, count = [], sum(self.events.values())
+        timely = self.labeller != ASKED
+        for edge, lag in (("begins", self.begin), ("ends", self.end)):
+            if not timely or lag is None or lag.edges < EDGES:
+                continue
+            if abs(lag.median_s) > LATE_S:
+                when = "after" if lag.median_s > 0 else "before"
+                lines.append(
+                    f"{self.labeller} usually {edge} {abs(lag.median_s):.2f} s {when} the touch"
+                )
+            if lag.spread_s > SCATTER_S:
+                lines.append(
+                    f"{self.labeller} {edge} now early, now late: its lag varies by "
+                    f"{lag.spread_s:.2f} s"
+                )
+        if count >= EDGES and self.empty > EMPTY_SHARE * count:
+            lines.append(
+                f"nothing is felt in {self.empty} of {count} gestures that {self.labeller} names"
+            )
+        if timely and self.idle > IDLE_SHARE:
+            lines.append(
+                f"nothing touches for {100 * self.idle:.0f} % of the time that {self.labeller} "
+                "names a gesture"
+            )
+        return lines
+
+
+def said(recording: Recording, response: Response) -> tuple[Said, ...]:
+    """Return what each labeller said that said anything."""
+    return tuple(
+        _one(name, recording, response)
+        for name in LABELLERS
+        if (getattr(recording, name) != UNKNOWN).any()
+    )
+
+
+def spans(column: NDArray[np.int16], breaks: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
+    """Return (label, first frame, frame after the last) of every gesture that a column names.
+
+    Args:
+        column: Index into the labels, 0 is "null", -1 unknown, (n,).
+        breaks: Frames that do not go on where the frame before was, (n,).
+    """
+    edges = np.flatnonzero((np.diff(column) != 0) | breaks[1:]) + 1
+    bounds = [0, *edges.tolist(), len(column)]
+    return [
+        (int(column[first]), first, end) for first, end in pairwise(bounds) if column[first] > 0
+    ]
+
+
+def _one(name: str, recording: Recording, response: Response) -> Said:
+    column: NDArray[np.int16] = getattr(recording, name)
+    labels, used = recording.origin.labels, ~recording.excluded
+    found = spans(np.where(used, column, 0).astype(np.int16), pauses(recording))
+    events = {label: sum(f[0] == i for f in found) for i, label in enumerate(labels) if i}
+    each_s = 1.0 / recording.rate_hz
+    seconds = {label: each_s * int((used & (column == i)).sum()) for i, label in enumerate(labels)}
+    named = used & (column > 0) & response.known
+    begin, end, empty = _lags(recording.t, found, response)
+    return Said(
+        name,
+        events,
+        seconds,
+        unknown=float((column == UNKNOWN).mean()),
+        begin=begin,
+        end=end,
+        empty=empty,
+        idle=float((named & ~response.touched).sum() / max(1, named.sum())),
+    )
+
+
+def _lags(
+    t: NDArray[np.float64], found: list[tuple[int, int, int]], response: Response
+) -> tuple[Lag | None, Lag | None, int]:
+    """Return how late labels begin and end, and how many hold no touch."""
+    known = [(first, end) for _, first, end in found if response.known[first]]
+    if not known or not response.idle.any():
+        return None, None, 0
+    energy = response.energy - np.median(response.energy[response.idle])
+    # The upper quartile: as many as three in four may be empty.
+    usual = float(np.quantile([energy[first:end].max() for first, end in known], 0.75))
+    begins, ends, empty = [], [], 0
+    for first, end in known:
+        low, high = np.searchsorted(t, (t[first] - REACH_S, t[end - 1] + REACH_S)).tolist()
+        peak = first + int(energy[first:end].argmax())
+        if energy[peak] < EMPTY * usual or usual <= 0.0:
+            empty += 1
+            continue
+        half = HALF * energy[peak]
+        before = np.flatnonzero(energy[low:peak] < half)
+        after = np.flatnonzero(energy[peak:high] < half)
+        if len(before):
+            begins.append(t[first] - _crossing(t, energy, low + int(before[-1]), half))
+        if len(after):
+            frame = peak + int(after[0]) - 1
+            ends.append(t[min(end, len(t) - 1)] - _crossing(t, energy, frame, half))
+    return _lag(begins), _lag(ends), empty
+
+
+def _crossing(
+    t: NDArray[np.float64], energy: NDArray[np.float64], frame: int, level: float
+) -> float:
+    """Return when the energy passed a level between a frame and the next, seconds."""
+    low, high = float(energy[frame]), float(energy[frame + 1])
+    share = (level - low) / (high - low) if high != low else 0.0
+    return float(t[frame] + share * (t[frame + 1] - t[frame]))
+
+
+def _lag(lags_s: list[float]) -> Lag | None:
+    if not lags_s:
+        return None
+    early, median, late = np.quantile(lags_s, (0.25, 0.5, 0.75)).tolist()
+    return Lag(median, late - early, len(lags_s))

@@ -1,0 +1,88 @@
+"""What a sensor felt in a recording: how far every taxel was from rest, frame by frame."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recordings.recording import PICOFARAD, Recording
+
+LEAST_PF: Final = 0.01  # a taxel that reads less reads nothing; a loose lead still couples 1 pF
+FASTEST_HZ: Final = 200.0  # the device's stages are built for less; bounds the work
+# Where no gate is known, a touch begins at this share of the way from idle to a firm touch.
+TOUCHED: Final = 0.2
+IDLE_SHARE: Final = 0.05  # at least so many frames are taken for untouched
+FIRM_SHARE: Final = 0.95  # and so many for no firmer than a firm touch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """What was felt.
+
+    Attributes:
+        change: How far each taxel is from rest: z - 1 where the unit is pF, else in the unit of
+            the recording, (n, rows, columns).
+        energy: Mean of |change| over the taxels, (n,).
+        known: The rest is known, so that the two above mean something, (n,).
+        touched: Something touches, (n,).
+    """
+
+    change: NDArray[np.float32]
+    energy: NDArray[np.float64]
+    known: NDArray[np.bool_]
+    touched: NDArray[np.bool_]
+
+    @property
+    def idle(self) -> NDArray[np.bool_]:
+        """Nothing touches, and that is known, (n,)."""
+        return self.known & ~self.touched
+
+
+def respond(recording: Recording) -> Response:
+    """Return what was felt: in picofarads by the device's own stage, else by a fixed rest."""
+    if recording.origin.unit != PICOFARAD:
+        rest = recording.rest if recording.rest is not None else _middle(recording)
+        return _fixed((recording.frames - rest).astype(np.float32))
+    followed = _followed(recording)
+    if followed.known.any():
+        return followed
+    # Nobody kept still for a second, so the device would never have begun.
+    rest = recording.rest if recording.rest is not None else _middle(recording)
+    change = recording.frames / np.where(rest > LEAST_PF, rest, np.inf)
+    return _fixed(np.where(rest > LEAST_PF, change - 1.0, 0.0).astype(np.float32))
+
+
+def _middle(recording: Recording) -> NDArray[np.float32]:
+    """Return what each taxel reads half of the time, (rows, columns)."""
+    return np.asarray(np.median(recording.frames, axis=0), dtype=np.float32)
+
+
+def _followed(recording: Recording) -> Response:
+    """Return what the device's preprocessor makes of the frames."""
+    frames = recording.frames
+    reads = _middle(recording) > LEAST_PF
+    frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
+    rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
+    settings = PreprocessSettings(rate_hz=rate_hz)
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # broken taxels shall be seen
+    steps = [stage.step(frame) for frame in frames.astype(np.float32)]
+    return Response(
+        np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),
+        np.array([step.deviation for step in steps]),
+        known=np.array([step.ready for step in steps]),
+        touched=np.array([step.ready and not step.quiet for step in steps]),
+    )
+
+
+def _fixed(change: NDArray[np.float32]) -> Response:
+    """Return the response where rest stays what it is: most of a session goes by untouched."""
+    energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
+    idle, firm = np.quantile(energy, (IDLE_SHARE, FIRM_SHARE))
+    return Response(
+        change,
+        energy,
+        known=np.ones(len(change), dtype=np.bool_),
+        touched=energy > idle + TOUCHED * (firm - idle),
+    )

@@ -1,0 +1,204 @@
+"""The loop: frames at their times, requests in between, and never a wait for the link.
+
+A `Device` says what happens at one frame. `Loop` says when: on an absolute schedule by the clock,
+or, for a virtual orb whose host asked for it, exactly as far as time is granted.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from controller.log_limit import Hush
+from controller.protocol.messages import (  # fmt: skip
+    PROVING,
+    Bye,
+    Contacts,
+    Correct,
+    Deliver,
+    Grant,
+    Granted,
+    Hello,
+    Message,
+    Perform,
+    Piece,
+)
+from controller.runtime.device import Device, Outlet
+
+if TYPE_CHECKING:
+    from controller.runtime.bundle_updates import Clerk
+
+ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
+GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms
+_IDLE_S: Final = 0.25  # longest wait without looking at signals
+_RATE_FRAMES: Final = 20  # the measured rate is the mean over so many
+
+_log = logging.getLogger("controller")
+
+
+class Loop:
+    """Runs devices, one after the other, for whoever is on the link."""
+
+    def __init__(
+        self,
+        link: Outlet,
+        open_device: Callable[[], Device],
+        clock: Callable[[], float],
+        *,
+        await_host: bool = False,
+        orphan_s: float | None = None,
+        clerk: Clerk | None = None,
+        exchange: Callable[[Device], bool] = lambda device: False,
+    ) -> None:
+        """Prepare to run.
+
+        Args:
+            link: Where requests come from, and what is waited on.
+            open_device: Makes a device at its first frame; its time starts at 0.
+            clock: Seconds that never go back, such as `time.monotonic`.
+            await_host: Begin when a host says Hello, instead of now.
+            orphan_s: End when no host was there for so long; None: never.
+            clerk: Takes new bundles from the host.
+            exchange: Gives a device the networks of a bundle that has come into use, or returns
+                False: then the run ends.
+        """
+        self.missed = 0  # frames whose time was over before they could be read
+        self.device: Device | None = None
+        self._link = link
+        self._open = open_device
+        self._clock = clock
+        self._await_host = await_host
+        self._orphan_s = orphan_s
+        self._clerk, self._exchange = clerk, exchange
+        self._hush = Hush()
+        self._granted = False
+        self._origin_s = 0.0  # the clock when the device's time was 0
+        self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Run until `stopped`, the schedule's end, or orphaned; the last device is closed.
+
+        Raises:
+            SensorError: The sensor fails.
+            RecordingError: A recording cannot be written where it should be.
+        """
+        seen_s = self._clock()
+        try:
+            if not self._await_host:
+                self._begin(granted=False)
+            while not stopped():
+                for message in self._link.poll():
+                    self._take(message, stopped)
+                if self._link.connected:
+                    seen_s = self._clock()
+                elif self._orphan_s is not None and self._clock() - seen_s > self._orphan_s:
+                    _log.info("the host has been gone for %g s, so this orb ends", self._orphan_s)
+                    break
+                if self._clerk is not None and self._hear(self._clerk):
+                    break
+                if self.device is None or (self._granted and self.device.due is not None):
+                    self._link.wait(_IDLE_S)
+                elif not self._turn(self.device):
+                    break
+        finally:
+            self._end()
+
+    def _hear(self, clerk: Clerk) -> bool:
+        """Tell the host how its delivery went; return whether to begin anew with it."""
+        outcome = clerk.poll()
+        if outcome is not None:
+            self._link.send(outcome, self._now_ms())
+        if clerk.switched and self.device is not None and self._exchange(self.device):
+            clerk.switched = False
+        return clerk.switched
+
+    def _now_ms(self) -> int:
+        return round((self.device.now_s if self.device is not None else 0.0) * 1000)
+
+    def _begin(self, *, granted: bool) -> None:
+        """Start anew: a fresh device whose time is 0."""
+        self._end()
+        self.device = device = self._open()
+        device.hush = self._hush
+        self._granted = granted
+        if granted:
+            device.untimed()
+        first = device.due[1] if device.due else 0.0
+        self._origin_s = self._clock() - (0.0 if device.live else first)
+        self._ends.clear()
+
+    def _end(self) -> None:
+        device, self.device = self.device, None
+        if device is not None:
+            device.close()
+
+    def _take(self, message: Message, stopped: Callable[[], bool]) -> None:
+        """Do what the host asks."""
+        if isinstance(message, Hello):
+            if message.granted or self._granted or self.device is None:
+                self._begin(granted=message.granted)
+            else:
+                self.device.greet(self._elapsed_s())
+        elif isinstance(message, Deliver | Piece):
+            if self._clerk is not None:
+                self._link.send(self._clerk.take(message), self._now_ms())
+        elif self.device is None:
+            return
+        elif isinstance(message, Correct):
+            if self._clerk is not None:
+                answer = self._clerk.correct(message, list(self.device.recent))
+                if answer.state == PROVING:  # a peer that may correct nothing leaves no marks
+                    self.device.note("correct", message.label or "take back")
+                self._link.send(answer, self._now_ms())
+        elif isinstance(message, Bye):
+            if not self._granted:  # granted time has stopped, and the next host's begins anew
+                self.device.lift(self._elapsed_s())
+        elif isinstance(message, Grant):
+            if self._granted:
+                self._step_to(self.device, message.until_ms, stopped)
+        elif isinstance(message, Contacts | Perform):
+            device = self.device
+            device.request(message, device.now_s if self._granted else self._elapsed_s())
+
+    def _step_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
+        """Step exactly to the granted time, and say so after everything that it gave."""
+        until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
+        while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
+            if not self._link.connected:
+                return  # of a host that has gone there may be thousands of grants left
+            device.advance(device.sensor.rate_hz)
+        device.now_s = max(device.now_s, until_ms / 1000)
+        now_ms = round(device.now_s * 1000)
+        self._link.send(Granted(now_ms), now_ms)
+
+    def _turn(self, device: Device) -> bool:
+        """Wait for the frame that is due, or scan it; return False when the schedule has ended.
+
+        Times are multiples of the period from one origin, so a late frame makes no other late.
+        """
+        if device.due is None:
+            return False
+        late_s = self._elapsed_s() - device.due[1]
+        if late_s < 0.0:
+            self._link.wait(min(-late_s, _IDLE_S))
+            return True
+        while device.live and late_s >= 1.0 / device.sensor.rate_hz:
+            device.skip()
+            self.missed += 1
+            late_s = self._elapsed_s() - device.due[1]
+        device.advance(self._rate_hz(device), max(late_s, 0.0))
+        if device.timekeeper is not None and device.due is not None:
+            now_s = self._elapsed_s()
+            device.timekeeper.idle(now_s, device.due[1] - now_s, self.missed)
+        return True
+
+    def _elapsed_s(self) -> float:
+        return self._clock() - self._origin_s
+
+    def _rate_hz(self, device: Device) -> float:
+        """Return the mean rate of the latest frames, this one included."""
+        self._ends.append(self._clock())
+        span_s = self._ends[-1] - self._ends[0]
+        return (len(self._ends) - 1) / span_s if span_s > 0.0 else device.sensor.rate_hz

@@ -1,0 +1,109 @@
+"""The parts of a run that is recorded: imported where somebody asks for that, and nowhere else."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+
+from controller import __version__
+from controller.capture import cue_plan as plans
+from controller.capture.cue_plan import Plan
+from controller.capture.cues import Cues
+from controller.capture.labels import Labeller
+from controller.capture.run_files import Runs
+from controller.capture.session_recorder import Plain, Tape
+from controller.capture.status_line import Status, StatusLine
+from controller.capture.terminal_keys import Keyboard
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Origin, RecordingError
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from controller.recognition.pipeline import Pipeline
+    from controller.recognition.preprocess import State
+    from controller.runtime.assemble import Parts
+    from controller.sensors.base import Sensor
+
+FREE: Final = "free"  # the protocol of a recording without cues
+
+
+@runtime_checkable
+class Teller(Protocol):
+    """A link whose reader takes more than commands."""
+
+    def say(self, plain: Plain) -> None:
+        """Take plain data, without waiting."""
+
+
+def plan(options: Namespace, labels: tuple[str, ...]) -> Plan | None:
+    """Return what shall be recorded; None: whatever happens.
+
+    Raises:
+        RecordingError: The plan cannot be read, or asks for what the bundle does not know.
+    """
+    if options.label and options.label not in labels[1:]:
+        raise RecordingError(
+            f"there is no label {options.label!r}; there are {', '.join(labels[1:])}"
+        )
+    return None if options.cues is None else plans.read(options.cues, labels)
+
+
+def runs(options: Namespace) -> Runs:
+    """Return where recordings go.
+
+    Raises:
+        RecordingError: Nothing can be recorded there.
+    """
+    return Runs(options.record, options.user, options.session)
+
+
+def tape(
+    parts: Parts, runs: Runs, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
+) -> Tape:
+    """Return what records a session from its first frame on."""
+    plan, link = parts.plan, parts.link
+    cues = None if plan is None else Cues.of(plan)
+    return Tape(
+        begin(parts, runs, sensor),
+        pipeline,
+        Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
+        keyboard=keyboard,
+        tell=link.say if isinstance(link, Teller) else _nobody,
+        screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
+    )
+
+
+def begin(parts: Parts, runs: Runs, sensor: Sensor) -> Callable[[State], Recorder]:
+    """Return what begins the next file of a session, with these parts."""
+    origin = _origin(parts, sensor)
+    return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
+
+
+def _nobody(plain: Plain) -> None:
+    """Take what nobody reads."""
+
+
+def _origin(parts: Parts, sensor: Sensor) -> Origin:
+    """Return what a recording that begins now will say of where it comes from."""
+    grid, options = sensor.geometry, parts.options
+    return Origin(
+        device_id=sensor.device_id,
+        rows=grid.rows,
+        columns=grid.columns,
+        pitch_mm=grid.pitch_mm,
+        rate_hz=sensor.rate_hz,
+        labels=parts.bundle.labels,
+        bundle=parts.bundle.hash,
+        engine=parts.recognizer.engine,
+        software=__version__,
+        user=options.user,
+        session=options.session,
+        protocol=FREE if parts.plan is None else parts.plan.name,
+        preset=options.preset if sensor.virtual else "",
+        seed=options.seed if sensor.virtual else None,
+        started=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+    )

@@ -1,0 +1,115 @@
+"""What a sensor reads untouched, kept from one day to the next under the device's identity."""
+
+import json
+import logging
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import files, folders
+from controller.config import parse_json
+from controller.recognition.preprocess import Frame, Known
+
+VERSION: Final = 1
+_SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
+_LONGEST: Final = 100  # letters of a file's name
+_MAX_BYTES: Final = 4 << 20  # of a file: some hundred thousand taxels
+
+_log = logging.getLogger("controller")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """One calibration.
+
+    Attributes:
+        device_id: Of which sensor.
+        rest: What it read untouched, (rows, columns), picofarads.
+        idle: Mean of |z - 1| meanwhile.
+        made: When, ISO 8601.
+        verdict: "good" or "doubtful".
+    """
+
+    device_id: str
+    rest: Frame
+    idle: float
+    made: str
+    verdict: str
+
+    @property
+    def known(self) -> Known:
+        """The same for the preprocessor."""
+        return Known(self.rest, self.idle)
+
+
+def folder() -> Path:
+    """Return where calibrations are kept."""
+    return folders.state() / "calibrations"
+
+
+def path(device_id: str, where: Path | None = None) -> Path:
+    """Return the file of a device."""
+    name = quote(device_id, safe=" ")[:_LONGEST] or "unknown"
+    return (folder() if where is None else where) / f"{name}.json"
+
+
+def save(calibration: Calibration, where: Path | None = None) -> Path:
+    """Keep a calibration in the place of the device's last one, and return its file.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    file = path(calibration.device_id, where)
+    plain = {
+        "version": VERSION,
+        "device_id": calibration.device_id,
+        "made": calibration.made,
+        "verdict": calibration.verdict,
+        "idle": round(calibration.idle, 6),
+        "rest_pf": [[round(float(v), 4) for v in row] for row in calibration.rest],
+    }
+    files.atomic_write(file, json.dumps(plain, indent=1).encode())
+    return file
+
+
+def load(device_id: str, where: Path | None = None) -> Calibration | None:
+    """Return what is kept of a device; None: nothing, or nothing that can be used."""
+    file = path(device_id, where)
+    try:
+        plain = parse_json(files.read_bytes(file, _MAX_BYTES), _MAX_BYTES)
+        if plain["version"] != VERSION or plain["device_id"] != device_id:
+            return None
+        rest, idle = _rest(plain["rest_pf"]), float(plain["idle"])
+        if not (math.isfinite(idle) and 0.0 <= idle < 1.0):
+            raise ValueError("its noise is out of range")
+        return Calibration(device_id, rest, idle, str(plain["made"]), str(plain["verdict"]))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        _log.warning("%s is no calibration (%s), so rest is taken anew", file, error)
+        return None
+
+
+def forget(device_id: str, where: Path | None = None) -> bool:
+    """Remove what is kept of a device; return whether there was something.
+
+    Raises:
+        OSError: It cannot be removed.
+    """
+    file = path(device_id, where)
+    there = file.exists()
+    file.unlink(missing_ok=True)
+    return there
+
+
+def _rest(values: Any) -> NDArray[np.float32]:
+    rest = np.array(values, dtype=np.float32)
+    sound = rest.ndim == 2 and rest.size > 0 and bool(np.isfinite(rest).all())
+    if not sound or rest.min() < _SMALLEST or rest.max() > _LARGEST:
+        raise ValueError("its values are no picofarads")
+    return rest

@@ -1,0 +1,20 @@
+"""What a real orb hangs on: pins, converter, pump, and the circuit from picofarads to counts.
+
+Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and knobs (gpiozero), spi
+(spidev). `emulated` puts a simulated circuit in place of the edges, and needs no hardware.
+"""
+
+from controller.errors import TroubleError
+from controller.sensors.base import SensorAwayError, SensorError
+
+
+class HardwareError(SensorError):
+    """The hardware cannot be used; the message says why and what to do, in one sentence."""
+
+
+class MissingHardwareError(HardwareError, TroubleError):
+    """This computer lacks a library, a device or a permission that the hardware needs."""
+
+
+class HardwareAwayError(HardwareError, SensorAwayError):
+    """The hardware does not answer now; it may again later."""

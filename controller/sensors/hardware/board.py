@@ -1,0 +1,96 @@
+"""What a scan needs of the hardware: pins, converters and a clock. Real or emulated, all alike."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from controller.sensors.hardware import HardwareAwayError
+from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.converters import Chip
+from controller.sensors.hardware.wiring import Wiring
+
+
+class Pins(Protocol):
+    """The pins of a board, by GPIO number."""
+
+    def drive(self, pin: int, high: bool) -> None:
+        """Make it an output: to the supply, or to ground."""
+
+    def release(self, pin: int) -> None:
+        """Make it an input without any pull: the pin floats."""
+
+    def level(self, pin: int) -> bool:
+        """Return whether it is high, whoever drives it."""
+
+    def close(self) -> None:
+        """Release all."""
+
+
+class Spi(Protocol):
+    """One chip on an SPI bus."""
+
+    def transfer(self, data: bytes) -> bytes:
+        """Write bytes, and return as many that were read meanwhile.
+
+        Raises:
+            OSError: The bus fails.
+        """
+
+    def close(self) -> None:
+        """Release the bus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """One orb's hardware, open.
+
+    Attributes:
+        wiring: What hangs on it.
+        pins: Its pins.
+        chip: The type of its converters.
+        buses: One a converter.
+        knobs: Button, LED and pump.
+        wait: Waits for so many seconds.
+        clock: Seconds that never go back.
+    """
+
+    wiring: Wiring
+    pins: Pins
+    chip: Chip
+    buses: tuple[Spi, ...]
+    knobs: Knobs
+    wait: Callable[[float], None]
+    clock: Callable[[], float]
+
+    def convert(self, channel: int) -> int:
+        """Return one conversion, counts; channels number all converters through.
+
+        Raises:
+            HardwareAwayError: The bus fails, or no converter answers.
+        """
+        which, input_ = divmod(channel, self.chip.channels)
+        try:
+            answer = self.buses[which].transfer(self.chip.request(input_))
+        except OSError as error:
+            raise HardwareAwayError(
+                f"{self._device(which)} fails: {error.strerror or error}"
+            ) from None
+        count = self.chip.decode(answer)
+        if count is None:
+            raise HardwareAwayError(
+                f"no {self.wiring.converter.type} answers on {self._device(which)}; check its "
+                "supply and leads"
+            )
+        return count
+
+    def close(self) -> None:
+        """Ground all electrodes, and release everything."""
+        self.knobs.close()
+        for bus in self.buses:
+            bus.close()
+        self.pins.close()
+
+    def _device(self, which: int) -> str:
+        """Return what one converter's bus is called."""
+        where = self.wiring.converter
+        return f"SPI {where.bus}.{where.devices[which]}"

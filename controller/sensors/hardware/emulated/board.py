@@ -1,0 +1,269 @@
+"""An orb on a bench, emulated: the same board as a real one's, and what may break on it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.errors import how_to_install
+from controller.sensors.hardware import MissingHardwareError
+from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.converters import find
+from controller.sensors.hardware.emulated.adc import FakeChip
+from controller.sensors.hardware.emulated.circuit import Circuit, CircuitModel
+from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.wiring import Wiring
+
+Array = NDArray[np.float64]
+
+_COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
+_OTHER: Final = {"mcp3208": "mcp3008", "mcp3008": "mcp3208"}
+
+
+@dataclass(frozen=True, slots=True)
+class BenchModel:
+    """What is around the circuit.
+
+    Attributes:
+        circuit: The parts.
+        noise_lsb: Deviation of a row's conversion, counts of 4096; other inputs have 1.
+        mains: Relative hum, quadruple under a firm finger.
+        mains_hz: Its frequency.
+        finger_pf: What a firm finger adds to its row.
+        pin_s: What a change of a pin costs: a guess for a Raspberry Pi 4 under Python.
+        transfer_s: What a conversion costs beside its bits: another.
+        inflate_kpa_s: How fast the pump inflates the orb.
+        deflate_per_min: Share of its pressure that a sound orb loses.
+    """
+
+    circuit: CircuitModel = field(default_factory=CircuitModel)
+    noise_lsb: float = 1.0
+    mains: float = 0.0015
+    mains_hz: float = 60.0
+    finger_pf: float = 2.0
+    pin_s: float = 15e-6
+    transfer_s: float = 20e-6
+    inflate_kpa_s: float = 0.3
+    deflate_per_min: float = 0.01
+
+
+class Bench:
+    """Emulated hardware.
+
+    Attributes:
+        board: What a driver gets; closing it is up to whoever does.
+        circuit: What it is soldered to.
+        wiring: How.
+        kpa: The orb's pressure.
+    """
+
+    def __init__(
+        self,
+        wiring: Wiring | None = None,
+        seed: int | np.random.SeedSequence = 0,
+        *,
+        model: BenchModel | None = None,
+        faults: Sequence[WiringFault] = (),
+        picofarads: Array | None = None,
+    ) -> None:
+        """Build it.
+
+        Args:
+            wiring: How the orb is wired; the default wiring if not given.
+            seed: The parts' tolerances, the taxels if none are given, and the noise.
+            model: What the parts are.
+            faults: What is broken from the start.
+            picofarads: The taxels, (rows, columns); 41.2 (SD 2.9) pF if not given.
+
+        Raises:
+            MissingHardwareError: gpiozero is missing.
+        """
+        try:
+            from controller.sensors.hardware.emulated.pins import CircuitFactory
+        except ImportError as error:
+            raise MissingHardwareError(
+                f"emulated hardware needs {error.name}; {how_to_install('pi')}"
+            ) from None
+        self.wiring = wiring = Wiring() if wiring is None else wiring
+        self._model = BenchModel() if model is None else model
+        parts, noise = np.random.default_rng(seed).spawn(2)
+        self._noise = noise
+        self.circuit = Circuit(wiring, self._model.circuit, parts, wiring.supply_v)
+        if picofarads is None:  # paper, section 3.2
+            picofarads = parts.normal(41.2, 2.9, (wiring.rows, wiring.columns))
+        self._taxels = self._first = np.asarray(picofarads, dtype=np.float64)
+        self._fingers = np.zeros(wiring.rows)
+        self._phase = float(parts.uniform(0.0, 2 * np.pi))
+        self._faults: dict[WiringFault, float] = {}  # -> since when
+        electrodes = (*wiring.electrodes.columns, *wiring.electrodes.rows)
+        factory = CircuitFactory(self.circuit, frozenset(electrodes), self._model.pin_s)
+        self.factory = factory
+        self._chips = [
+            FakeChip(find(wiring.converter.type).bits, self._eye(i))
+            for i in range(len(wiring.converter.devices))
+        ]
+        self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
+        self._row_of = {channel: row for row, channel in enumerate(wiring.electrodes.channels)}
+        self.touch(self._taxels)
+        self.switch(faults)
+        self.board = Board(
+            wiring,
+            GpioPins(factory, electrodes),
+            find(wiring.converter.type),
+            tuple(_Bus(self, chip) for chip in self._chips),
+            Knobs(factory, wiring),
+            self.circuit.advance,
+            lambda: self.circuit.now_s,
+        )
+
+    @property
+    def faults(self) -> tuple[WiringFault, ...]:
+        """What is broken now."""
+        return tuple(self._faults)
+
+    @property
+    def picofarads(self) -> Array:
+        """What the taxels truly have, (rows, columns)."""
+        return self._taxels
+
+    def touch(self, picofarads: Array, fingers: Array | None = None) -> None:
+        """Stretch the skin.
+
+        Args:
+            picofarads: What the taxels have, (rows, columns).
+            fingers: How much finger lies over each row, 0 ... 1, (rows,).
+        """
+        self._taxels = np.array(picofarads, dtype=np.float64)
+        for fault in self._faults if hasattr(self, "_faults") else ():
+            if fault.kind == "stiff":
+                place = fault.row, fault.column
+                self._taxels[place] = self._first[place]
+        if fingers is not None:
+            self._fingers = fingers
+        self.circuit.skin(self._taxels, self._model.finger_pf * self._fingers)
+
+    def press(self, down: bool) -> None:
+        """Press the label button, or let go of it."""
+        if self.wiring.button is not None:
+            pin = self.factory.pin(self.wiring.button)
+            (pin.drive_low if down or self._has("button_stuck") else pin.drive_high)()
+
+    @property
+    def lit(self) -> bool:
+        """Whether the LED shines."""
+        led = self.wiring.led
+        return led is not None and self.factory.outputs.get(led, False)
+
+    @property
+    def pumping(self) -> bool:
+        """Whether the pump runs."""
+        on = self.wiring.pump is not None and self.factory.outputs.get(self.wiring.pump.pin, False)
+        return (on or self._has("pump_stuck")) and not self._has("pump_dead")
+
+    def breathe(self, seconds: float) -> None:
+        """Let time pass for the air: it leaks, and the pump brings more."""
+        leak = self._model.deflate_per_min + self._size("air_leak", 0.0)
+        self.kpa *= float(np.exp(-leak * seconds / 60.0))
+        self.kpa += self._model.inflate_kpa_s * seconds * self.pumping
+
+    def switch(self, faults: Iterable[WiringFault], on: bool = True) -> None:
+        """Switch faults on or off."""
+        for fault in faults:
+            if on:
+                self._faults.setdefault(fault, self.circuit.now_s)
+            else:
+                self._faults.pop(fault, None)
+        self.circuit.break_(self._faults)
+        slow = self._size("slow_clock", 1.0)
+        self.factory.pin_s = self._model.pin_s * slow
+        bits = find(self.wiring.converter.type).bits
+        if self._has("other_converter"):
+            bits = find(_OTHER[self.wiring.converter.type]).bits
+        for chip in self._chips:
+            chip.bits = bits
+
+    # --- what the converter does ----------------------------------------------------------------
+
+    def transfer(self, chip: FakeChip, data: bytes) -> bytes:
+        """Pass bytes over the bus, and time."""
+        bits_s = 8 * len(data) / self.wiring.converter.clock_hz
+        self.circuit.advance((bits_s + self._model.transfer_s) * self._size("slow_clock", 1.0))
+        if self._has("bus_errors") and self._noise.random() < self._size("bus_errors", 1.0):
+            raise OSError(5, "Input/output error")
+        if self._has("no_converter"):
+            return b"\xff" * len(data)
+        if self._has("silent_converter"):
+            return bytes(len(data))
+        return chip.transfer(data)
+
+    def _eye(self, converter: int) -> "_Eye":
+        return _Eye(self, converter)
+
+    def look(self, converter: int, input_: int) -> float:
+        """Return what an input sees, of full scale."""
+        channel = converter * find(self.wiring.converter.type).channels + input_
+        row = self._row_of.get(channel)
+        noise = 1.0 if row is None else self._model.noise_lsb
+        for fault in self._faults:
+            if fault.kind == "swapped_channels" and row in (fault.row, fault.row + 1):
+                row = 2 * fault.row + 1 - row
+            elif fault.kind == "no_channel" and row == fault.row:
+                row = None
+            elif fault.kind == "noise" or (fault.kind == "noisy" and row == fault.row):
+                noise = float(np.hypot(noise, fault.size))
+        if row is None:
+            volts = self._other(channel, input_, converter)
+        else:
+            volts = self.circuit.sample(row, converter)
+            hum = self._model.mains + self._size("mains", 0.0)
+            hum *= 1.0 + 3.0 * self._fingers[row]
+            turn = 2 * np.pi * self._model.mains_hz * self.circuit.now_s + self._phase
+            volts *= 1.0 + hum * np.sin(turn)
+        reference = self.wiring.supply_v * self._size("low_reference", 1.0)
+        return float(volts / reference + self._noise.normal(0.0, noise) / _COUNTS)
+
+    def _other(self, channel: int, input_: int, converter: int) -> float:
+        """Return the voltage of an input that no row hangs on."""
+        if input_ == self.wiring.converter.ground:
+            return self.circuit.hold(0.0, converter)
+        pump = self.wiring.pump
+        if pump is not None and channel == pump.channel:
+            sees = 0.0 if self._has("no_pressure_sensor") else self.kpa
+            volts = 0.0 if self._has("no_pressure_sensor") else pump.zero_v
+            return self.circuit.hold(volts + pump.v_per_kpa * sees, converter)
+        return self.circuit.held(converter)
+
+    def _has(self, kind: str) -> bool:
+        return any(fault.kind == kind for fault in self._faults)
+
+    def _size(self, kind: str, otherwise: float) -> float:
+        return next((fault.size for fault in self._faults if fault.kind == kind), otherwise)
+
+
+@dataclass(frozen=True, slots=True)
+class _Eye:
+    """One converter's inputs."""
+
+    bench: Bench
+    converter: int
+
+    def __call__(self, input_: int) -> float:
+        return self.bench.look(self.converter, input_)
+
+
+@dataclass(frozen=True, slots=True)
+class _Bus:
+    """One converter's bus."""
+
+    bench: Bench
+    chip: FakeChip
+
+    def transfer(self, data: bytes) -> bytes:
+        return self.bench.transfer(self.chip, data)
+
+    def close(self) -> None:
+        self.chip.close()

@@ -1,0 +1,287 @@
+"""The circuit of a wired orb: pins, leads, films, taxels, R_m and the converter's input; pure.
+
+Every electrode has two nodes: its film on the membrane, and its end on the board, where pin, row
+capacitor, R_m and converter are. What pins do, and faults, change conductances; touching changes
+capacitances; time passes only by `advance`. docs/hardware.md draws it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.emulated.rc_network import Modes
+from controller.sensors.hardware.wiring import Wiring
+
+Array = NDArray[np.float64]
+
+_SHORT: Final = 1e4  # 1/MOhm: 100 ohms
+_OPEN: Final = 1e-7  # 1/MOhm: what insulates
+_SAMPLE_US: Final = 1.5  # the converter's sampling time at 1 MHz: MCP3208 data sheet, section 1
+
+
+@dataclass(frozen=True, slots=True)
+class CircuitModel:
+    """The parts, with their tolerances; each orb draws its own.
+
+    Attributes:
+        capacitor_pf: The capacitor from each row to ground, and its relative deviation.
+        stray_pf: Pin, converter input and lead of an electrode, and its relative deviation.
+        film_pf: Of an electrode's film to ground.
+        lead_mohm: Film and lead, end to end (paper, section 3.1), and its relative deviation.
+        pin_mohm: A pin that drives: 50 ohms.
+        bleed_mohm: R_m (paper, section 3.2), and its relative deviation.
+        sample_pf: The converter's sampling capacitor: MCP3208 data sheet, figure 4-1.
+        leak_na: Deviation of what pin and converter leak into a row.
+        inject_pc: Charge that a pin pushes into its row as it lets go.
+        offset_lsb: Deviation of the converter's offset, counts of 4096.
+    """
+
+    capacitor_pf: tuple[float, float] = (100.0, 0.02)
+    stray_pf: tuple[float, float] = (25.0, 0.2)
+    film_pf: float = 5.0
+    lead_mohm: tuple[float, float] = (0.001, 0.3)
+    pin_mohm: float = 50e-6
+    bleed_mohm: tuple[float, float] = (50.0, 0.02)
+    sample_pf: float = 20.0
+    leak_na: float = 1.0
+    inject_pc: float = 0.3
+    offset_lsb: float = 1.0
+
+
+class Circuit:
+    """One orb's circuit, event by event.
+
+    Attributes:
+        now_s: The circuit's clock.
+    """
+
+    def __init__(
+        self, wiring: Wiring, model: CircuitModel, rng: np.random.Generator, supply_v: float = 3.3
+    ) -> None:
+        """Solder it.
+
+        Args:
+            wiring: What hangs where.
+            model: The parts.
+            rng: Their tolerances.
+            supply_v: The pins' supply.
+        """
+        self.now_s, self.supply_v = 0.0, supply_v
+        self._model, self._wiring = model, wiring
+        rows, columns = wiring.rows, wiring.columns
+        self._ends = columns + rows  # index of the first board end
+        pins = (*wiring.electrodes.columns, *wiring.electrodes.rows)
+        self._node = {pin: self._ends + i for i, pin in enumerate(pins)}
+        nodes = 2 * self._ends
+        self._row_node = [self._node[pin] for pin in wiring.electrodes.rows]
+        self._stray = model.stray_pf[0] * (1 + model.stray_pf[1] * rng.uniform(-1, 1, self._ends))
+        self._capacitor = model.capacitor_pf[0] * (
+            1 + model.capacitor_pf[1] * rng.uniform(-1, 1, rows)
+        )
+        self._lead = model.lead_mohm[0] * np.exp(rng.normal(0.0, model.lead_mohm[1], self._ends))
+        self._bleed = model.bleed_mohm[0] * (1 + model.bleed_mohm[1] * rng.uniform(-1, 1, rows))
+        self._leak_ua = rng.normal(0.0, model.leak_na, rows) * 1e-3
+        self._offset_v = rng.normal(0.0, model.offset_lsb, 1 + (rows - 1) // 8) * supply_v / 4096
+        self._taxels = np.full((rows, columns), 41.2)
+        self._fingers = np.zeros(rows)
+        self._faults: tuple[WiringFault, ...] = ()
+        self._high: dict[int, bool] = {}  # pins that drive, and where to
+        self._volts = np.zeros(nodes)
+        self._held = np.zeros(len(self._offset_v))  # on each converter's sampling capacitor
+        self._due_us = 0.0  # time that has passed since the voltages were computed
+        self._modes: dict[tuple[frozenset[int], int], Modes] = {}
+        self._build()
+
+    # --- what happens to it ---------------------------------------------------------------------
+
+    def skin(self, picofarads: Array, finger_pf: Array) -> None:
+        """Stretch the taxels.
+
+        Args:
+            picofarads: Capacitances, (rows, columns).
+            finger_pf: What fingers add to each row, (rows,).
+        """
+        self._pass()
+        self._taxels, self._fingers = picofarads, finger_pf
+        self._build()
+
+    def break_(self, faults: Iterable[WiringFault]) -> None:
+        """Have exactly these faults."""
+        self._pass()
+        self._faults = tuple(faults)
+        self._build()
+
+    def drive(self, pin: int, high: bool) -> None:
+        """Let a pin drive its electrode."""
+        if pin in self._node and self._high.get(pin) is not high:
+            self._pass()
+            self._high[pin] = high
+
+    def release(self, pin: int) -> None:
+        """Let a pin float."""
+        if pin not in self._high:
+            return
+        if pin not in self._node:
+            del self._high[pin]
+            return
+        self._pass()  # what is due has passed while it still drove
+        del self._high[pin]
+        node = self._node[pin]
+        if node in self._row_node:
+            self._volts[node] += self._model.inject_pc / self._capacitance[node, node]
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass."""
+        self.now_s += seconds
+        self._due_us += seconds * 1e6
+
+    # --- what is seen of it ---------------------------------------------------------------------
+
+    def volts(self, pin: int) -> float:
+        """Return the voltage at a pin's end of its electrode."""
+        self._pass()
+        return float(self._volts[self._node[pin]])
+
+    def sample(self, row: int, converter: int = 0) -> float:
+        """Return what a converter's input sees of a row, as it takes its sample from it."""
+        self._pass()
+        node, pf = self._row_node[row], self._model.sample_pf
+        full = self._capacitance[node, node] + pf
+        share = (self._volts[node] * (full - pf) + self._held[converter] * pf) / full
+        self._volts[node] = share
+        self._volts = self._solved(node).after(self._volts, self._current(), _SAMPLE_US)
+        self.now_s += _SAMPLE_US * 1e-6
+        self._held[converter] = self._volts[node]
+        return float(self._held[converter] + self._offset_v[converter])
+
+    def held(self, converter: int = 0) -> float:
+        """Return what a converter samples of an input that hangs free."""
+        self._held[converter] *= 0.8
+        return float(self._held[converter] + self._offset_v[converter])
+
+    def hold(self, volts: float, converter: int = 0) -> float:
+        """Return what a converter samples of an input that something else drives."""
+        self._held[converter] = volts
+        return float(volts + self._offset_v[converter])
+
+    # --- inside ---------------------------------------------------------------------------------
+
+    def _pass(self) -> None:
+        """Compute the voltages of now."""
+        if self._due_us > 0.0:
+            self._volts = self._solved(-1).after(self._volts, self._current(), self._due_us)
+            self._due_us = 0.0
+
+    def _solved(self, sampling: int) -> Modes:
+        """Return the modes of the present state; `sampling`: the node that is sampled, or -1."""
+        driven = self._driven()
+        key = (frozenset(driven), sampling)
+        if key not in self._modes:
+            conductance, capacitance = self._conductance.copy(), self._capacitance
+            for node in driven:
+                conductance[node, node] += 1.0 / self._model.pin_mohm
+            if sampling >= 0:
+                capacitance = capacitance.copy()
+                capacitance[sampling, sampling] += self._model.sample_pf
+            self._modes[key] = Modes(capacitance, conductance)
+        return self._modes[key]
+
+    def _driven(self) -> dict[int, bool]:
+        """Return the nodes whose pins drive, and whether to the supply."""
+        driven = {self._node[pin]: high for pin, high in self._high.items() if pin in self._node}
+        for fault in self._faults:
+            if fault.kind == "stuck_row":
+                driven[self._row_node[fault.row]] = False
+            elif fault.kind == "dead_row_pin":
+                driven.pop(self._row_node[fault.row], None)
+        return driven
+
+    def _current(self) -> Array:
+        """Return what flows into each node, V/MOhm."""
+        current = self._source.copy()
+        for node, high in self._driven().items():
+            current[node] += self.supply_v / self._model.pin_mohm if high else 0.0
+        return current
+
+    def _build(self) -> None:
+        """Set up the matrices; all that was solved is void."""
+        self._modes.clear()
+        ends, columns = self._ends, self._wiring.columns
+        nodes = 2 * ends
+        self._capacitance, self._conductance = np.zeros((nodes, nodes)), np.zeros((nodes, nodes))
+        self._source = np.zeros(nodes)
+        taxels = self._taxels.copy()
+        lead = 1.0 / self._lead
+        bleed, capacitor = 1.0 / self._bleed, self._capacitor.copy()
+        leak, joins = self._leak_ua.copy(), list(range(ends))
+        for fault in self._faults:
+            r, c = columns + fault.row, fault.column
+            if fault.kind == "dead":
+                taxels[fault.row, c] = 0.0
+            elif fault.kind in ("open_row", "open_column"):
+                lead[r if c < 0 else c] = _OPEN
+            elif fault.kind in ("weak_row", "weak_column"):
+                lead[r if c < 0 else c] = 1.0 / fault.size
+            elif fault.kind == "unplugged":
+                lead[:] = _OPEN
+            elif fault.kind == "swapped_rows":
+                joins[r], joins[r + 1] = joins[r + 1], joins[r]
+            elif fault.kind == "swapped_columns":
+                joins[c], joins[c + 1] = joins[c + 1], joins[c]
+            elif fault.kind == "no_bleed":
+                bleed[fault.row] = _OPEN
+            elif fault.kind == "small_bleed":
+                bleed[fault.row] = 1.0 / fault.size
+            elif fault.kind == "no_row_capacitor":
+                capacitor[fault.row] = 0.0
+            elif fault.kind == "damp":
+                leak[fault.row] += fault.size * 1e-3
+        for row in range(self._wiring.rows):
+            for column in range(columns):
+                self._join(self._capacitance, columns + row, column, float(taxels[row, column]))
+        for i in range(ends):
+            self._join(self._conductance, i, ends + joins[i], float(lead[i]))
+            self._capacitance[i, i] += self._model.film_pf
+            self._capacitance[ends + i, ends + i] += self._stray[i]
+        for row, node in enumerate(self._row_node):
+            self._capacitance[node, node] += capacitor[row]
+            self._capacitance[columns + row, columns + row] += self._fingers[row]
+            self._conductance[node, node] += bleed[row]
+            self._source[node] += leak[row]
+        for fault in self._faults:
+            self._touching(fault)
+
+    def _touching(self, fault: WiringFault) -> None:
+        """Join what a fault lets touch."""
+        columns = self._wiring.columns
+        r, c = columns + fault.row, fault.column
+        one = r if c < 0 else c
+        if fault.kind in ("short_rows", "short_columns"):
+            self._join(self._conductance, one, one + 1, _SHORT)
+        elif fault.kind == "short_taxel":
+            self._join(self._conductance, r, c, _SHORT)
+        elif fault.kind == "leaky":
+            self._join(self._conductance, r, c, 1.0 / fault.size)
+        elif fault.kind in ("grounded_row", "grounded_column"):
+            self._conductance[one, one] += _SHORT
+        elif fault.kind in ("high_row", "high_column"):
+            self._conductance[one, one] += _SHORT
+            self._source[one] += _SHORT * self.supply_v
+        elif fault.kind == "pull_up":
+            node = self._row_node[fault.row]
+            self._conductance[node, node] += 1.0 / fault.size
+            self._source[node] += self.supply_v / fault.size
+        elif fault.kind == "long_lead":
+            self._capacitance[r, r] += fault.size
+
+    @staticmethod
+    def _join(matrix: Array, one: int, other: int, value: float) -> None:
+        """Put a part of this value between two nodes."""
+        matrix[one, one] += value
+        matrix[other, other] += value
+        matrix[one, other] -= value
+        matrix[other, one] -= value

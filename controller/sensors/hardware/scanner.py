@@ -1,0 +1,109 @@
+"""Runs the schedule on a board: from electrodes to counts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.sensors.hardware import schedule
+from controller.sensors.hardware.board import Board
+from controller.sensors.hardware.schedule import Slot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a frame's slots gave.
+
+    Attributes:
+        counts: Mean of each reading's conversions, (rows, columns).
+        age_s: Their mean time since the column's rise, (rows, columns).
+    """
+
+    counts: Array
+    age_s: Array
+
+
+class Scanner:
+    """Reads taxels one by one, or a column at once.
+
+    Attributes:
+        board: On which.
+    """
+
+    def __init__(self, board: Board) -> None:
+        """Ground all electrodes."""
+        self.board = board
+        self._wiring = board.wiring
+        self.ground()
+
+    def ground(self) -> None:
+        """Ground all electrodes."""
+        electrodes = self._wiring.electrodes
+        for pin in (*electrodes.columns, *electrodes.rows):
+            self.board.pins.drive(pin, False)
+
+    def scan(self) -> Reading:
+        """Return one frame.
+
+        Raises:
+            HardwareAwayError: The converter does not answer.
+        """
+        shape = (self._wiring.rows, self._wiring.columns)
+        counts, age_s = np.empty(shape), np.empty(shape)
+        for slot in schedule.slots(self._wiring):
+            assert slot.column is not None
+            for row, (count, age) in zip(slot.rows, self.read(slot), strict=True):
+                counts[row, slot.column], age_s[row, slot.column] = count, age
+        return Reading(counts, age_s)
+
+    def dark(self, readings: int = 8) -> Array:
+        """Return what each row reads while no column is raised, (rows,): the mean of some readings.
+
+        It does not depend on what touches the orb.
+
+        Raises:
+            HardwareAwayError: The converter does not answer.
+        """
+        counts = np.zeros(self._wiring.rows)
+        for _ in range(readings):
+            for slot in schedule.dark(self._wiring):
+                for row, (count, _) in zip(slot.rows, self.read(slot), strict=True):
+                    counts[row] += count / readings
+        return counts
+
+    def read(self, slot: Slot) -> list[tuple[float, float]]:
+        """Return (mean counts, mean seconds since the column's rise) of one slot's rows.
+
+        Raises:
+            HardwareAwayError: The converter does not answer; all electrodes are grounded.
+        """
+        board, times, electrodes = self.board, self._wiring.times, self._wiring.electrodes
+        board.wait(times.discharge_s)
+        try:
+            for row in slot.rows:
+                if self._wiring.converter.ground is None:
+                    board.convert(electrodes.channels[row])  # empties the converter: see below
+                board.pins.release(electrodes.rows[row])
+            if slot.column is not None:
+                board.pins.drive(electrodes.columns[slot.column], True)
+            rise_s = board.clock()
+            board.wait(times.settle_s)
+            return [self._mean(electrodes.channels[row], rise_s) for row in slot.rows]
+        finally:
+            if slot.column is not None:
+                board.pins.drive(electrodes.columns[slot.column], False)
+            for row in slot.rows:
+                board.pins.drive(electrodes.rows[row], False)
+
+    def _mean(self, channel: int, rise_s: float) -> tuple[float, float]:
+        """Return a channel's mean count, and how old the charge was in the middle of it."""
+        ground = self._wiring.converter.ground
+        if ground is not None:
+            # The converter's own capacitor still holds the last reading, another row's: empty it.
+            inputs = self.board.chip.channels
+            self.board.convert(channel - channel % inputs + ground)
+        samples, began_s = self._wiring.times.samples, self.board.clock()
+        total = sum(self.board.convert(channel) for _ in range(samples))
+        return total / samples, (began_s + self.board.clock()) / 2 - rise_s

@@ -1,1 +1,0 @@
-"""The device as a service of systemd: its unit, its heartbeat, and what state it is in."""

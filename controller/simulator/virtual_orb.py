@@ -1,0 +1,264 @@
+"""The virtual orb: a sensor that has a hand of its own, and that a host's fingers may touch."""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import exp, hypot, isfinite
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.protocol.messages import Contact, Truth
+from controller.recognition.event_metric import Event
+from controller.recognition.preprocess import Frame
+from controller.simulator import label_button as button
+from controller.simulator.faults import Fault
+from controller.simulator.gesture_file import Repertoire, shipped
+from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
+from controller.simulator.membrane import clamp_radius_mm
+from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
+from controller.simulator.user_style import Style
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+POINTERS: Final = 10  # contacts a host may place beside the orb's own hand
+PERFORMANCES: Final = 8  # of the orb's own hand that may be under way at once
+EDGE: Final = (
+    0.96  # of the dome's radius: how far out a finger can touch, as in host/ui/pointer_input.py
+)
+DEEPEST_MM: Final = 15.0  # the simulated hands press 12 mm deep at most
+WIDEST_MM: Final = 15.0  # a finger's radius; a thumb's is about 10 mm
+_UPDATES: Final = 1024  # of the host's fingers that wait for a scan
+_SINK_MM_S: Final = 75.0  # a finger presses 9 mm deep in 0.12 s
+_FOLLOW_S: Final = 0.03  # a finger lags the pointer by this much
+
+
+@dataclass(slots=True, eq=False)
+class _Running:
+    """A performance under way."""
+
+    number: int
+    start_s: float
+    performance: Performance
+
+
+class VirtualOrb:
+    """A sensor that is simulated: its own hand performs, and a host's fingers touch it."""
+
+    def __init__(
+        self,
+        seed: int,
+        rate_hz: float = 10.0,
+        domain: int = 1,
+        model: OrbModel = NOMINAL,
+        *,
+        repertoire: Repertoire | None = None,
+        user: int = 0,
+        day: int = 0,
+    ) -> None:
+        """Build an orb, its user and its session from a seed.
+
+        Args:
+            seed: Which orb, user and session.
+            rate_hz: Frames per second.
+            domain: Family of seeds: 0 belongs to training, which nothing else may use.
+            model: The orb's constants.
+            repertoire: What its hand can do; the gestures that ship if not given.
+            user: Who touches it, if not the first one.
+            day: Which of their sessions on this orb, if not the first one.
+        """
+        orb, people, self._thumbs = np.random.SeedSequence([domain, seed]).spawn(3)
+        self.rate_hz, self.model = rate_hz, model
+        self._repertoire = shipped() if repertoire is None else repertoire
+        self._simulator = OrbSimulator(orb, rate_hz, SLOTS + POINTERS, model, day)
+        self._step_hz = rate_hz * self._simulator.steps_per_frame
+        style, self._rng = _come(people, user, day)
+        self.style = draw_mood(style, self._rng)
+        if user or day:
+            key = (*self._thumbs.spawn_key, user, day)
+            self._thumbs = np.random.SeedSequence(self._thumbs.entropy, spawn_key=key)
+        self._running: list[_Running] = []
+        self._ended: list[Truth] = []
+        self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
+        self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
+        self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
+        self._wanted: dict[int, Contact] = {}  # slot -> what the host's finger wants
+        self._slot_of: dict[int, int] = {}  # contact id -> slot
+        self._pointer = np.zeros(POINTERS, dtype=np.complex128)
+        self._pointer_depth = np.zeros(POINTERS)
+        self._pointer_radius = np.full(POINTERS, 7.0)
+
+    @property
+    def skin(self) -> tuple[Array, Array]:
+        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
+        return self._simulator.electronics.skin
+
+    def switch(self, faults: Iterable[Fault], on: bool = True) -> None:
+        """Switch faults on or off."""
+        self._simulator.electronics.switch(faults, on)
+
+    def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
+        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
+
+        Raises:
+            ValueError: The hand does not know the label, has too much to do, or the place is none.
+        """
+        if len(self._running) >= PERFORMANCES:
+            raise ValueError(f"the virtual hand has {PERFORMANCES} things to do; wait for them")
+        if not (isfinite(x) and isfinite(y)):
+            raise ValueError(f"({x}, {y}) is no place on the orb")
+        x, y = self._on_dome(x, y)
+        model = self.model
+        grid = (model.rows, model.columns, model.pitch_mm)
+        done = perform(
+            label, (x, y), self.style, self._rng,
+            grid=grid, step_hz=self._step_hz, repertoire=self._repertoire,
+        )  # fmt: skip
+        self._running.append(_Running(number, t_s, done))
+        onset, release = t_s + done.onset_s, t_s + done.release_s
+        self._history.append((onset, release, label))
+        if not self._repertoire[label].distractor:
+            (thumb,) = self._thumbs.spawn(1)
+            self._presses.append((Event(onset, release, label), thumb))
+
+    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
+        """Place the host's fingers: all that touch from `t_s` on; an empty list lifts them.
+
+        A finger beyond the dome's edge is placed at the edge, and depth and radius are limited to
+        what a finger can do. A contact with a field that is not finite is left out.
+        """
+        felt = (self._limited(one) for one in contacts if all(map(isfinite, _numbers(one))))
+        self._updates.append((t_s, tuple(felt)[:POINTERS]))
+
+    def truths(self) -> list[Truth]:
+        """Return the performances that have ended since the last call."""
+        ended, self._ended = self._ended, []
+        return ended
+
+    def label(self, t_s: float) -> str:
+        """Return what the orb's own hand truly did at `t_s`: a gesture, else "null"."""
+        for onset, release, label in self._history:
+            if onset <= t_s < release and not self._repertoire[label].distractor:
+                return label
+        return "null"
+
+    def button(self, t_s: float) -> str:
+        """Return what the label button beside the orb says at `t_s`: a gesture, else "null".
+
+        The hand's owner presses it for every gesture, about when that begins and ends, and now
+        and then forgets to.
+        """
+        now = np.array([t_s])
+        for event, thumb in self._presses:
+            if button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
+                return event.kind
+        return "null"
+
+    def read(self, t_s: float) -> Frame:
+        """Scan: return the frame whose scan ends at `t_s`, pF; call at the sensor's rate."""
+        steps = self._simulator.steps_per_frame
+        step_s = self._simulator.step_s
+        slots = SLOTS + POINTERS
+        point = np.zeros((steps, slots), dtype=np.complex128)
+        depth, radius = np.zeros((steps, slots)), np.full((steps, slots), 7.0)
+        for i in range(steps):
+            now = t_s - (steps - 1 - i) * step_s
+            self._pose(now, point[i], depth[i], radius[i])
+            self._follow_pointers(now, step_s)
+            point[i, SLOTS:] = self._pointer
+            depth[i, SLOTS:] = self._pointer_depth
+            radius[i, SLOTS:] = self._pointer_radius
+        self._finish(t_s)
+        return np.asarray(self._simulator.advance(point, depth, radius)[-1], dtype=np.float32)
+
+    def _pose(self, now: float, point: Complex, depth: Array, radius: Array) -> None:
+        """Put the hand's fingers where its performance is at `now`."""
+        for run in self._running:
+            step = round((now - run.start_s) * self._step_hz)
+            if 0 <= step < len(run.performance.point):
+                point[:SLOTS] = run.performance.point[step]
+                depth[:SLOTS] = run.performance.depth_mm[step]
+                radius[:SLOTS] = run.performance.radius_mm
+
+    def _finish(self, now: float) -> None:
+        """Report the performances whose last finger has left."""
+        for run in [r for r in self._running if now >= r.start_s + r.performance.release_s]:
+            self._running.remove(run)
+            onset_ms = round((run.start_s + run.performance.onset_s) * 1000)
+            release_ms = round((run.start_s + run.performance.release_s) * 1000)
+            self._ended.append(Truth(run.number, run.performance.label, onset_ms, release_ms))
+
+    def _follow_pointers(self, now: float, step_s: float) -> None:
+        """Let the host's fingers sink in, move and rise as fast as fingers can."""
+        while self._updates and self._updates[0][0] <= now:
+            self._assign(self._updates.popleft()[1])
+        step, share = _SINK_MM_S * step_s, 1.0 - exp(-step_s / _FOLLOW_S)
+        for slot in {*self._wanted, *np.flatnonzero(self._pointer_depth).tolist()}:
+            wanted = self._wanted.get(slot)
+            goal = wanted.depth_mm if wanted else 0.0
+            change = goal - float(self._pointer_depth[slot])
+            self._pointer_depth[slot] += min(max(change, -step), step)
+            if wanted:
+                self._pointer[slot] += share * (self._point(wanted) - self._pointer[slot])
+                self._pointer_radius[slot] = wanted.radius_mm
+
+    def _assign(self, contacts: tuple[Contact, ...]) -> None:
+        """Give each contact a slot of its own for as long as it lasts."""
+        present = {contact.id for contact in contacts}
+        self._slot_of = {i: s for i, s in self._slot_of.items() if i in present}
+        self._wanted = {}
+        for contact in contacts:
+            slot = self._slot_of.get(contact.id)
+            if slot is None:
+                taken = set(self._slot_of.values())
+                free = [s for s in range(POINTERS) if s not in taken]
+                slot = min(free, key=lambda s: self._pointer_depth[s])
+                self._slot_of[contact.id] = slot
+                self._pointer[slot] = self._point(contact)
+                self._pointer_depth[slot] = 0.0
+            self._wanted[slot] = contact
+
+    def _limited(self, contact: Contact) -> Contact:
+        """Return a contact as a finger can be on this dome."""
+        x, y = self._on_dome(contact.x, contact.y)
+        depth = min(max(contact.depth_mm, 0.0), DEEPEST_MM)
+        radius = min(max(contact.radius_mm, 0.0), WIDEST_MM)
+        return replace(contact, x=x, y=y, depth_mm=depth, radius_mm=radius)
+
+    def _on_dome(self, x: float, y: float) -> tuple[float, float]:
+        """Return the place of the dome that is nearest to (x, y), grid units."""
+        model = self.model
+        radius_mm = model.mechanics.radius_mm or clamp_radius_mm(
+            model.rows, model.columns, model.pitch_mm
+        )
+        reach = EDGE * radius_mm / model.pitch_mm
+        middle_x, middle_y = (model.columns - 1) / 2, (model.rows - 1) / 2
+        away = hypot(x - middle_x, y - middle_y)
+        if away <= reach:
+            return x, y
+        share = reach / away
+        return middle_x + share * (x - middle_x), middle_y + share * (y - middle_y)
+
+    def _point(self, contact: Contact) -> complex:
+        """Return where a contact is, complex mm from the centre."""
+        model = self.model
+        centre = complex(model.columns - 1, model.rows - 1) / 2.0
+        return (complex(contact.x, contact.y) - centre) * model.pitch_mm
+
+
+def _numbers(contact: Contact) -> tuple[float, ...]:
+    return contact.x, contact.y, contact.depth_mm, contact.radius_mm
+
+
+def _come(people: np.random.SeedSequence, user: int, day: int) -> tuple[Style, np.random.Generator]:
+    """Return somebody's style, and where this session's mood and accidents come from."""
+    if user:
+        people = np.random.SeedSequence(people.entropy, spawn_key=(*people.spawn_key, user))
+    rng = np.random.default_rng(people)
+    style = draw_style(rng)
+    if day:
+        key = (*people.spawn_key, 0, day)
+        rng = np.random.default_rng(np.random.SeedSequence(people.entropy, spawn_key=key))
+    return style, rng

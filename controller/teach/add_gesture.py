@@ -1,0 +1,166 @@
+"""`controller teach --add NAME`: a few examples of one gesture, learned here and at once."""
+
+import argparse
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller import adapt
+from controller.adapt import Example
+from controller.bundles import bundle as bundles
+from controller.bundles import vocabulary as vocabularies
+from controller.bundles.bundle import Bundle
+from controller.bundles.deploy.store import Shelf
+from controller.bundles.vocabulary import SELF, Entry, Vocabulary
+from controller.console import count
+from controller.recognition.preprocess import Preprocessor
+from controller.recordings import reader
+from controller.recordings.recording import Recording
+from controller.teach import TeachError
+
+LEAD_S: Final = 1.3  # of what was before a go: a window of rest, and more
+TAIL_S: Final = 0.5  # of what came after: who is told to rest is still letting go
+FEWEST, MOST, USUAL = 1, 20, 5  # examples
+
+Say = Callable[[str], None]
+
+
+def source(options: argparse.Namespace) -> Path:
+    """Return the bundle that is to learn: the named one, else that in use.
+
+    Raises:
+        BundleError: The record of what is in use is damaged.
+    """
+    return Path(options.bundle or Shelf().current()[0])
+
+
+def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
+    """Return the gesture that is to be taught, as a vocabulary of one.
+
+    Raises:
+        TeachError: It cannot be taught like this.
+        VocabularyError: Its name or its lines are none that a vocabulary has.
+    """
+    label, given = options.add, None
+    if options.labels is not None:
+        listed = vocabularies.read(options.labels)
+        given = next((one for one in listed.entries if one.label == label), None)
+        if given is None:
+            raise TeachError(
+                f"{options.labels} has no gesture {label!r}; it has {', '.join(listed.labels[1:])}"
+            )
+    if label in known.labels and not options.user:
+        raise TeachError(
+            f"{label!r} is known already; --user NAME teaches how somebody does it, and another "
+            "name another gesture"
+        )
+    if options.user and label not in known.labels:
+        raise TeachError(
+            f"{label!r} is new, and a new gesture is everybody's; leave out --user, or name one of "
+            f"{', '.join(known.labels[1:])}"
+        )
+    if label in known.labels and options.command is not None:
+        raise TeachError(f"{label!r} asks for something already; --command is for new gestures")
+    if options.protocol != "gestures":
+        raise TeachError("--add asks for one gesture; leave out --protocol")
+    if "," in options.user:
+        raise TeachError("--add teaches one person's gesture; name one --user")
+    if options.repetitions > MOST:
+        raise TeachError(
+            f"{options.repetitions} examples are many; with more than {MOST}, train a bundle "
+            "(docs/teach.md)"
+        )
+    entry = given or Entry(label, label.replace("_", " "), options.rotations, options.mirror)
+    if options.command is not None:
+        entry = replace(entry, command=options.command)
+    if entry.mirror not in (SELF, vocabularies.NO_MIRROR):
+        entry = replace(entry, mirror=vocabularies.NO_MIRROR)  # the other one is not taught here
+    return vocabularies.parse(_text(entry), f"--add {label}", Path())
+
+
+def _text(entry: Entry) -> str:
+    """Return a vocabulary of one gesture as TOML."""
+    from controller import toml_text
+
+    table = {
+        "label": entry.label,
+        "say": entry.say,
+        "rotations": entry.rotations,
+        "mirror": entry.mirror,
+        **({} if entry.command is None else {"command": entry.command}),
+        **({} if entry.file is None else {"file": str(entry.file.resolve())}),
+    }
+    return toml_text.dumps({"name": entry.label, "gesture": [table]})
+
+
+def learn(
+    path: Path, recordings: Sequence[Path], entry: Entry, user: str, out: Path, say: Say
+) -> Path:
+    """Let a bundle learn what was recorded, and write what it becomes.
+
+    Args:
+        path: The bundle that is to learn.
+        recordings: Of one session of cues.
+        entry: The gesture.
+        user: Whose way of doing an old gesture it is; "": it is new, or everybody's.
+        out: Folder for the bundle; no file in it is replaced.
+        say: Takes messages.
+
+    Raises:
+        TeachError: There is no example.
+        AdaptError: They cannot be learned from.
+        BundleError, OSError: The bundle cannot be read or written.
+    """
+    loaded = bundles.read(path)
+    examples = [
+        replace(one, user=user)
+        for recording in map(reader.load, recordings)
+        for one in cut(loaded, recording, entry)
+    ]
+    if not examples:
+        raise TeachError("no example was felt, so there is nothing to learn")
+    begun = time.monotonic()
+    taught = adapt.teach(path.read_bytes(), examples, command=entry.command)
+    made = _free(out, f"{entry.label}-{user}" if user else entry.label)
+    taught.write(made)
+    say(
+        f"{entry.label} is learned from {count(len(examples), 'example')} in "
+        f"{time.monotonic() - begun:.1f} s; of the gestures that were rehearsed "
+        f"{taught.kept:.1%} are taken for what they were"
+    )
+    return made
+
+
+def cut(loaded: Bundle, recording: Recording, entry: Entry) -> Iterator[Example]:
+    """Yield the examples that a recording's cues asked for and got."""
+    stage = Preprocessor(loaded.preprocess, loaded.rows, loaded.columns)
+    steps = [stage.step(frame) for frame in recording.frames]
+    images = np.array([step.image for step in steps], dtype=np.float32)
+    ready = np.array([step.ready for step in steps])
+    own = recording.origin.labels.index(entry.label)
+    asked = (recording.cue == own) & ready & ~recording.excluded
+    edges = np.flatnonzero(np.diff(asked.astype(np.int8), prepend=0, append=0))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        lead = max(first - round(LEAD_S * loaded.rate_hz), int(ready.argmax()))
+        tail = min(end + round(TAIL_S * loaded.rate_hz), len(images))
+        example = Example(
+            entry.label,
+            images[lead:tail],
+            rotations=entry.rotations,
+            mirrored=entry.mirror == SELF,
+        )
+        if example.found(loaded.rate_hz) is not None:
+            yield example
+
+
+def _free(out: Path, name: str) -> Path:
+    """Return a file that is not there yet."""
+    number, path = 1, out / f"{name}.orb"
+    while path.exists():
+        number += 1
+        path = out / f"{name}-{number}.orb"
+    return path

@@ -1,0 +1,92 @@
+"""How many examples there are of each gesture, and what the present model made of them; pure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from controller.capture.cues import NULL_LABEL, Cue, Phase
+from controller.capture.labels import Said
+from controller.recognition.pipeline import Step
+
+
+@dataclass(slots=True)
+class _Example:
+    """An example under way, or one that counts.
+
+    Attributes:
+        label: What was asked for.
+        begin_s: When go was said.
+        answer: What the model took it for; "" nothing.
+    """
+
+    label: str
+    begin_s: float
+    answer: str = ""
+
+
+@dataclass
+class Tally:
+    """Counts of one session.
+
+    Attributes:
+        wanted: How many examples of each label the session asks for.
+        before: How many the folder had.
+        more: How many are still wanted.
+        model: The labels that the present model knows; none without one.
+    """
+
+    wanted: Mapping[str, int]
+    before: Mapping[str, int] = field(default_factory=dict)
+    model: Sequence[str] = ()
+    more: dict[str, int] = field(default_factory=dict)
+    _done: list[_Example] = field(default_factory=list)
+    _now: _Example | None = None
+
+    def __post_init__(self) -> None:
+        """Begin with everything wanted."""
+        self.more = dict(self.wanted)
+
+    def take(self, said: Said, step: Step) -> None:
+        """Take a frame."""
+        for void in said.voids:
+            self._drop(void.label, void.from_s, void.to_s)
+        cue = said.asked
+        if cue is None:
+            return
+        self.more = {label: cue.more.get(label, 0) for label in self.wanted}
+        if said.fresh:
+            self._turn(cue, step.t_s)
+        if self._now is not None and not self._now.answer and step.gesture is not None:
+            self._now.answer = step.gesture
+
+    def have(self, label: str) -> int:
+        """Return how many examples of this session count."""
+        return self.wanted[label] - self.more[label]
+
+    def understood(self, label: str) -> tuple[int, int] | None:
+        """Return how many examples the model took for what they are, of how many.
+
+        None where the model does not know the label. Of "null" nothing is what it should say.
+        """
+        if label not in self.model:
+            return None
+        right = "" if label == NULL_LABEL else label
+        answers = [one.answer for one in self._done if one.label == label]
+        return answers.count(right), len(answers)
+
+    def _turn(self, cue: Cue, t_s: float) -> None:
+        """Begin or end an example; answers may come while the hand is already leaving."""
+        if cue.phase is Phase.GO and not cue.paused:
+            if self._now is None:
+                self._now = _Example(cue.label, t_s)
+        elif cue.phase in (Phase.GET_READY, Phase.DONE) and self._now is not None:
+            self._done.append(self._now)
+            self._now = None
+
+    def _drop(self, label: str, from_s: float, to_s: float) -> None:
+        """Forget an example that does not count. It began at the first frame after its go."""
+        now = self._now
+        if now is not None and now.label == label and from_s <= now.begin_s <= to_s:
+            self._now = None
+        self._done = [
+            one for one in self._done if not (one.label == label and from_s <= one.begin_s <= to_s)
+        ]

@@ -1,0 +1,177 @@
+"""What comes after teaching, as one question: train, tune, evaluate; or tell people apart."""
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+from controller.errors import how_to_install
+from controller.teach.dataset_folder import Taken
+from controller.teach.protocols import LOCATIONS, USERS
+
+NEEDED: Final = ("torch", "onnx", "tomli_w")  # what training imports: the [train] extra
+FEWEST: Final = 3  # sessions, from which on one is spared for the evaluation
+DAYS: Final = 2  # sessions of each person, from which on people can be told apart
+
+Command = list[str]  # the words after `models`
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What is to be done with recordings.
+
+    Attributes:
+        commands: The words after `models`, in order; none: there is too little yet.
+        bundle: What becomes of it.
+        note: What their figures are worth, or what is missing, a sentence.
+        question: What is asked before they are run.
+    """
+
+    commands: tuple[Command, ...]
+    bundle: Path
+    note: str
+    question: str = "Train, tune and evaluate now? It takes minutes."
+
+
+def course(out: Path, taken: Sequence[Taken]) -> Course:
+    """Return how to make a bundle of a folder.
+
+    The newest session of gestures is spared: nothing is trained or tuned on it, and so its figures
+    are those of another day.
+
+    Args:
+        out: The folder.
+        taken: Its recordings, the oldest first.
+    """
+    bundle = _bundle(out)
+    report = str(bundle.with_suffix(".html"))
+    sittings = list(dict.fromkeys(
+        (one.user, one.session) for one in taken if one.protocol != LOCATIONS
+    ))  # fmt: skip
+    if len(sittings) >= FEWEST:
+        spared = [one for one in taken if _is(one, sittings[-1])]
+        learned = [str(one.path) for one in taken if not _is(one, sittings[-1])]
+        judged = [str(one.path) for one in spared]
+        note = (
+            "the newest session is spared: evaluate shows how well a session is understood that "
+            "nothing was learned from"
+        )
+    else:
+        learned = judged = [str(out)]
+        note = (
+            f"evaluate uses the sessions that were learned from, so it flatters; from {FEWEST} "
+            "sessions on, the newest is spared for it"
+        )
+    name = str(bundle)
+    return Course(
+        (
+            ["train", *learned, "--out", name],
+            ["tune", name, *learned, "--out", name, "--html", report],
+            ["rehearse", name, *learned, "--out", name],
+            ["evaluate", name, *judged, "--html", report],
+        ),
+        bundle,
+        note,
+    )
+
+
+def course_of_people(out: Path, taken: Sequence[Taken]) -> Course:
+    """Return how to make a bundle that tells a folder's people apart.
+
+    Args:
+        out: The folder.
+        taken: Its recordings, the oldest first.
+    """
+    bundle = _bundle(out)
+    days: dict[str, set[str]] = {}
+    for one in taken:
+        if one.protocol != LOCATIONS:
+            days.setdefault(one.user, set()).add(one.session)
+    if len(days) < 2:
+        return Course((), bundle, f"only {' '.join(days)} was recorded; people are told apart from "
+                      "two on")  # fmt: skip
+    few = [name for name, sessions in days.items() if len(sessions) < DAYS]
+    if few:
+        again = f"controller teach --protocol {USERS} --user {','.join(days)} --out {out}"
+        return Course((), bundle, f"{' and '.join(few)} came on one day only, and a network would "
+                      f"learn that day; on another one: {again} (docs/users.md)")  # fmt: skip
+    return Course(
+        (["train", str(out), "--task", "user", "--out", str(bundle)],),
+        bundle,
+        "the last session of each is judged, and then learned from as well; add recordings of "
+        "people who shall be nobody with --others DIR (docs/users.md)",
+        "Train it to tell them apart now? It takes a minute or two.",
+    )
+
+
+def offer(
+    planned: Course,
+    *,
+    ask: Callable[[str], str] | None,
+    say: Callable[[str], None],
+    call: Callable[[Sequence[str]], int] = subprocess.call,
+    installed: Callable[[], bool] | None = None,
+    yes: bool = False,
+) -> int:
+    """Offer to make the bundle, or say how; return the exit status.
+
+    Args:
+        planned: What would be done.
+        ask: Asks a question and returns the answer; None: nobody is there.
+        say: Takes messages.
+        call: Runs a command and returns its exit status.
+        installed: Whether training can run here.
+        yes: It is wanted, without a question.
+    """
+    if not planned.commands:
+        say(planned.note)
+        return 0
+    here = (installed or trainable)()
+    if here and (yes or (ask is not None and _agreed(ask, planned.question))):
+        for words in planned.commands:
+            say(f"models {shlex.join(words)}")
+            if status := call([sys.executable, "-m", "models", *words]):
+                say("the same commands go on from here:")
+                _tell(planned, say)
+                return 1 if status < 0 else status
+        say(f"{planned.note}. Play with it: host -- --bundle {shlex.quote(str(planned.bundle))}")
+        return 0
+    if here:
+        say("make a bundle of it with:")
+    else:
+        say(
+            f"training needs more packages than playing does: {how_to_install('train')}; then, "
+            "here or wherever you copy the folder to:"
+        )
+    _tell(planned, say)
+    return 0 if here or not yes else 1
+
+
+def trainable() -> bool:
+    """Whether training can run here; nothing is imported."""
+    return all(find_spec(name) is not None for name in NEEDED)
+
+
+def _bundle(out: Path) -> Path:
+    return out.with_name(f"{out.resolve().name}.orb") if out.name else Path("my.orb")
+
+
+def _agreed(ask: Callable[[str], str], question: str) -> bool:
+    try:
+        return ask(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+    except EOFError:
+        return False
+
+
+def _tell(planned: Course, say: Callable[[str], None]) -> None:
+    for words in planned.commands:
+        say(f"  models {shlex.join(words)}")
+    say(f"({planned.note})")
+
+
+def _is(one: Taken, sitting: tuple[str, str]) -> bool:
+    return (one.user, one.session) == sitting and one.protocol != LOCATIONS

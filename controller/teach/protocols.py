@@ -1,0 +1,98 @@
+"""What a session asks for: examples of every gesture, or of one at every place; pure."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from controller.bundles.vocabulary import Vocabulary
+from controller.capture.cue_plan import MAX_EXAMPLES, Ask, Pace
+from controller.capture.cues import NULL_LABEL
+from controller.teach import TeachError
+
+GESTURES: Final = "gestures"  # every gesture, and touches that are none, in any order
+LOCATIONS: Final = "locations"  # gestures whose place counts, on every site and between them
+USERS: Final = "users"  # as gestures, one person after the other
+FEW: Final = "few"  # some examples of one gesture, to be learned at once: `controller teach --add`
+# Examples of each gesture, or of each place.
+REPETITIONS: Final = {GESTURES: 10, LOCATIONS: 2, USERS: 10}
+MOST_SITES: Final = 100  # of a session; of a larger grid so many are drawn
+NOTHING: Final = "touch it, but make none of the gestures"  # what the cue says of "null"
+
+# Whoever knows what comes next needs little time to get ready, and in play gestures follow each
+# other quickly: a network that only ever saw them alone misses them there. A place is found more
+# slowly than it is pressed.
+_BRISK: Final = Pace(get_ready_s=0.5, go_s=2.5, rest_s=0.4, jitter_s=1.6, still_s=0.4)
+PACES: Final = {
+    GESTURES: _BRISK,
+    LOCATIONS: Pace(get_ready_s=1.2, go_s=2.0, rest_s=0.5, jitter_s=0.5, still_s=0.4),
+    USERS: _BRISK,
+    # Whoever teaches from so few shall do each with care, and what was before it is learned too.
+    FEW: Pace(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
+}
+GO_S: Final = 1.7  # what go usually takes: reaction, gesture, stillness
+
+Place = tuple[float, float]
+
+
+def asks(
+    protocol: str,
+    vocabulary: Vocabulary,
+    grid: tuple[int, int],
+    repetitions: int,
+    rng: np.random.Generator,
+) -> list[Ask]:
+    """Return the examples of a session, in order.
+
+    Args:
+        protocol: One of `REPETITIONS`.
+        vocabulary: The gestures.
+        grid: Rows and columns of the sensor.
+        repetitions: Examples of each gesture, or of each place.
+        rng: Draws the order.
+
+    Raises:
+        TeachError: No gesture has a place, or there are too many examples.
+    """
+    if protocol == LOCATIONS:
+        if not vocabulary.located:
+            raise TeachError(
+                f"no gesture of {vocabulary.name!r} has a place; write located = true to one"
+            )
+        places = sites(*grid, rng)
+        once = [Ask(label, place) for label in vocabulary.located for place in places]
+    elif protocol == FEW:
+        once = [Ask(label) for label in vocabulary.labels[1:]]
+    else:
+        once = [Ask(label) for label in (*vocabulary.labels[1:], NULL_LABEL)]
+    if len(once) * repetitions > MAX_EXAMPLES:
+        raise TeachError(
+            f"{len(once) * repetitions} examples are more than {MAX_EXAMPLES}; "
+            "choose fewer --repetitions"
+        )
+    return _rounds(once, repetitions, rng)
+
+
+def sites(rows: int, columns: int, rng: np.random.Generator) -> list[Place]:
+    """Return where to touch: on the taxels and between four of them, grid units.
+
+    Args:
+        rows: Of taxels.
+        columns: Likewise.
+        rng: Draws `MOST_SITES` of a larger grid, half of them between taxels.
+    """
+    on = [(float(x), float(y)) for y in range(rows) for x in range(columns)]
+    off = [(x + 0.5, y + 0.5) for y in range(rows - 1) for x in range(columns - 1)]
+    return [*_draw(on, MOST_SITES - min(len(off), MOST_SITES // 2), rng),
+            *_draw(off, MOST_SITES // 2, rng)]  # fmt: skip
+
+
+def _draw(places: Sequence[Place], most: int, rng: np.random.Generator) -> list[Place]:
+    if len(places) <= most:
+        return list(places)
+    return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
+
+
+def _rounds(once: Sequence[Ask], repetitions: int, rng: np.random.Generator) -> list[Ask]:
+    """Return every ask so many times, in rounds: whoever stops early has as many of each."""
+    return [once[i] for _ in range(repetitions) for i in rng.permutation(len(once))]

@@ -1,0 +1,103 @@
+"""What a device played last is what it plays again: `host --device`, and plain `host`'s offer."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from host.cli.find import now
+from host.connection.device_store import Memory
+from host.connection.receiver import Connected, Received
+from host.discovery.seek import Seeker
+from host.targets import Target
+from host.targets._keys import KeysTarget
+
+_USUAL: Final = "tetris"
+
+
+def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
+    """Look for the device that --device names; fill in what it played last.
+
+    What the command line names counts; the mapping and the profile of the past belong to the
+    target of the past.
+
+    Raises:
+        LinkError: It is not there.
+    """
+    if options.device is None:
+        return None
+    seeker = Seeker(options.device, memory, _path(options.key))
+    [known] = memory.named(seeker.device_id)
+    if options.key is None and known.key:
+        options.key = Path(known.key)
+    same = options.target in (None, known.target)
+    options.target = options.target or known.target or _USUAL
+    if same and options.mapping is None and known.keys:
+        options.mapping = Path(known.keys)
+    if same and options.profile is None and _path(options.mapping) == known.keys:
+        options.profile = known.profile
+    return seeker
+
+
+def offer(memory: Memory, tell: Callable[[str], None]) -> None:
+    """Tell of the orb that was here last, if there was one."""
+    for known in memory.devices:
+        if not known.virtual:
+            tell(
+                f"this is a virtual orb; for {known.name or 'the orb'} ({known.device_id}), last "
+                f"at {known.port}: host --device {known.device_id}"
+            )
+            return
+
+
+class Note:
+    """Remembers the device that connects, and at the end the profile that it was left in."""
+
+    def __init__(
+        self,
+        memory: Memory,
+        options: argparse.Namespace,
+        target: Target,
+        seeker: Seeker | None = None,
+    ) -> None:
+        """Take what was chosen, and what is played.
+
+        Args:
+            memory: Where it is noted.
+            options: Of the command line, what was remembered filled in.
+            target: What is played.
+            seeker: Knows the port, where --device named the orb.
+        """
+        self._memory, self._options, self._target = memory, options, target
+        self._seeker = seeker
+        self._device_id = ""
+
+    def hear(self, received: Sequence[Received]) -> None:
+        """Note who has connected, and where."""
+        for news in received:
+            if isinstance(news, Connected) and news.welcome.device_id:
+                self._device_id = news.welcome.device_id
+                self._memory.remember(
+                    self._device_id,
+                    name=news.welcome.name,
+                    virtual=news.welcome.virtual,
+                    port=self._seeker.url if self._seeker else self._options.link,
+                    seen=now(),
+                    target=self._options.target,
+                    keys=_path(self._options.mapping),
+                    key=_path(self._options.key),
+                )
+
+    def close(self) -> None:
+        """Note how it was left."""
+        if self._device_id:
+            target = self._target
+            profile = target.pressed.profile if isinstance(target, KeysTarget) else ""
+            self._memory.remember(self._device_id, profile=profile)
+
+
+def _path(path: Path | None) -> str:
+    """Return where a file is, from wherever the next command is typed."""
+    return str(path.resolve()) if path else ""

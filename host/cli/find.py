@@ -1,0 +1,183 @@
+"""host find: list the orbs that are there, and those that were."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from controller.console import complain, one_line
+from controller.protocol import psk as keys
+from host.connection.device_store import Known, Memory
+from host.discovery import search
+from host.discovery.ports import Port
+from host.discovery.probe import Answer
+
+NOW: Final = "now"
+_TITLES: Final = ("device", "name", "kind", "port", "last seen")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A device, here or remembered."""
+
+    device: str
+    name: str
+    kind: str
+    port: str
+    seen: str
+
+
+def main(argv: list[str]) -> int:
+    """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
+    options = _parser().parse_args(argv)
+    memory = Memory(warn=_warn)
+    if options.forget is not None:
+        return _forget(memory, options.forget)
+    ports = search.candidates(memory, everything=options.all)
+    if options.ports:
+        known = {port.url: port for port in ports}
+        ports = [known.get(url, Port(url)) for url in options.ports]
+    if options.key is not None:
+        try:
+            keys.read(Path(options.key))  # what is wrong with it is told once, and always
+        except keys.KeyFileError as error:
+            return complain("host", error, 2)
+        ports = [replace(port, key=options.key) for port in ports]
+    answers = search.ask_all(ports, deadline_s=options.seconds)
+    note(memory, answers)
+    found = rows(answers, memory.devices)
+    if options.json:
+        told = [asdict(answer) for answer in answers]
+        print(json.dumps({"devices": [asdict(row) for row in found], "answers": told}))
+    else:
+        _print(found)
+    for line in remarks(answers):
+        _warn(line)
+    if not ports:
+        _warn(_NOTHING)
+    return 0 if any(row.seen == NOW for row in found) else 1
+
+
+def note(memory: Memory, answers: list[Answer]) -> None:
+    """Remember where devices are; one that two ports claim to be stays where it was."""
+    seen = now()
+    for answer in answers:
+        if answer.outcome == "orb" and len(_claims(answers, answer.device_id)) == 1:
+            memory.remember(
+                answer.device_id,
+                name=answer.name,
+                virtual=answer.virtual,
+                port=answer.url,
+                seen=seen,
+            )
+
+
+def rows(answers: list[Answer], known: list[Known]) -> list[Row]:
+    """Return the devices that are here, and then those that are only remembered."""
+    here = [answer for answer in answers if answer.outcome == "orb"]
+    found = [Row(a.device_id, a.name, _kind(a.virtual), a.url, NOW) for a in here]
+    present = {answer.device_id for answer in here}
+    found += [
+        Row(k.device_id, k.name, _kind(k.virtual), k.port, k.seen)
+        for k in known
+        if k.device_id not in present
+    ]
+    return found
+
+
+def remarks(answers: list[Answer]) -> list[str]:
+    """Return a sentence for every port that is no orb, and for identities that are there twice."""
+    lines = [answer.why for answer in answers if answer.outcome != "orb"]
+    for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
+        claims = _claims(answers, device_id)
+        if len(claims) > 1:
+            lines.append(
+                f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
+                "name the one that you mean with --link"
+            )
+    return lines
+
+
+def now() -> str:
+    """Return the time, as settings note it."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def _claims(answers: list[Answer], device_id: str) -> list[str]:
+    return [a.url for a in answers if a.outcome == "orb" and a.device_id == device_id]
+
+
+def _kind(virtual: bool) -> str:
+    return "virtual" if virtual else "orb"
+
+
+def _forget(memory: Memory, words: str) -> int:
+    found = memory.named(words)
+    if len(found) != 1:
+        many = "several devices are" if found else "no device is"
+        return complain("host", f"{many} called {words!r}; name one by its identity", 2)
+    memory.forget(found[0].device_id)
+    return 0
+
+
+def _print(found: list[Row]) -> None:
+    if not found:
+        return
+    told = ((r.device, r.name, r.kind, r.port, r.seen) for r in found)
+    table = [_TITLES, *(tuple(map(one_line, cells)) for cells in told)]
+    widths = [max(len(row[column]) for row in table) for column in range(len(_TITLES))]
+    for row in table:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        print("  ".join(cells).rstrip())
+
+
+_NOTHING: Final = (
+    "no port looks like an orb's; plug it in or pair it, name its port (host find PORT), or let "
+    "every serial port be opened (host find --all)"
+)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="host find",
+        description="List orbs by their identity. Asked are the ports where one was before, those "
+        "whose USB descriptor says that they may be one, and bonded ones.",
+        epilog="Play with one of them, wherever it is plugged in: host --device NAME",
+    )
+    parser.add_argument(
+        "ports", nargs="*", metavar="PORT", help="ask these ports or URLs, and no others"
+    )
+    parser.add_argument(
+        "--all", action="store_true", help="open every serial port; what is there hears our Hello"
+    )
+    parser.add_argument(
+        "--seconds",
+        type=_seconds,
+        default=search.DEADLINE_S,
+        metavar="N",
+        help="how long ports may take, all together (default: %(default)g)",
+    )
+    parser.add_argument(
+        "--key", metavar="FILE", help="the key that the orbs ask for (default: the remembered one)"
+    )
+    parser.add_argument("--forget", metavar="DEVICE", help="forget what is remembered of a device")
+    parser.add_argument("--json", action="store_true", help="print one line of JSON")
+    return parser
+
+
+def _warn(words: str) -> None:
+    complain("host", words, 0)
+
+
+def _seconds(words: str) -> float:
+    try:
+        number = float(words)
+    except ValueError:
+        number = 0.0
+    if not 0.5 <= number <= 600.0:
+        raise argparse.ArgumentTypeError(f"{words} must be a number from 0.5 to 600")
+    return number

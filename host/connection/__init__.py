@@ -1,0 +1,1 @@
+"""The connection to an orb: ports, receiver thread, known devices, bundle uploads."""

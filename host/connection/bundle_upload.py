@@ -1,0 +1,123 @@
+"""Send an orb a new bundle, in pieces, beside whatever else goes on over the link."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from typing import Final, Literal
+
+from controller.protocol.codec import fitted
+from controller.protocol.host_session import Connected, Delivered, Lost, Received
+from controller.protocol.messages import (
+    DECLINED,
+    IN_USE,
+    MAX_TEXT,
+    PIECE,
+    PROVING,
+    Deliver,
+    Delivery,
+    Message,
+    Piece,
+)
+
+AHEAD: Final = 16  # pieces under way
+PATIENCE_S: Final = 1.0  # without an answer: what was under way is sent again
+REPEATS: Final = 30  # without progress, then it is given up
+PROOF_REPEATS: Final = 600  # the same while the orb proves it; two engines may take minutes
+PROOFS: Final = 3  # begun, without a word of how they went; then it is given up as well
+NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send it once more"
+
+Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
+
+
+class Courier:
+    """Delivers one file; a lost link interrupts it, and the next connection goes on.
+
+    Attributes:
+        stage: "waiting" for a connection; "sending"; "proving", when the orb has all of it; then
+            "in use" or "declined", also when it is given up.
+        told: What the orb said last, a sentence; "" if nothing. `NO_OUTCOME` when it is given up.
+        offset: Bytes that the orb has.
+        size: Bytes of the file.
+    """
+
+    def __init__(self, name: str, data: bytes) -> None:
+        """Deliver these bytes; `name`, as far as it fits, is for the orb's log."""
+        self.stage: Stage = "waiting"
+        self.told = ""
+        self.offset = 0
+        self.size = len(data)
+        self._data = data
+        self._announced = Deliver(hashlib.sha256(data).digest(), len(data), fitted(name, MAX_TEXT))
+        self._next = 0  # offset of the next piece to send
+        self._heard_s = 0.0
+        self._there = False  # somebody to deliver to
+        self._repeats = 0  # since the last progress
+        self._proofs = 0  # begun
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.stage in ("in use", "declined")
+
+    def turn(
+        self, news: Sequence[Received], now_s: float, send: Callable[[Message], object]
+    ) -> None:
+        """Take what is new, and send what it asks for.
+
+        Args:
+            news: What the receiver told since the last turn.
+            now_s: Seconds that never go back.
+            send: Sends a message without waiting.
+        """
+        for item in news:
+            if self.over:
+                return
+            if isinstance(item, Connected):
+                self._there = True
+                self._begin(now_s, send)
+            elif isinstance(item, Lost):
+                self.stage, self._there = "waiting", False
+            elif isinstance(item, Delivered) and isinstance(item.message, Delivery):
+                self._heard_s = now_s
+                self._answer(item.message)
+        if self.stage == "sending":
+            if now_s - self._heard_s > PATIENCE_S:
+                self._heard_s, self._next = now_s, self.offset
+                self._repeats += 1
+            self._send(send)
+        elif self._there and not self.over and now_s - self._heard_s > PATIENCE_S:
+            self._begin(now_s, send)  # its answer was lost, or it is still proving
+        most = PROOF_REPEATS if self.offset == self.size else REPEATS
+        if not self.over and (self._repeats > most or self._proofs > PROOFS):
+            self.stage, self.told = "declined", NO_OUTCOME
+
+    def _begin(self, now_s: float, send: Callable[[Message], object]) -> None:
+        self._heard_s = now_s
+        self._repeats += 1
+        send(self._announced)
+
+    def _answer(self, answer: Delivery) -> None:
+        self.told = answer.told
+        before = self.offset
+        if answer.state == IN_USE:
+            self.stage, self.offset = "in use", self.size
+        elif answer.state == DECLINED:
+            self.stage = "declined"
+        elif answer.state == PROVING:
+            self._proofs += self.stage != "proving"
+            self.stage, self.offset = "proving", self.size
+        else:
+            if self.stage != "sending":
+                self._next = answer.offset
+            self.stage, self.offset = "sending", min(answer.offset, self.size)
+            self._next = max(self._next, self.offset)
+        if self.offset != before:
+            self._repeats = 0
+
+    def _send(self, send: Callable[[Message], object]) -> None:
+        while self._next < min(self.size, self.offset + AHEAD * PIECE):
+            piece = self._data[self._next : self._next + PIECE]
+            if send(Piece(self._next, piece)) is False:
+                return
+            self._next += len(piece)

@@ -1,0 +1,85 @@
+"""The rest of a frame's way: from the orb's schedule to here, and from here to the screen."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from controller.protocol.messages import Hop, Pace, Telemetry
+from host.connection.receiver import Delivered, Received
+
+FRAMES: Final = 600  # that count: a minute at 10 a second
+_SHARES: Final = (50.0, 95.0, 99.0)
+
+
+@runtime_checkable
+class Paced(Protocol):
+    """A target that shows how long frames take."""
+
+    def paced(self, hops: Hops) -> None:
+        """Take the ledger as it is; called after every picture."""
+
+
+class Hops:
+    """How long frames take, hop by hop; it hears what the game hears.
+
+    Attributes:
+        pace: What the orb said last of its own hops.
+        frames: That have come since the start.
+    """
+
+    def __init__(
+        self,
+        offset_ms: Callable[[], int | None],
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        """Measure.
+
+        Args:
+            offset_ms: The orb's time minus ours, if it is known.
+            clock_ns: Our time, nanoseconds.
+        """
+        self.pace: Pace | None = None
+        self._offset_ms, self._clock_ns = offset_ms, clock_ns
+        self.frames = 0
+        self._arrive: deque[float] = deque(maxlen=FRAMES)
+        self._draw: deque[float] = deque(maxlen=FRAMES)
+        self._taken_ms: float | None = None  # when the newest frame was, that is not drawn yet
+
+    def hear(self, news: Sequence[Received]) -> None:
+        """Take what is new."""
+        now_ms = self._clock_ns() / 1e6
+        for item in news:
+            if not isinstance(item, Delivered):
+                continue
+            if isinstance(item.message, Pace):
+                self.pace = item.message
+            elif isinstance(item.message, Telemetry):
+                self._taken_ms = now_ms
+                self.frames += 1
+                if (offset_ms := self._offset_ms()) is not None:
+                    self._arrive.append(max(0.0, now_ms - (item.t_ms - offset_ms)))
+
+    def drawn(self) -> None:
+        """The window shows all that was taken."""
+        if self._taken_ms is not None:
+            self._draw.append(self._clock_ns() / 1e6 - self._taken_ms)
+            self._taken_ms = None
+
+    def digest(self) -> list[Hop]:
+        """Return what is known: in the orb, from its schedule to here, and to the screen."""
+        own = [] if self.pace is None else [_renamed(hop) for hop in self.pace.hops[-1:]]
+        spans = (("here", self._arrive), ("drawn", self._draw))
+        return own + [_hop(name, values) for name, values in spans if values]
+
+
+def _renamed(hop: Hop) -> Hop:
+    return Hop("orb", hop.p50_ms, hop.p95_ms, hop.p99_ms)
+
+
+def _hop(name: str, values: Sequence[float]) -> Hop:
+    return Hop(name, *(float(value) for value in np.percentile(list(values), _SHARES)))

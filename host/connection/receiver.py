@@ -1,0 +1,297 @@
+"""The link behind `poll()`: one thread that connects, listens, keeps alive, and connects again.
+
+    receiver = Receiver(lambda: open_transport("/dev/ttyACM0"))
+    receiver.connect()  # or start(), to keep trying from the first
+    while playing:
+        for news in receiver.poll(): ...
+
+What arrives crosses to the program's thread through a bounded queue; what the program sends goes
+out on its own thread, as far as the port takes it without waiting.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import queue
+import random
+import secrets
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Literal
+
+from controller.console import count
+from controller.protocol.auth import NONCE
+from controller.protocol.host_session import Connected as Connected
+from controller.protocol.host_session import Delivered as Delivered
+from controller.protocol.host_session import HostSession, Past, pause_s
+from controller.protocol.host_session import Lost as Lost
+from controller.protocol.host_session import Missed as Missed
+from controller.protocol.host_session import Received as Received
+from controller.protocol.host_session import Refused as Refused
+from controller.protocol.host_session import Stale as Stale
+from controller.protocol.messages import Command, Message, Welcome
+from host.connection.transport import LinkError as LinkError
+from host.connection.transport import Transport
+
+INBOX = 65_536  # news that may wait for `poll`; a program that lets more wait has hung
+LATE_MS = 500  # commands that waited longer for `poll` are dropped: the player has moved on
+CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to start
+
+log = logging.getLogger(__name__)
+
+
+class Receiver:
+    """A connection that mends itself.
+
+    Attributes:
+        state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
+            loss to the next Connected.
+        late: Commands dropped because they would have come too late.
+        past: What is known of the device's commands, across connections.
+    """
+
+    def __init__(
+        self,
+        open_transport: Callable[[], Transport],
+        *,
+        token: str = "",
+        granted: bool = False,
+        key: bytes = b"",
+    ) -> None:
+        """Prepare; `connect` or `start` begins.
+
+        Args:
+            open_transport: Opens the port, within seconds, or raises OSError whose text is a
+                sentence for the user. Called on the thread, for every attempt.
+            token: What the device wants to hear.
+            granted: Whether we shall own the device's clock, see `Grant`.
+            key: What every frame is sealed with, on both ends; b"": frames are not sealed.
+        """
+        self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
+        self.late = 0
+        self._open = open_transport
+        self._token, self._granted, self._key = token, granted, key
+        self.past = Past(host_nonce=secrets.randbits(32) or 1)
+        self._inbox: queue.SimpleQueue[tuple[int, Received]] = queue.SimpleQueue()
+        self._ready: deque[tuple[int, Received]] = deque()  # taken from the inbox by `wait`
+        self._lock = threading.Lock()  # guards session and transport
+        self._session: HostSession | None = None
+        self._transport: Transport | None = None
+        self._closing = threading.Event()
+        self._failure: BaseException | None = None
+        self._first: queue.Queue[Welcome | str] = queue.Queue(maxsize=1)  # outcome of attempt one
+        self._refusal = ""  # the last one told, which is not told again
+        self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
+
+    @property
+    def rtt_ms(self) -> int | None:
+        """The newest round trip, whole milliseconds; None while none is measured."""
+        with self._lock:
+            return None if self._session is None else self._session.echo.rtt_ms
+
+    @property
+    def clock_offset_ms(self) -> int | None:
+        """The device's time, as its messages carry it, minus our monotonic clock; None: unknown."""
+        with self._lock:
+            return None if self._session is None else self._session.clock_offset_ms
+
+    def start(self) -> None:
+        """Begin to connect, and keep trying."""
+        self._thread.start()
+
+    def connect(self, timeout_s: float = CONNECT_S) -> Welcome:
+        """Begin, and wait for the outcome of the first attempt; `poll` tells it again.
+
+        Raises:
+            LinkError: It failed; one sentence says why. The receiver is closed.
+        """
+        self.start()
+        try:
+            outcome = self._first.get(timeout=timeout_s)
+        except queue.Empty:
+            outcome = f"the orb did not answer within {timeout_s:g} s; start it anew"
+        if isinstance(outcome, str):
+            self.close()
+            self._raise_failure()
+            raise LinkError(outcome)
+        return outcome
+
+    def poll(self) -> list[Received]:
+        """Return what is new, oldest first, without waiting."""
+        self._raise_failure()
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._ready.append(self._inbox.get_nowait())
+        oldest_ms = 0 if self._granted else _now_ms() - LATE_MS
+        received: list[Received] = []
+        while self._ready:
+            arrived_ms, news = self._ready.popleft()
+            if arrived_ms < oldest_ms and _is_command(news):
+                self.late += 1
+                with self._lock:
+                    self.past.missed += 1
+                received.append(Missed(1))
+            else:
+                received.append(news)
+        return received
+
+    def send(self, message: Message) -> bool:
+        """Send without waiting; return False if nobody is there, and it is dropped.
+
+        Raises:
+            ProtocolError: The wire cannot carry it.
+        """
+        with self._lock:
+            session, transport = self._session, self._transport
+            if session is None or transport is None or not session.send(message, _now_ms()):
+                return False
+            # If the port has gone the thread will notice, too, and tell.
+            with contextlib.suppress(OSError):
+                self._flush(session, transport)
+                return True
+            return False
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when `poll` has something to tell, or after the timeout."""
+        if not self._ready:
+            with contextlib.suppress(queue.Empty):
+                self._ready.append(self._inbox.get(timeout=max(timeout_s, 0.0)))
+
+    def close(self) -> None:
+        """Say Bye, and end the thread."""
+        self._closing.set()
+        with self._lock:
+            if self._transport is not None:
+                self._transport.wake()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5.0)  # an opening port may hold it; it ends with the program
+
+    def _raise_failure(self) -> None:
+        """Raise the error that ended the thread, if any: a fault of ours, to be seen and mended."""
+        if self._failure:
+            raise RuntimeError("the receiver's thread has died") from self._failure
+
+    # --- the thread's side ---
+
+    def _run(self) -> None:
+        failures = 0
+        try:
+            while not self._closing.is_set():
+                failures = 0 if self._attempt() else failures + 1
+                self._pause(pause_s(failures, random.random()))
+        except BaseException as error:
+            self._failure = error  # for the program's own thread, which raises it
+            self._tell([Lost("the receiver's thread has died")])
+            self._note("the receiver's thread has died")
+
+    def _pause(self, pause_s: float) -> None:
+        """Wait before the next attempt, and until the program listens again."""
+        while not self._closing.wait(pause_s) and self._inbox.qsize() > INBOX // 2:
+            pass
+
+    def _attempt(self) -> bool:
+        """Connect, and talk while it lasts; return whether there was a connection."""
+        try:
+            transport = self._open()
+        except OSError as error:
+            self._tell([Refused(str(error))])
+            return False
+        return self._converse(transport)
+
+    def _converse(self, transport: Transport) -> bool:
+        """Talk over an open port until it is over; return whether there was a connection."""
+        session = HostSession(
+            transport.name,
+            secrets.randbelow(0x10000),
+            _now_ms(),
+            token=self._token,
+            granted=self._granted,
+            key=self._key,
+            nonce=secrets.token_bytes(NONCE),
+            past=self.past,
+        )
+        with self._lock:
+            self._session, self._transport = session, transport
+        try:
+            self._listen(session, transport)
+        except OSError as error:
+            log.info("%s: %s", transport.name, error)
+            cut = str(error) if isinstance(error, LinkError) else f"{transport.name} was cut off"
+            with self._lock:
+                news = session.cut(cut)
+            self._tell(news)
+        finally:
+            with self._lock:
+                self._session = self._transport = None
+            self._part(session, transport)
+            self.late += session.late
+        return session.welcomed
+
+    def _listen(self, session: HostSession, transport: Transport) -> None:
+        """Read, answer and tell, until the session is over or `close` is called."""
+        while session.state != "over" and not self._closing.is_set():
+            with self._lock:
+                self._flush(session, transport)
+                wait_ms = session.wait_ms(_now_ms())
+            data = transport.read(wait_ms / 1000)
+            with self._lock:
+                now_ms = _now_ms()
+                news = session.receive(data, now_ms) if data else session.tick(now_ms)
+            self._tell(news)
+            if session.state == "live":
+                self.state = "live"
+            elif session.state == "stale":
+                self.state = "stale"
+            if self._inbox.qsize() > INBOX:
+                with self._lock:
+                    news = session.cut("the program did not listen to the orb any more")
+                self._tell(news)
+
+    def _part(self, session: HostSession, transport: Transport) -> None:
+        """Say Bye if somebody is there, and close the port."""
+        with contextlib.suppress(OSError):
+            session.close("the host was closed", _now_ms())
+            self._flush(session, transport)
+        with contextlib.suppress(OSError):
+            transport.close()
+
+    def _flush(self, session: HostSession, transport: Transport) -> None:
+        if session.output:
+            transport.write(bytes(session.output))
+            session.output.clear()
+
+    def _tell(self, news: Iterable[Received]) -> None:
+        """Queue news for `poll`, and log what changes."""
+        for item in news:
+            if isinstance(item, Connected):
+                log.info("connected to %s, %s", item.welcome.name, item.welcome.device_id)
+                self._refusal = ""
+                self._note(item.welcome)
+            elif isinstance(item, Lost):
+                self.state = "lost"
+                log.warning("link lost: %s", item.reason)
+            elif isinstance(item, Missed):
+                log.warning("%s never came, or too late", count(item.count, "command"))
+            elif isinstance(item, Refused):
+                self._note(item.reason)
+                if item.reason == self._refusal:
+                    continue
+                self._refusal = item.reason
+                log.warning("no link: %s", item.reason)
+            self._inbox.put((_now_ms(), item))
+
+    def _note(self, outcome: Welcome | str) -> None:
+        """Keep the outcome of the first attempt for `connect`."""
+        with contextlib.suppress(queue.Full):
+            self._first.put_nowait(outcome)
+
+
+def _is_command(news: Received) -> bool:
+    return isinstance(news, Delivered) and isinstance(news.message, Command)
+
+
+def _now_ms() -> int:
+    return time.monotonic_ns() // 1_000_000

@@ -1,0 +1,93 @@
+"""Ask several ports at once, and wait for none of them longer than the deadline."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from host.connection.device_store import Memory
+from host.discovery.ports import Port, listed
+from host.discovery.probe import Answer
+
+DEADLINE_S: Final = 8.0  # for a Python to start on a small machine, a port to open, and 2 s
+KILLED_S: Final = 0.5  # to die; one that hangs in the kernel dies later, and nobody waits for it
+_PROBE: Final = (sys.executable, "-m", "host.discovery.probe")
+_MOST: Final = 32  # ports at a time
+
+
+def candidates(memory: Memory, *, everything: bool = False) -> list[Port]:
+    """Return the ports to ask: remembered ones first, then those that say what they are.
+
+    Args:
+        memory: Where devices were before.
+        everything: Whether the user wants all other ports to be opened, too.
+    """
+    ports = {
+        known.port: Port(
+            known.port, f"{known.name or known.device_id} was there before", key=known.key
+        )
+        for known in memory.devices
+        if known.port
+    }
+    for port in listed():
+        if (port.why or everything) and port.url not in ports:
+            ports[port.url] = port
+    return list(ports.values())
+
+
+def ask_all(
+    ports: Iterable[Port], *, deadline_s: float = DEADLINE_S, command: Sequence[str] = _PROBE
+) -> list[Answer]:
+    """Ask every port who is there, in processes of their own; return the answers in that order.
+
+    Args:
+        ports: What to ask; each only once.
+        deadline_s: For all of them together. A process that is not done by then is killed, and
+            if that takes long, too, left alone.
+        command: What asks; the port's name, and its key's file, are appended.
+    """
+    answers: list[Answer] = []
+    waiting = list({port.url: port for port in ports}.values())
+    while waiting:
+        some, waiting = waiting[:_MOST], waiting[_MOST:]
+        answers += _ask_some(some, deadline_s, command)
+    return answers
+
+
+def _ask_some(ports: Sequence[Port], deadline_s: float, command: Sequence[str]) -> list[Answer]:
+    end_s = time.monotonic() + deadline_s
+    asked: list[tuple[str, subprocess.Popen[bytes]]] = []
+    try:
+        for port in ports:
+            process = subprocess.Popen(
+                [*command, port.url, port.key],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl+C in the terminal is for us; we end them
+            )
+            asked.append((port.url, process))
+        return [_answer(url, process, end_s, deadline_s) for url, process in asked]
+    finally:
+        for _, process in asked:
+            process.kill()
+
+
+def _answer(url: str, process: subprocess.Popen[bytes], end_s: float, deadline_s: float) -> Answer:
+    """Wait for one process, at most until the end; its line is far smaller than a pipe."""
+    assert process.stdout is not None
+    with process.stdout as output:
+        try:
+            process.wait(timeout=max(end_s - time.monotonic(), 0.0))
+            return Answer(**json.loads(output.read()))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(KILLED_S)
+            return Answer(url, "stuck", f"{url} hangs: it said nothing for {deadline_s:g} s")
+        except (ValueError, TypeError):
+            return Answer(url, "closed", f"asking {url} failed with status {process.returncode}")

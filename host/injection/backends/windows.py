@@ -1,0 +1,106 @@
+"""Windows: SendInput with scan codes, which games that read DirectInput need.
+
+Never tried on Windows; the tests look at what is packed. Windows of programs that run as
+administrator take nothing from one that does not.
+"""
+
+import ctypes
+import sys
+from collections.abc import Callable
+from ctypes import c_int32, c_size_t, c_uint16, c_uint32
+from typing import Final
+
+from controller.keymap.key_names import EXTENDED, KEYS
+from controller.keymap.keymap import Kind
+from host.injection.backends import BackendError
+
+ENDS_WITH_PROCESS: Final = False
+INPUT_KEYBOARD: Final = 1
+KEYEVENTF_EXTENDEDKEY: Final = 1
+KEYEVENTF_KEYUP: Final = 2
+KEYEVENTF_SCANCODE: Final = 8
+
+
+class KeyboardInput(ctypes.Structure):
+    """KEYBDINPUT of winuser.h."""
+
+    _fields_ = (
+        ("virtual_key", c_uint16),
+        ("scan", c_uint16),
+        ("flags", c_uint32),
+        ("time_ms", c_uint32),
+        ("extra", c_size_t),
+    )
+
+
+class MouseInput(ctypes.Structure):
+    """MOUSEINPUT: the largest member, which gives the union its size."""
+
+    _fields_ = (
+        ("x", c_int32),
+        ("y", c_int32),
+        ("data", c_uint32),
+        ("flags", c_uint32),
+        ("time_ms", c_uint32),
+        ("extra", c_size_t),
+    )
+
+
+class _Union(ctypes.Union):
+    _fields_ = (("keyboard", KeyboardInput), ("mouse", MouseInput))
+
+
+class Input(ctypes.Structure):
+    """INPUT of winuser.h."""
+
+    _fields_ = (("type", c_uint32), ("union", _Union))
+
+
+Send = Callable[[Input], int]  # how many inputs were taken
+
+
+class Windows:
+    """The keyboard of the desktop."""
+
+    def __init__(self, send: Send) -> None:
+        """Take what sends one input."""
+        self._send = send
+
+    def press(self, key: str) -> None:
+        """Put a key down."""
+        self._do(key, 0)
+
+    def release(self, key: str) -> None:
+        """Lift a key."""
+        self._do(key, KEYEVENTF_KEYUP)
+
+    def _do(self, key: str, flags: int) -> None:
+        scan = KEYS[key].scan
+        flags |= KEYEVENTF_SCANCODE | (KEYEVENTF_EXTENDEDKEY if scan >= EXTENDED else 0)
+        keyboard = KeyboardInput(0, scan & 0xFF, flags, 0, 0)
+        if self._send(Input(INPUT_KEYBOARD, _Union(keyboard=keyboard))) != 1:
+            raise BackendError(
+                f"Windows does not press {key}: the program in front runs as administrator, or "
+                "the screen is locked"
+            )
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+
+def create(kind: Kind) -> Windows:
+    """Return the desktop's keyboard.
+
+    Raises:
+        BackendError: This is not Windows, or a pad is wanted.
+    """
+    if kind != "keyboard":
+        raise BackendError("Windows has no virtual pads of its own; use --target keyboard")
+    if sys.platform != "win32":
+        raise BackendError("the back end 'windows' needs Windows")
+    send_input = ctypes.WinDLL("user32", use_last_error=True).SendInput
+
+    def send(one: Input) -> int:
+        return int(send_input(1, ctypes.byref(one), ctypes.sizeof(one)))
+
+    return Windows(send)

@@ -1,0 +1,302 @@
+"""The sender's side of the watchdog: strokes and heartbeats out, acknowledgements back in.
+
+A key counts as down from the moment before its press is written until the watchdog has answered a
+heartbeat that was written after its release. What counts as down when the watchdog is lost is
+released through a second handle to the back end, here in the sender.
+"""
+
+import contextlib
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Collection, Iterable, Sequence
+from typing import IO, Final, Protocol
+
+from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import Kind
+from host.injection.backends import Backend, BackendError, ends_with_process, open_backend
+from host.injection.watchdog import HANG_MS, now_ms
+
+BEAT_MS: Final = 50  # a hang shows after 300
+MUTE_MS: Final = 800  # a watchdog that does not answer for so long has hung
+START_S: Final = 10.0
+END_S: Final = 0.5
+_BY_HAND: Final = "press it once on your own keyboard"
+_GUARD: Final = (sys.executable, "-m", "host.injection.watchdog")
+
+
+class Sender(Protocol):
+    """Where strokes go."""
+
+    def start(self) -> str:
+        """Start, or start again; return the name of the back end, "" if it was running."""
+
+    def send(self, strokes: Iterable[Stroke]) -> None:
+        """Make strokes, in order."""
+
+    def check(self) -> str:
+        """Send a heartbeat; return how and why all presses ended, "" if they did not."""
+
+    def close(self) -> None:
+        """Release everything, for good."""
+
+
+class Injector:
+    """A watchdog process that presses keys for us.
+
+    Attributes:
+        process: The present one; None while there is none.
+    """
+
+    def __init__(
+        self,
+        backend: str,
+        kind: Kind,
+        keys: Collection[str],
+        *,
+        command: Sequence[str] = _GUARD,
+        clock: Callable[[], int] = now_ms,
+    ) -> None:
+        """Prepare; `start` begins.
+
+        Args:
+            backend: Its name, or "auto".
+            kind: What is to be pressed.
+            keys: What can be pressed; the watchdog refuses everything else.
+            command: What to start.
+            clock: Milliseconds of the machine's monotonic clock.
+        """
+        self.process: subprocess.Popen[bytes] | None = None
+        self._kind: Kind = kind
+        self._command = [*command, "--backend", backend, "--kind", kind, "--", *sorted(keys)]
+        self._clock = clock
+        self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        # What may be down: when its release was written, milliseconds; None: it was not.
+        self._down: dict[str, int | None] = {}
+        self._name = ""  # of the back end
+        self._spare: Backend | None = None  # releases what a lost watchdog may have left down
+        self._beat_ms = 0  # when the last heartbeat was sent
+        self._asked_ms: int | None = None  # when the first one without an answer was sent
+        self._trouble = ""
+
+    def start(self) -> str:
+        """Start the watchdog if there is none; return the name of the back end, "" if there is one.
+
+        Raises:
+            BackendError: No key can be pressed here; the sentence says why.
+        """
+        if self.process is not None:
+            return ""
+        self._lift()
+        if self._down:
+            raise BackendError(f"{', '.join(self._down)} may still be down; {_BY_HAND}")
+        self._answers = queue.SimpleQueue()
+        process = self.process = subprocess.Popen(
+            self._command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            bufsize=0,
+            # What the terminal or the console sends to this process must not reach the watchdog.
+            start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        )
+        assert process.stdin is not None
+        if hasattr(os, "set_blocking"):  # a full pipe must not block; Windows has this from 3.12 on
+            os.set_blocking(process.stdin.fileno(), False)
+        threading.Thread(
+            target=_drain, args=(process.stdout, self._answers), daemon=True, name="keys"
+        ).start()
+        try:
+            first = self._answers.get(timeout=START_S) or ""
+        except queue.Empty:
+            first = f"failed the process that presses keys does not start within {START_S:g} s"
+        word, _, rest = first.partition(" ")
+        try:
+            if word != "ready":
+                raise BackendError(rest or "the process that presses keys does not start")
+            self._name = rest
+            self._open_spare()
+        except BackendError:
+            self.close()
+            raise
+        self._trouble = ""
+        self._beat_ms, self._asked_ms = self._clock(), None
+        return rest
+
+    def send(self, strokes: Iterable[Stroke]) -> None:
+        """Make strokes, in order; without a watchdog they are dropped."""
+        for stroke in strokes:
+            if self.process is None:
+                return
+            now = self._clock()
+            # A signal may raise between any two lines, and must leave no key out of `_down`.
+            if stroke.down:
+                self._down[stroke.key] = None
+                self._write(f"d {now} {stroke.key}")
+            else:
+                self._write(f"u {now} {stroke.key}")
+                if stroke.key in self._down:
+                    self._down[stroke.key] = now
+
+    def check(self) -> str:
+        """Send a heartbeat; return how and why all presses ended, "" if they did not."""
+        self._listen()
+        now = self._clock()
+        if self._asked_ms is not None and now - self._beat_ms >= HANG_MS:
+            self._asked_ms = now  # this process stood still, and may not have read the answers
+        if self._asked_ms is not None and now - self._asked_ms >= MUTE_MS:
+            self._lose("the watchdog has hung")
+        if now - self._beat_ms >= BEAT_MS:
+            self._beat_ms = now
+            if self.process is None:
+                self._lift()  # what failed before
+            else:
+                self._asked_ms = now if self._asked_ms is None else self._asked_ms
+                self._write(f"b {now}")
+        trouble, self._trouble = self._trouble, ""
+        return trouble
+
+    def close(self) -> None:
+        """End the watchdog, which releases everything; release here what it did not."""
+        process = self.process
+        if process is not None:
+            assert process.stdin is not None
+            with contextlib.suppress(OSError):
+                process.stdin.close()  # its sign to release everything, and end
+            try:
+                process.wait(timeout=END_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            if process.returncode == 0:
+                self._down.clear()
+        self._lift()
+        self.process = None
+        if self._down:
+            self._note("the program ends")
+
+    def _listen(self) -> None:
+        """Take the watchdog's answers."""
+        while self.process is not None:
+            try:
+                answer = self._answers.get_nowait()
+            except queue.Empty:
+                return
+            self._asked_ms = None
+            word, _, rest = (answer or "").partition(" ")
+            if answer is None:
+                self._lose("the watchdog has died")
+            elif word == "failed":
+                self._lose(rest)
+            elif word == "released":
+                self._down.clear()  # and any press that is still in the pipe will be refused
+                self._write(f"c {self._clock()}")
+                self._note(rest)
+            elif word == "b" and rest.isdecimal():
+                self._acknowledge(int(rest))
+
+    def _acknowledge(self, beat_ms: int) -> None:
+        """Forget the keys that were released before a heartbeat which has been answered."""
+        self._down = {
+            key: up_ms for key, up_ms in self._down.items() if up_ms is None or up_ms >= beat_ms
+        }
+
+    def _write(self, line: str) -> None:
+        stdin = None if self.process is None else self.process.stdin
+        if stdin is None or stdin.closed:  # closed: a signal raised while it was being lost
+            return
+        try:
+            if not stdin.write(f"{line}\n".encode()):
+                self._lose("the watchdog has hung")  # the pipe is full
+        except OSError:
+            self._lose("the watchdog has died")
+
+    def _lose(self, why: str) -> None:
+        """End the watchdog, and release what it may have left down.
+
+        `process` stays until this is done: if a signal raises in here, `close` repeats it.
+        """
+        process = self.process
+        if process is None:
+            return
+        process.kill()
+        process.wait()
+        assert process.stdin is not None
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+        self._lift()
+        self._asked_ms, self.process = None, None
+        self._note(why)
+
+    def _lift(self) -> None:
+        """Release through the second handle what may be down, once there is no watchdog."""
+        if self._spare is None:
+            self._down.clear()  # the system released it with the process
+        if self._down:
+            # On a thread: a signal that raised in the middle of a call would spoil the handle.
+            thread = threading.Thread(target=self._release, args=(self._spare,), name="lift")
+            thread.start()
+            thread.join()
+
+    def _release(self, spare: Backend) -> None:
+        """Release what may be down; what fails stays in `_down`, to be tried again."""
+        left: list[str] = []
+        for key in reversed(list(self._down)):
+            try:
+                spare.release(key)
+            except OSError:
+                left.append(key)
+        self._down = dict.fromkeys(left)
+        if left:
+            with contextlib.suppress(BackendError):
+                self._open_spare()  # this one may be broken
+
+    def _open_spare(self) -> None:
+        """Open the second handle, if keys outlive the process that pressed them.
+
+        It is opened with each watchdog, because a back end may keep the layout of that moment.
+        """
+        ends = ends_with_process(self._name)
+        self._spare = None if ends else open_backend(self._name, self._kind)[1]
+
+    def _note(self, why: str) -> None:
+        """Keep what `check` will return."""
+        left = ", ".join(self._down)
+        up = f"with {left} perhaps down, {_BY_HAND}" if left else "with every key up"
+        self._trouble = self._trouble or f"{up}: {why}"
+
+
+def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
+    """Hand over the watchdog's lines, and None at their end."""
+    with output:
+        for line in output:
+            answers.put(line.decode(errors="replace").strip())
+    answers.put(None)
+
+
+class Printer:
+    """Says what would be pressed, for --dry-run."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        """Take what prints a line."""
+        self._say = say
+        self._name = "dry run"
+
+    def start(self) -> str:
+        """Return the name once; there is nothing to start."""
+        name, self._name = self._name, ""
+        return name
+
+    def send(self, strokes: Iterable[Stroke]) -> None:
+        """Print strokes."""
+        for stroke in strokes:
+            self._say(f"{'press' if stroke.down else 'release'} {stroke.key}")
+
+    def check(self) -> str:
+        """Nothing can go wrong."""
+        return ""
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -1,0 +1,1 @@
+"""The window: dome, panel, cards, pointer input."""

@@ -1,0 +1,68 @@
+"""`That was a twist`: keys with which a player tells the orb what the latest touch was.
+
+Ctrl+1 ... 9: it was that gesture, in the order of the panel; Ctrl+0: it was none; Ctrl+backspace:
+take the last correction back. The orb learns it while play goes on (docs/teach.md).
+"""
+
+from typing import Final
+
+import pygame
+
+from controller.protocol.messages import Correct, Delivery
+
+SHOWN_S: Final = 6.0  # what the orb says of it stands below the dome for so long
+PATIENCE_S: Final = 60.0  # while it learns
+NULL_LABEL: Final = "null"
+_FIRST: Final = pygame.K_1
+_LAST: Final = pygame.K_9
+
+
+class Correcting:
+    """Corrections on their way to the orb, and what it says of them.
+
+    Attributes:
+        labels: The orb's, "null" first; empty before the handshake.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing to say."""
+        self.labels: tuple[str, ...] = ()
+        self._due: list[Correct] = []
+        self._told, self._until_s = "", 0.0
+
+    def key(self, code: int, mod: int, now_s: float) -> bool:
+        """Take a key that goes down; return whether it was a correction."""
+        if not mod & pygame.KMOD_CTRL or not self.labels:
+            return False
+        if code == pygame.K_BACKSPACE:
+            label = ""
+        elif code == pygame.K_0:
+            label = NULL_LABEL
+        elif not _FIRST <= code <= _LAST:
+            return False
+        elif (number := code - _FIRST + 1) < len(self.labels):
+            label = self.labels[number]
+        else:
+            self._say(f"there is no gesture {number}", now_s, SHOWN_S)
+            return True
+        self._due = [Correct(label)]
+        self._say("telling the orb", now_s, SHOWN_S)
+        return True
+
+    def outgoing(self) -> list[Correct]:
+        """Return what the orb has to be told, once."""
+        due, self._due = self._due, []
+        return due
+
+    def answer(self, message: Delivery, now_s: float) -> None:
+        """Take what the orb says of it."""
+        if message.told:
+            busy = message.told == "learning"
+            self._say(message.told, now_s, PATIENCE_S if busy else SHOWN_S)
+
+    def told(self, now_s: float) -> str:
+        """Return what is to be shown now; "" nothing."""
+        return self._told if now_s < self._until_s else ""
+
+    def _say(self, told: str, now_s: float, seconds: float) -> None:
+        self._told, self._until_s = told, now_s + seconds

@@ -1,0 +1,160 @@
+"""What the host knows of the orb: telemetry and events, in the shape in which they are drawn.
+
+`OrbView` takes messages and the passing of time; it draws nothing. `host/ui/panel.py` draws it.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.protocol.messages import (
+    Command,
+    Contact,
+    Hop,
+    Telemetry,
+    Welcome,
+    Who,
+    image_from_bytes,
+)
+
+Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
+LinkState = Literal["connecting", "live", "stale", "lost"]
+
+EASE_S: Final = 0.06  # the shown image follows the felt one: 10 frames a second look alive
+MEMORY: Final = 8  # commands in the list
+TRACE_S: Final = 12.0  # seconds of deviation in the sparkline
+TRACE_POINTS: Final = 600  # at most, whatever the rate
+MARK_S: Final = 1.2  # the last recognised touch is marked for so long
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """One command as the list shows it."""
+
+    label: str
+    command: str
+    probability: float
+    touch: tuple[float, float] | None  # grid units
+    time_s: float
+
+
+@dataclass
+class OrbView:
+    """The orb as it is to be shown, kept up by messages.
+
+    All times are seconds of one clock that never turns back: the machine's, or granted time.
+
+    Attributes:
+        link: How the link is: "live" has telemetry, "stale" is silent, "lost" is gone.
+        reason: One sentence on why the link is not live; may be empty.
+        shown: The image as drawn now, eased towards the newest one.
+        probabilities: One per label of the handshake, in its order, eased as well.
+        contacts: The fingers that this host puts on a virtual dome, for the rings.
+        hint: The line below the dome while no gesture is held.
+        hops: How long frames take: in the orb, from its schedule to here, to the screen.
+        period_ms: From frame to frame in the orb; 0 while it has not said.
+        health: What is wrong with the sensor, worst first; stands in the hint's place.
+        user: Who touches, as far as the device can tell; "" nobody that it knows.
+        sure: How probable that is; 0 where it knows nobody at all.
+    """
+
+    link: LinkState = "connecting"
+    reason: str = ""
+    welcome: Welcome | None = None
+    shown: Deviation = field(default_factory=lambda: np.zeros((5, 5), np.float32))
+    felt: Deviation = field(default_factory=lambda: np.zeros((5, 5), np.float32))
+    probabilities: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
+    gesture: str = ""
+    ready: bool = False
+    rate_hz: float = 0.0
+    contacts: tuple[Contact, ...] = ()
+    hint: str = ""
+    hops: tuple[Hop, ...] = ()
+    period_ms: float = 0.0
+    health: tuple[str, ...] = ()
+    user: str = ""
+    sure: float = 0.0
+    history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
+    trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
+    _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
+    _now_s: float | None = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The gesture classes of the device, "null" first; empty before the handshake."""
+        return self.welcome.labels if self.welcome else ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the taxels."""
+        return self.felt.shape[0], self.felt.shape[1]
+
+    def connected(self, welcome: Welcome) -> None:
+        """Take a handshake: a new session starts with a blank image."""
+        self.welcome, self.link, self.reason = welcome, "live", ""
+        self.felt = np.zeros((welcome.rows, welcome.columns), np.float32)
+        self.shown = self.felt.copy()
+        self._target = np.zeros(len(welcome.labels), np.float32)
+        self.probabilities = self._target.copy()
+        self.gesture, self.ready, self.rate_hz = "", False, welcome.rate_hz
+        self.health = ()
+        self.user, self.sure = "", 0.0
+        self.trace.clear()
+
+    def telemetry(self, message: Telemetry, now_s: float) -> None:
+        """Take what the device felt in one frame; an image of a foreign shape is left out."""
+        if len(message.image) == self.felt.size:
+            values = np.asarray(image_from_bytes(message.image), np.float32) - 1.0
+            self.felt = values.reshape(self.felt.shape)
+            self.trace.append((now_s, float(np.sqrt(np.mean(self.felt**2)))))
+        if len(message.probabilities) == len(self._target):
+            self._target = np.asarray(message.probabilities, np.float32)
+        self.gesture, self.ready = message.gesture, message.ready
+        self.rate_hz = message.rate_hz
+
+    def who(self, message: Who) -> None:
+        """Take whom the device believes to touch it."""
+        self.user, self.sure = message.user, message.confidence
+
+    def command(self, message: Command, now_s: float) -> None:
+        """Remember a command for the list."""
+        self.history.append(
+            Recognised(message.label, message.name, message.probability, message.touch, now_s)
+        )
+
+    def heard(self) -> bool:
+        """Note that the device speaks; return whether it had been silent."""
+        was_silent = self.link == "stale"
+        if was_silent:
+            self.link, self.reason = "live", ""
+        return was_silent
+
+    def silent(self, link: LinkState, reason: str) -> None:
+        """Take a change of the link for the worse: what was felt is no longer felt."""
+        self.link, self.reason, self.gesture = link, reason, ""
+        self.felt = np.zeros_like(self.felt)
+        self._target = np.zeros_like(self._target)
+        self.contacts = ()
+
+    def advance(self, now_s: float) -> None:
+        """Ease what is shown towards what was felt, as far as the time has come."""
+        passed_s = 0.0 if self._now_s is None else max(0.0, now_s - self._now_s)
+        self._now_s = now_s
+        share = 1.0 - math.exp(-passed_s / EASE_S)
+        self.shown = self.shown + (self.felt - self.shown) * share
+        self.probabilities = (
+            self.probabilities + (self._target - self.probabilities) * share
+        ).astype(np.float32)
+        while self.trace and self.trace[0][0] < now_s - TRACE_S:
+            self.trace.popleft()
+
+    def mark(self, now_s: float) -> tuple[float, float, float] | None:
+        """Return the last recognised touch as x, y and how fresh it is, 1 down to 0."""
+        last = self.history[-1] if self.history else None
+        if last is None or last.touch is None or now_s - last.time_s >= MARK_S:
+            return None
+        return (*last.touch, 1.0 - max(0.0, now_s - last.time_s) / MARK_S)

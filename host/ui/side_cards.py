@@ -1,0 +1,115 @@
+"""The cards beside the game: what was understood lately, and how to touch and play."""
+
+from typing import Final
+
+import pygame
+
+from host.ui import sprites
+from host.ui.orb_state import OrbView, Recognised
+from tetris.window import theme
+
+ENTRY_FADE_S: Final = 25.0  # an entry of the list has faded after so long
+ENTRY_LEAST: Final = 0.4  # but stays readable
+ROW: Final = 40  # design units from one row of a card to the next
+
+# Icon, what to do, what the default table makes of it, how a mouse does it.
+_TOUCHES: Final = (
+    ("press", "press", "moves: left, right, down", "hold the left button"),
+    ("pinch", "pinch", "drops the piece", "hold the right button, or 2"),
+    ("twist_cw", "twist", "turns the piece", "drag round the rim"),
+)
+_KEYS: Final = (
+    ("arrows", "move and turn"),
+    ("Z", "turn left"),
+    ("space", "drop"),
+    ("C", "hold"),
+    ("P", "pause"),
+    ("R", "new game"),
+    ("F11", "full screen"),
+    ("ctrl 1–9", "that was ..."),
+    ("ctrl backspace", "take that back"),
+)
+
+
+def draw_history(
+    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, view: OrbView, now_s: float
+) -> None:
+    """Draw the last gestures and the commands they became, the newest on top."""
+    unit.card(surface, rect)
+    left, top = _heading(surface, rect, unit, "UNDERSTOOD")
+    if not view.history:
+        for line in ("Touch the orb: what it", "understands appears here."):
+            surface.blit(unit.text(line, 18, theme.TEXT_DIM), (left, top))
+            top += unit.px(20)
+    for entry in reversed(view.history):
+        if top + unit.px(ROW) > rect.bottom:
+            break
+        _draw_entry(surface, pygame.Rect(left, top, rect.right - left, 1), unit, entry, now_s)
+        top += unit.px(ROW)
+
+
+def draw_touches(
+    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, view: OrbView
+) -> None:
+    """Draw how to touch: on a virtual orb, how a mouse does it."""
+    unit.card(surface, rect)
+    left, top = _heading(surface, rect, unit, "TOUCH")
+    virtual = view.welcome is None or view.welcome.virtual
+    for name, gesture, meaning, way in _TOUCHES:
+        picture = sprites.icon(name, unit.px(20), theme.ACCENT)
+        surface.blit(picture, picture.get_rect(midleft=(left, top + unit.px(14))))
+        column = left + unit.px(32)
+        surface.blit(unit.text(gesture, 20), (column, top))
+        surface.blit(unit.text(meaning, 17, theme.TEXT_DIM), (column, top + unit.px(18)))
+        if virtual:
+            surface.blit(unit.text(way, 17, theme.TEXT_DIM), (column, top + unit.px(33)))
+        top += unit.px(56)
+
+
+def draw_keys(surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale) -> None:
+    """Draw the keys in one quiet line, centred."""
+    pieces = []
+    for key, meaning in _KEYS:
+        pieces.append((unit.text(key, 18, theme.TEXT), unit.px(6)))
+        pieces.append((unit.text(meaning, 18, theme.TEXT_DIM), unit.px(20)))
+    x = rect.centerx - (sum(p.get_width() + gap for p, gap in pieces) - pieces[-1][1]) // 2
+    for picture, gap in pieces:
+        surface.blit(picture, picture.get_rect(midleft=(x, rect.centery)))
+        x += picture.get_width() + gap
+
+
+def _heading(
+    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, words: str
+) -> tuple[int, int]:
+    left, top = rect.left + unit.px(18), rect.top + unit.px(16)
+    surface.blit(unit.text(words, 18, theme.TEXT_DIM), (left, top))
+    return left, top + unit.px(28)
+
+
+def _draw_entry(
+    surface: pygame.Surface, row: pygame.Rect, unit: sprites.Scale, entry: Recognised, now_s: float
+) -> None:
+    age_s = max(0.0, now_s - entry.time_s)
+    fresh = max(ENTRY_LEAST, 1.0 - age_s / ENTRY_FADE_S)
+    bright = sprites.mix(theme.SURFACE, theme.TEXT, fresh)
+    dim = sprites.mix(theme.SURFACE, theme.TEXT_DIM, fresh)
+    warm = sprites.mix(theme.SURFACE, theme.ACCENT, fresh)
+    size, middle, x = unit.px(18), row.top + unit.px(16), row.left
+    for name, colour, wide in (
+        (entry.label, warm, size),
+        ("to", dim, size // 2),
+        (entry.command, bright, size),
+    ):
+        picture = sprites.icon(name, wide, colour)
+        surface.blit(picture, picture.get_rect(midleft=(x, middle)))
+        x += wide + unit.px(7)
+    column = x + unit.px(3)
+    age = unit.text("now" if age_s < 1 else f"{age_s:.0f} s", 17, dim)
+    surface.blit(age, age.get_rect(topright=(row.right - unit.px(18), row.top)))
+    room = row.right - unit.px(18) - column
+    asked = unit.text(sprites.words(entry.command), 20, bright, room - age.get_width() - unit.px(6))
+    surface.blit(asked, (column, row.top))
+    share = unit.text(f"{entry.probability:.2f}", 17, dim)
+    label = unit.text(sprites.words(entry.label), 17, dim, room - share.get_width() - unit.px(4))
+    surface.blit(label, (column, row.top + unit.px(17)))
+    surface.blit(share, (column + label.get_width() + unit.px(4), row.top + unit.px(17)))

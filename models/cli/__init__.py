@@ -1,0 +1,43 @@
+"""The commands of the training machine: one file each, found by its name (`models NAME`).
+
+A command's file has
+
+    SUMMARY      what it does, in a few words
+    DESCRIPTION  the same in sentences
+    EXAMPLE      a first thing to try
+    add(parser)  its options
+    run(arguments) -> int  does it; the exit status
+    resumes(arguments) -> bool  whether the same command goes on where Ctrl-C ended it; optional
+
+and imports at its top only what every machine has: PyTorch and the like inside `run`, after
+`models.cli._extras.require`.
+"""
+
+import importlib
+import pkgutil
+from types import ModuleType
+
+from controller.console import unknown_command
+
+
+def names() -> list[str]:
+    """Return the names of all commands, in alphabetical order."""
+    found = [module.name for module in pkgutil.iter_modules(__path__)]
+    return sorted(name for name in found if not name.startswith("_"))
+
+
+def load(name: str) -> ModuleType:
+    """Return a command's file."""
+    return importlib.import_module(f"{__name__}.{name}")
+
+
+def require(name: str) -> str:
+    """Return the name of a command.
+
+    Raises:
+        UserError: There is no such command; the message names the nearest.
+    """
+    known = names()
+    if name in known:
+        return name
+    raise unknown_command("models", name, known)

@@ -1,0 +1,83 @@
+"""The command line of the training machine: `models COMMAND`, a file of `models/cli/` each."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from controller import __version__, console
+from controller.errors import UserError
+from models import cli as commands
+
+DESCRIPTION = "Make data, train the orb's networks on recordings, and judge bundles."
+EXAMPLE = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one of the commands; return the exit status."""
+    return console.run("models", lambda: _run(words))
+
+
+def _run(words: Sequence[str]) -> int:
+    arguments = None
+    with _noting() as interrupts:
+        try:
+            arguments = _parser(words[:1]).parse_args(words)
+            return int(arguments.run(arguments))
+        except BaseException as error:
+            if not (interrupts or isinstance(error, KeyboardInterrupt)):
+                if isinstance(error, ValueError):
+                    raise UserError(str(error)) from None
+                raise
+    # After an interrupt inside a text that was executed, as when a data class is made, Python ends
+    # by the signal instead of with our status. Executing another makes it forget that.
+    exec("")
+    if arguments is None:
+        return console.INTERRUPTED
+    if sys.stderr.isatty():  # behind what shows how far it has come
+        print(file=sys.stderr)
+    goes_on = arguments.resumes(arguments)
+    kept = "the same command goes on from here" if goes_on else "every file written is whole"
+    return console.complain("models", f"interrupted; {kept}", console.INTERRUPTED)
+
+
+@contextmanager
+def _noting() -> Iterator[list[int]]:
+    """Note interrupts: a library that is imported makes another error of some of them."""
+    seen: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        seen.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield seen
+    finally:
+        if signal.getsignal(signal.SIGINT) is note:  # else a command has made other arrangements
+            signal.signal(signal.SIGINT, before)
+
+
+def _parser(first: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser of one command, if the first word is its name, else of all.
+
+    Raises:
+        UserError: The first word is neither a command nor an option.
+    """
+    names = commands.names()
+    if first and not first[0].startswith("-"):
+        names = [commands.require(first[0])]
+    parser = argparse.ArgumentParser(prog="models", description=DESCRIPTION, epilog=EXAMPLE)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    listed = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name in names:
+        command = commands.load(name)
+        options = listed.add_parser(
+            name, help=command.SUMMARY, description=command.DESCRIPTION, epilog=command.EXAMPLE
+        )
+        command.add(options)
+        options.set_defaults(
+            run=command.run, resumes=getattr(command, "resumes", lambda arguments: False)
+        )
+    return parser

@@ -1,0 +1,156 @@
+"""`models evaluate`: judge a bundle on sessions that it never saw."""
+
+import argparse
+import dataclasses
+import shlex
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from models.cli import _options as options
+
+if TYPE_CHECKING:
+    from controller.bundles.bundle import Bundle
+    from controller.recordings.recording import Recording
+
+SUMMARY: Final = "judge a bundle on sessions that it never saw"
+DESCRIPTION: Final = (
+    "Play recordings through a bundle as the device would, and count what it answers: confusion, "
+    "event metric, false alarms, latency, calibration and places, by session and by user, with "
+    "95 % intervals over the sessions. Without recordings, new people on new orbs are simulated."
+)
+EXAMPLE: Final = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
+
+# Plays the sessions of a set anew, with faults or without.
+Played = Callable[[Sequence[str]], "Iterable[tuple[str, Recording]]"]
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add("bundle", type=Path, nargs="?", help="default: the one that ships")
+    add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels count; auto: the truth where it is known, else what people said, "
+        "moved to where the touches were (default: auto)",
+    )
+    add(
+        "--broken",
+        action="store_true",
+        help="also with each taxel and each electrode dead, and, where sessions are simulated, "
+        "under every other fault; takes some forty times as long",
+    )
+    add("--sessions", type=options.count, default=20, help="simulated, a preset (default: 20)")
+    add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
+    add("--hand", choices=("person", "pointer"), default="person", help="whose touches they are")
+    add("--card", type=Path, metavar="FILE", help="write the figures as Markdown")
+    add("--json", type=Path, metavar="FILE", help="write them as JSON")
+    add("--html", type=Path, metavar="FILE", help="write them as a report to look at")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Judge the bundle."""
+    from controller.bundles import bundle
+    from models import user_files
+    from models.evaluation.evaluate import evaluate, summarise, summarise_broken
+    from models.reports import model_card as card
+    from models.reports import page
+    from models.results.evaluation import Evaluation
+
+    for path in filter(None, (arguments.card, arguments.json)):
+        user_files.target(path)
+    if arguments.html:
+        page.read(arguments.html)
+    path = arguments.bundle or bundle.default_path()
+    loaded = bundle.read(path)
+    sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
+    results, broken = [], []
+    for name, played in sets.items():
+        options.say(f"{name}:")
+        tallies = evaluate(loaded, played(()), options.say, arguments.labels)
+        results.append(summarise(name, loaded.labels, tallies))
+        for fault in faults if arguments.broken else ():
+            tallies = evaluate(loaded, played((fault,)), _quiet, arguments.labels)
+            broken.append(summarise_broken(name, fault, loaded.labels, tallies))
+            options.say(f"{fault}: event accuracy {broken[-1].event_accuracy}")
+    found = Evaluation(
+        bundle=path.name,
+        hash=loaded.hash,
+        card={key: str(value) for key, value in loaded.card.items()},
+        command=f"models {shlex.join(sys.argv[1:])}",
+        labels=loaded.labels,
+        debounce=dataclasses.asdict(loaded.debounce),
+        results=tuple(results),
+        broken=tuple(broken),
+        notes=(note,),
+    )
+    content = card.text(found)
+    print(content)
+    if arguments.card:
+        user_files.write_text(arguments.card, f"{content}\n")
+    if arguments.json:
+        user_files.write_text(arguments.json, f"{found.text()}\n")
+    if arguments.html:
+        from models.reports.data import ReportData
+
+        page.write(arguments.html, ReportData(evaluation=found))
+    return 0
+
+
+def _recorded(
+    loaded: "Bundle", arguments: argparse.Namespace
+) -> tuple[dict[str, Played], list[str], str]:
+    """Return each folder as a set and all files as one, what can be broken in them, and a note."""
+    from controller.recordings import reader
+    from models.data import examples as dataset
+    from models.data import faults as faulty
+    from models.data import test_sessions as unseen
+
+    grid = loaded.rows, loaded.columns
+    sets: dict[str, Played] = {}
+    loose = [path for path in arguments.data if not path.is_dir()]
+    for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
+        files = dataset.recording_files(paths)
+        for file in files:
+            reader.survey(file)  # what cannot be read is told before anything is begun
+        name = str(paths[0]) if paths is not loose else "recordings"
+        sets[name] = partial(unseen.named, files, grid)
+    note = (
+        "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
+        "react."
+    )
+    return sets, [*faulty.taxels(*grid), *faulty.electrodes(*grid)], note
+
+
+def _simulated(
+    loaded: "Bundle", arguments: argparse.Namespace
+) -> tuple[dict[str, Played], list[str], str]:
+    """Return simulated people on both presets' orbs, what can be broken, and a note."""
+    from controller.simulator.presets import PRESETS
+    from models.data import faults as faulty
+    from models.data.test_sessions import EVALUATE_SEED, People
+
+    count, grid = arguments.sessions, (loaded.rows, loaded.columns)
+    sets: dict[str, Played] = {}
+    for preset in PRESETS:
+        people = People.of(
+            loaded, preset, EVALUATE_SEED, arguments.minutes, users=count, hand=arguments.hand
+        )
+        sets[preset] = partial(people.sessions, count)
+    who = "a mouse's touches" if arguments.hand == "pointer" else "other people"
+    note = (
+        f"Simulated sessions of {arguments.minutes:g} minutes that no training accepts: {who} on "
+        "other orbs. Simulated recordings say nothing about a physical orb. "
+        "This card is written by `models evaluate --card`."
+    )
+    every = [*faulty.taxels(*grid), *faulty.electrodes(*grid), *faulty.others(*grid)]
+    return sets, every, note
+
+
+def _quiet(line: str) -> None:
+    """Say nothing: one line for a fault is enough."""

@@ -1,0 +1,88 @@
+"""`models figures`: draw figure 7 of the paper, for both recipes and presets."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+
+SUMMARY: Final = "draw figure 7 of the paper, measured anew"
+DESCRIPTION: Final = (
+    "Let a simulated user teach as in section 4.2 of the paper, train both networks by both "
+    "recipes on both presets, and ten users be told apart, judge them by the paper's protocol and "
+    "on unseen days and people, and draw figure 7 (docs/paper.md). What was measured is kept "
+    "beside the picture and not measured again; half an hour on one core."
+)
+EXAMPLE: Final = (
+    "The paper's own amounts (some hours): models figures --out big --minutes 29 --epochs 500 "
+    "--place-epochs 2000"
+)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add(
+        "--out",
+        type=Path,
+        default=Path("docs/pictures"),
+        metavar="DIR",
+        help="folder to write into (default: docs/pictures)",
+    )
+    add(
+        "--paper",
+        type=Path,
+        metavar="FILE",
+        help="Markdown whose tables of these figures are written anew: docs/paper.md",
+    )
+    add("--minutes", type=options.minutes, default=12.0, help="of teaching (default: 12)")
+    add(
+        "--epochs",
+        type=options.count,
+        default=40,
+        metavar="N",
+        help="of CNN-3D by the paper's recipe (default: 40)",
+    )
+    add(
+        "--place-epochs",
+        type=options.count,
+        default=400,
+        metavar="N",
+        help="of CNN-2D by the paper's recipe (default: 400)",
+    )
+    add("--seed", type=options.seed, default=7, help="of everything random (default: 7)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and draw."""
+    from models import user_files
+    from models.cli import _extras as extras
+    from models.reports import markdown
+
+    extras.require("drawing figures", "torch", "matplotlib")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from models.studies.figure7 import drawing, study, tables
+    from models.training.loop import prepare_torch
+
+    if not arguments.out.is_dir():
+        raise ValueError(f"{arguments.out} is no directory; make it first")
+    if arguments.paper:
+        markdown.check(arguments.paper, tables.BEGIN, tables.END)
+    prepare_torch(arguments.seed)
+    settings = study.Settings(
+        arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed
+    )
+    found = study.measure(settings, arguments.out / drawing.MEASURED, options.say)
+    for path in drawing.draw(found, arguments.out):
+        options.say(f"wrote {path}")
+    if arguments.paper:
+        page = user_files.read_text(arguments.paper)
+        user_files.write_text(arguments.paper, tables.into(page, found))
+    print(tables.tables(found))
+    return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

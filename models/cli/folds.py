@@ -1,0 +1,125 @@
+"""`models folds`: how well people are recognised from whom nothing was learned."""
+
+import argparse
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+
+SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
+DESCRIPTION: Final = (
+    "Cross-validate on recordings of any sensor: in each fold CNN-3D learns from all but some "
+    "people (or sessions) and is judged on those. A plain model, trees on the touch's trajectory, "
+    "learns and is judged on the same windows. Interrupted, the same command goes on where it was."
+)
+EXAMPLE: Final = (
+    "Try it (two minutes): models simulate --out data --users 4 --sessions 1, then models folds "
+    "data --folds 4 --steps 1500 --out folds.json"
+)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add("data", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
+    add(
+        "--by",
+        choices=("user", "session"),
+        default="user",
+        help="who is left out together (default: user)",
+    )
+    add(
+        "--folds",
+        type=options.count,
+        default=5,
+        metavar="N",
+        help="how many trainings (default: 5)",
+    )
+    add(
+        "--steps",
+        type=options.count,
+        default=0,
+        metavar="N",
+        help=f"batches that each network learns from (default: the recipe's {options.STEPS:,})",
+    )
+    add(
+        "--window",
+        type=options.whole(2, 250),
+        default=0,
+        metavar="N",
+        help="images in a window, for both models (default: those of one second)",
+    )
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels to learn and to judge by (default: auto: the first of these that names "
+        "a gesture)",
+    )
+    options.take_all(parser)
+    add(
+        "--as-given",
+        action="store_true",
+        help="take labels as people gave them; else they are moved to where the touch was",
+    )
+    add(
+        "--choose",
+        action="store_true",
+        help="let each fold choose, by short trainings on some of its own people, how far examples "
+        "are shifted and how hot probabilities are; takes twice as long",
+    )
+    add(
+        "--sound",
+        action="store_true",
+        help="let no taxel or electrode die in training: for sensors that do not break",
+    )
+    add(
+        "--no-plain",
+        dest="plain",
+        action="store_false",
+        help="leave the plain model out",
+    )
+    add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Train, judge, and print the report."""
+    from models.cli import _extras as extras
+
+    needed = ("torch", "sklearn") if arguments.plain else ("torch",)
+    extras.require("training in folds", *needed)
+    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    from models.studies import fold_card
+    from models.studies.cross_validation import Request, cross
+
+    request = Request(
+        paths=tuple(arguments.data),
+        out=arguments.out,
+        by=arguments.by,
+        folds=arguments.folds,
+        steps=arguments.steps,
+        window=arguments.window,
+        labels=arguments.labels,
+        every=arguments.all,
+        given=arguments.as_given,
+        choose=arguments.choose,
+        sound=arguments.sound,
+        plain=arguments.plain,
+        seed=arguments.seed,
+        command=f"models {shlex.join(sys.argv[1:])}",
+    )
+    found = cross(request, options.say)
+    print(fold_card.text(found))
+    options.say(f"wrote {request.out}")
+    return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

@@ -1,0 +1,132 @@
+"""`models simulate`: write a data set of simulated sessions."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+
+SUMMARY: Final = "write a data set of simulated sessions"
+DESCRIPTION: Final = (
+    "Simulate users at play, with the truth beside every frame: a recording per user and session "
+    "(docs/data.md). Interrupted, it goes on where it was."
+)
+EXAMPLE: Final = (
+    "Try it (ten seconds): models simulate --out data --users 2 --sessions 2 --minutes 2"
+)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add("--out", type=Path, required=True, metavar="DIR", help="folder to write into")
+    add("--users", type=options.count, default=10, metavar="N", help="how many play (default: 10)")
+    add("--sessions", type=options.count, default=3, metavar="N", help="of each user (default: 3)")
+    add(
+        "--minutes",
+        type=options.minutes,
+        metavar="M",
+        help="of each session (default: 6 in free play, 29 in blocks, as in the paper)",
+    )
+    add(
+        "--protocol",
+        choices=("free", "blocks"),
+        default="free",
+        help="gestures in any order, or class by class as in the paper (default: free)",
+    )
+    add(
+        "--preset",
+        default="nominal",
+        metavar="NAME",
+        help="quality of the orbs: nominal, paper-snr (default: nominal)",
+    )
+    add(
+        "--hand",
+        choices=("person", "pointer"),
+        default="person",
+        help="a hand on the dome, or a mouse on the panel's picture of it (default: person)",
+    )
+    add(
+        "--one-orb",
+        action="store_true",
+        help="everybody touches the same orb, on days of their own (default: each session has "
+        "another orb)",
+    )
+    add(
+        "--gestures",
+        metavar="LIST",
+        default="press,pinch,twist_cw,twist_ccw",
+        help="labels to play and files of your own (docs/gestures.md), separated by commas: "
+        "press,swipe,wave.toml (default: press,pinch,twist_cw,twist_ccw)",
+    )
+    add(
+        "--seed",
+        type=options.seed,
+        default=0,
+        metavar="S",
+        help="of everything random; 900000 to 999999 are for tests, which no training accepts "
+        "(default: 0)",
+    )
+    add(
+        "--workers",
+        type=options.count,
+        default=os.cpu_count() or 1,
+        metavar="W",
+        help="processes (default: one per core)",
+    )
+    add(
+        "--rate",
+        type=options.number(1.0, 200.0),
+        default=10.0,
+        metavar="HZ",
+        help="frames per second, 1 to 200 (default: 10)",
+    )
+    add(
+        "--rows",
+        type=options.taxels,
+        default=5,
+        metavar="R",
+        help="taxel rows, 2 to 32 (default: 5)",
+    )
+    add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
+    add(
+        "--pitch",
+        type=options.number(0.5, 34.0),
+        metavar="MM",
+        help="distance of two taxels (default: the grid is 40 mm long)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the data set."""
+    from controller.simulator.gesture_file import label_in
+    from models.data.simulate import DataSet, generate
+
+    listed = arguments.gestures.split(",")
+    files = tuple(Path(entry) for entry in listed if entry.endswith(".toml"))
+    data = DataSet(
+        seed=arguments.seed,
+        minutes=arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
+        protocol=arguments.protocol,
+        preset=arguments.preset,
+        hand=arguments.hand,
+        rate_hz=arguments.rate,
+        rows=arguments.rows,
+        columns=arguments.columns,
+        pitch_mm=arguments.pitch,
+        gestures=tuple(
+            label_in(Path(entry)) if entry.endswith(".toml") else entry for entry in listed
+        ),
+        files=files,
+        one_orb=arguments.one_orb,
+    )
+    out, users, sessions = arguments.out, arguments.users, arguments.sessions
+    generate(data, out, users, sessions, arguments.workers, options.say)
+    print(arguments.out)
+    return 0
+
+
+def resumes(arguments: argparse.Namespace) -> bool:
+    """Whether the same command goes on where Ctrl-C ended it."""
+    return True

@@ -1,0 +1,139 @@
+"""`models tune`: choose when a gesture counts, on labelled recordings."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Final
+
+from models.cli import _options as options
+
+SUMMARY: Final = "choose when a gesture counts, on labelled recordings"
+DESCRIPTION: Final = (
+    "Replay labelled recordings over the debouncer's thresholds, draw what is lost against how "
+    "late and how often falsely a gesture is answered, and write the cheapest choice into a new "
+    "bundle. Report on other recordings (models evaluate): a choice flatters what it was made on."
+)
+EXAMPLE: Final = (
+    "Try it (a minute): models simulate --out data --users 4 --sessions 1, then models tune "
+    "models/orbtouch.orb data --out tuned.orb"
+)
+
+SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    weight = options.number(0.0, 1e6)
+    add("bundle", type=Path, help="bundle to tune")
+    add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
+    add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
+    add(
+        "--labels",
+        choices=("auto", "true", "button", "key", "cue"),
+        default="auto",
+        help="whose labels count (default: auto: the truth, else what people said)",
+    )
+    add(
+        "--lost",
+        type=weight,
+        default=1.0,
+        metavar="W",
+        help="what each per cent of F1 that is missing costs (default: 1)",
+    )
+    add(
+        "--alarm",
+        type=weight,
+        default=5.0,
+        metavar="W",
+        help="what one false alarm in an idle minute costs (default: 5)",
+    )
+    add(
+        "--wait",
+        type=weight,
+        default=1.0,
+        metavar="W",
+        help="what a second of latency costs (default: 1)",
+    )
+    add(
+        "--latest",
+        type=options.number(0.0, 60.0),
+        default=0.42,
+        metavar="S",
+        help="greatest median latency, seconds (default: 0.42)",
+    )
+    add(
+        "--alarms",
+        type=options.number(0.0, 1000.0),
+        default=0.02,
+        metavar="N",
+        help="most false alarms in an idle minute (default: 0.02)",
+    )
+    add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
+    add(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="the report that it is added to (default: beside OUT)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Choose, show, and write."""
+    from dataclasses import replace
+
+    from controller.bundles import bundle
+    from controller.console import count
+    from models import user_files
+    from models.cli import _extras as extras
+    from models.data.examples import read_training
+    from models.data.ground_truth import know
+    from models.evaluation import position_error as surely
+    from models.evaluation.replay import Batched
+    from models.evaluation.replay import run as play
+    from models.evaluation.tune import Goal, settings_of, spread, tune, write
+    from models.reports import page
+    from models.reports import terminal_plot as scatter
+
+    if arguments.out:
+        user_files.bundle_target(arguments.out)
+        extras.require("writing a bundle", "tomli_w")
+    page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
+    if arguments.json:
+        user_files.target(arguments.json)
+    if page_of:
+        page.read(page_of)
+    loaded = bundle.read(arguments.bundle)
+    recordings = read_training(arguments.data)  # seeds that are for tests are refused
+    networks, streams = Batched(loaded), []
+    for survey, recording in zip(recordings.surveys, recordings, strict=True):
+        known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
+        streams.append(play(replace(loaded, spread=surely.BARE), networks, recording, known))
+        options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
+    goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
+    command = f"models {shlex.join(sys.argv[1:])}"
+    found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
+    on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
+    idle = count(round(found.idle_minutes), "idle minute")
+    print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
+    print(scatter.draw(found))
+    print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
+    print(found.goal)
+    if (far := spread(streams)) is not None:
+        print(f"places are {far.floor:.3f} grid units off without noise, and "
+              f"{far.noise:.1f} times as far as their images are noisy")  # fmt: skip
+    if (unseen := 3.0 / found.events) > SEEN:
+        print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
+              "record more before you make it faster")  # fmt: skip
+    if arguments.json:
+        user_files.write_text(arguments.json, f"{found.text()}\n")
+    if page_of:
+        from models.reports.data import ReportData
+
+        page.write(page_of, ReportData(tuning=found))
+    if arguments.out:
+        said = f"on {on}; {found.goal}"
+        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
+        options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
+    return 0

@@ -1,0 +1,1 @@
+"""Examples for training: loading, splits, label repair, augmentation, simulation."""

@@ -1,0 +1,327 @@
+"""Examples from sessions, through the very preprocessing that runs on the device.
+
+A data set may be larger than memory: its recordings are surveyed first, loaded one at a time, and
+what becomes of them is kept in a file if a folder is given for it.
+"""
+
+import hashlib
+import tempfile
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Final, Generic, Literal, TypeVar, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import files
+from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.recordings import reader
+from controller.recordings.reader import Survey
+from controller.recordings.recording import UNKNOWN, Origin, Recording, RecordingError
+from controller.simulator.session import TEST_SEEDS
+
+# What truly happened, and what the label button, the keyboard and the cues said.
+Labels = Literal["true", "button", "key", "cue"]
+COLUMNS: Final[dict[Labels, str]] = {
+    "true": "label", "button": "button", "key": "key", "cue": "cue"
+}  # fmt: skip
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, slots=True)
+class Examples:
+    """Images of several sessions in a row, and which windows may be cut from them.
+
+    Attributes:
+        images: z images, float32 (frames, rows, columns).
+        label: Class of each frame, -1 unknown, (frames,).
+        touch: Where a press truly is, grid units, NaN elsewhere, (frames, 2).
+        ends: Last frame of every whole window whose class is known, (windows,).
+        session: Session number of each frame, (frames,).
+        idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
+        window: Images in a window.
+    """
+
+    images: NDArray[np.float32]
+    label: NDArray[np.int64]
+    touch: NDArray[np.float32]
+    ends: NDArray[np.int64]
+    session: NDArray[np.int32]
+    idle: NDArray[np.float32]
+    window: int
+
+    def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
+        """Cut windows, (len(ends), window, rows, columns), oldest image first."""
+        index = ends[:, None] + np.arange(1 - self.window, 1)
+        cut: NDArray[np.float32] = self.images[index]
+        return cut
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One recorded or simulated session, as training needs it.
+
+    Attributes:
+        frames: As they were read, (n, rows, columns).
+        label: Class of each frame, -1 unknown, (n,).
+        touch: Where a press truly is, grid units, NaN elsewhere, (n, 2).
+        sequence: Number of each frame; None: none is missing, (n,).
+        excluded: Frames that nobody shall learn from; None: there are none, (n,).
+    """
+
+    frames: NDArray[np.float32]
+    label: NDArray[np.integer]
+    touch: NDArray[np.float32]
+    sequence: NDArray[np.int64] | None = None
+    excluded: NDArray[np.bool_] | None = None
+
+    @classmethod
+    def of(
+        cls, recorded: Recording, labels: Labels = "true", names: Sequence[str] | None = None
+    ) -> "Source":
+        """Return a recording as training needs it.
+
+        Args:
+            recorded: From a simulation or from the world; only the first knows true touches.
+            labels: Which labels to learn from.
+            names: What classes shall count; by default the recording's own labels.
+
+        Raises:
+            ValueError: It has no such labels at all.
+        """
+        label: NDArray[np.int16] = getattr(recorded, COLUMNS[labels])
+        if (label == UNKNOWN).all():
+            others = [
+                name
+                for name, column in COLUMNS.items()
+                if (getattr(recorded, column) != UNKNOWN).any()
+            ]
+            instead = f"learn from {' or '.join(others)} labels, or leave it out"
+            raise ValueError(
+                f"a recording of {recorded.origin.device_id} lacks {labels} labels; "
+                f"{instead if others else 'label it first, or leave it out'}"
+            )
+        if names is not None:
+            numbers = [*(names.index(own) for own in recorded.origin.labels), UNKNOWN]
+            label = np.array(numbers, dtype=np.int16)[label]  # -1, unknown, takes the last one
+        nowhere = np.full((len(label), 2), np.nan, dtype=np.float32)
+        touch = recorded.truth.touch if recorded.truth else nowhere
+        return cls(recorded.frames, label, touch, recorded.sequence, recorded.excluded)
+
+
+def refuse_test_seed(seed: int | None, what: str) -> None:
+    """Keep the seeds that are for tests out of training and tuning.
+
+    Raises:
+        ValueError: This is one of them.
+    """
+    if seed in TEST_SEEDS:
+        raise ValueError(
+            f"{what} has seed {seed}, and seeds {TEST_SEEDS.start} to {TEST_SEEDS.stop - 1} are "
+            "for tests only; choose another"
+        )
+
+
+@dataclass(frozen=True)
+class Recordings(Sequence[Recording]):
+    """Recordings of one kind, in files; each is loaded when it is asked for, and not kept.
+
+    Attributes:
+        surveys: What each says of itself.
+    """
+
+    surveys: tuple[Survey, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels of the one that knows most, "null" first."""
+        return max((survey.origin.labels for survey in self.surveys), key=len)
+
+    def __len__(self) -> int:
+        return len(self.surveys)
+
+    @overload
+    def __getitem__(self, index: int) -> Recording: ...
+    @overload
+    def __getitem__(self, index: slice) -> "Recordings": ...
+    def __getitem__(self, index: int | slice) -> "Recording | Recordings":
+        """Load one, or choose some.
+
+        Raises:
+            RecordingError: It cannot be read, or is another than at first.
+        """
+        if isinstance(index, slice):
+            return Recordings(self.surveys[index])
+        survey = self.surveys[index]
+        loaded = reader.load(survey.path)
+        if (loaded.origin, len(loaded.frames)) != (survey.origin, survey.frames):
+            raise RecordingError(f"{survey.path} has changed meanwhile; begin again")
+        return loaded
+
+
+def recording_files(paths: Iterable[Path]) -> list[Path]:
+    """Return recordings: files, and all in folders, in order of their names.
+
+    Raises:
+        ValueError: There are none.
+    """
+    named = list(paths)
+    found = [
+        file
+        for path in named
+        for file in (sorted(path.rglob("[!.]*.npz")) if path.is_dir() else [path])
+    ]
+    if not found:
+        where = " or ".join(map(str, named))
+        raise ValueError(
+            f"there are no recordings in {where}; make some with: models simulate --out DIR"
+        )
+    return found
+
+
+def digest(recordings: Iterable[Path]) -> str:
+    """Return the SHA-256 over recordings, in order.
+
+    Raises:
+        OSError: One cannot be read.
+    """
+    whole = hashlib.sha256()
+    for path in recordings:
+        whole.update(hashlib.sha256(files.read_bytes(path, reader.MAX_BYTES)).digest())
+    return whole.hexdigest()
+
+
+def read_training(paths: Iterable[Path]) -> Recordings:
+    """Return recordings to train or tune on: files, and all in folders, in order of their names.
+
+    One may know fewer labels than another, as where places only were recorded.
+
+    Raises:
+        RecordingError: One cannot be read.
+        ValueError: There are none, one is for tests only, or they are not of one kind.
+    """
+    found = recording_files(paths)
+    surveys: list[Survey] = []
+    for file in found:
+        surveys.append(reader.survey(file))
+        refuse_test_seed(surveys[-1].origin.seed, f"the recording {file}")
+        first, this = _kind(surveys[0].origin), _kind(surveys[-1].origin)
+        if first != this:
+            raise ValueError(f"{found[0]} has {first}, {file} has {this}; train on one kind")
+    recordings = Recordings(tuple(surveys))
+    most = recordings.labels
+    for survey in surveys:
+        own = survey.origin.labels
+        if own[0] != most[0] or not set(own) <= set(most):
+            raise ValueError(
+                f"{survey.path} has the labels {', '.join(own)}, another has {', '.join(most)}; "
+                "train on one kind"
+            )
+    return recordings
+
+
+def _kind(origin: Origin) -> str:
+    return f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit}"
+
+
+def prepare(
+    sources: Iterable[Source], settings: PreprocessSettings, folder: Path | None = None
+) -> Examples:
+    """Run every session through the device's preprocessing and join what is usable.
+
+    Every frame goes through, as on the device; those before the rest image exists and those that
+    are excluded are then left out. No window spans two sessions, a missing frame or an excluded
+    one, and none ends at a frame whose class is unknown.
+
+    Args:
+        sources: One after the other; none is kept.
+        settings: How images and windows are made.
+        folder: Where the examples are kept, in a file without a name that goes when they go;
+            None: in memory.
+
+    Raises:
+        ValueError: No session has frames enough for one window.
+    """
+    with ExitStack() as stack:
+
+        def column(kind: type[_Scalar]) -> _Column[_Scalar]:
+            if folder is None:
+                return _Column(kind, None)
+            return _Column(kind, stack.enter_context(tempfile.TemporaryFile(dir=folder)))
+
+        images, touches, idle = column(np.float32), column(np.float32), column(np.float32)
+        labels, ends, sessions = column(np.int64), column(np.int64), column(np.int32)
+        for number, source in enumerate(sources):
+            stage = Preprocessor(settings, *source.frames.shape[1:])
+            prepared = [stage.step(frame) for frame in source.frames]
+            use, last = _usable([p.ready for p in prepared], source, settings.window)
+            if not len(last):
+                continue
+            label = source.label[use].astype(np.int64)
+            touch = source.touch[use].astype(np.float32)
+            touch[label == UNKNOWN] = np.nan
+            ends.add(last + images.rows)
+            images.add(np.stack([prepared[i].image for i in use]))
+            labels.add(label)
+            touches.add(touch)
+            sessions.add(np.full(len(use), number, dtype=np.int32))
+            idle.add(np.array([prepared[i].idle for i in use], dtype=np.float32))
+        if not images.rows:
+            raise ValueError(
+                "no session has a quiet second and a whole labelled window; record more"
+            )
+        joined = images.join(), labels.join(), touches.join(), ends.join(), sessions.join()
+        return Examples(*joined, idle.join(), settings.window)
+
+
+def _usable(
+    ready: list[bool], source: Source, window: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which frames are kept, and which of those end a whole window of a known class."""
+    usable = np.array(ready, dtype=np.bool_)
+    if source.excluded is not None:
+        usable &= ~source.excluded
+    use = np.flatnonzero(usable)
+    begins = np.ones(len(use), dtype=np.bool_)  # a row of frames that lacks none
+    begins[1:] = np.diff(use) != 1
+    if source.sequence is not None:
+        begins[1:] |= np.diff(source.sequence[use]) != 1
+    place = np.arange(len(use))
+    length = place - np.maximum.accumulate(np.where(begins, place, 0)) + 1
+    last = np.flatnonzero((length >= window) & (source.label[use] != UNKNOWN))
+    return use.astype(np.int64), last.astype(np.int64)
+
+
+class _Column(Generic[_Scalar]):
+    """Arrays that are joined along their first axis in the end: in memory, or in a file."""
+
+    def __init__(self, kind: type[_Scalar], file: IO[bytes] | None) -> None:
+        self.rows = 0
+        self._kind = kind
+        self._file = file
+        self._parts: list[NDArray[_Scalar]] = []
+        self._shape: tuple[int, ...] = ()
+
+    def add(self, part: NDArray[_Scalar]) -> None:
+        """Append some rows."""
+        if self.rows and part.shape[1:] != self._shape:
+            raise ValueError(
+                f"sessions of {self._shape} and of {part.shape[1:]} taxels; train on one kind"
+            )
+        self._shape = part.shape[1:]
+        self.rows += len(part)
+        if self._file is None:
+            self._parts.append(part)
+        else:
+            self._file.write(np.ascontiguousarray(part).tobytes())
+
+    def join(self) -> NDArray[_Scalar]:
+        """Return all rows; of a file only those that are looked at are in memory."""
+        if self._file is None:
+            return np.concatenate(self._parts)
+        self._file.flush()
+        # Copy on write: whoever changes an array does not change the file.
+        shape: Any = (self.rows, *self._shape)
+        return np.asarray(np.memmap(self._file, dtype=self._kind, mode="c", shape=shape))

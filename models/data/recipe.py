@@ -1,0 +1,216 @@
+"""How networks are trained: the paper's recipe, and the best we know, as plain values."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from controller.recognition.preprocess import PreprocessSettings
+from models.cli._options import STEPS
+from models.data.augment import Augmentation
+
+VARIED: Final = Augmentation()
+UNTOUCHED: Final = Augmentation(
+    turned=0.0,
+    mirrored=0.0,
+    shifted=0,
+    gain=0.0,
+    offset=0.0,
+    noise=0.0,
+    dropout=0.0,
+    electrode=0.0,
+)
+NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """How one network is trained.
+
+    Attributes:
+        epochs: Passes over the examples; 0: as many as `steps` takes, within `limits`.
+        steps: Batches that are enough.
+        limits: Fewest and most epochs that `steps` may come to.
+        batch: Examples per step.
+        nesterov: Nesterov's accelerated gradient, momentum 0.9, in place of Adam.
+        rate: Highest learning rate.
+        falling: It warms up and falls to zero along a cosine; else it stays.
+        l2: Penalty on squared weights of convolutions and dense layers.
+        clip: Greatest norm of a gradient; 0: any.
+        patience: Epochs without a better one, as a share of all, before training stops; 0: never.
+        keep_best: The best epoch on held-out sessions is kept, else the last.
+        null_share: Share of the null windows that each epoch draws; idling teaches little.
+        balance: Weight of a class in the loss: its share of the examples to this negative power.
+        label_noise: Deviation of what is added to each true place, grid units.
+        robust: Errors beyond this count by their size, not by its square, grid units; 0: none do.
+        channels: Maps of the convolutions.
+        hidden: Widths of the dense layers.
+        strides: Convolutions take longer steps in space and time than the paper's.
+        normalised: Layers are normalised over each batch while they learn.
+        coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
+            are faster then (bfloat16); sums are not.
+        augmentation: How examples are varied.
+    """
+
+    epochs: int
+    steps: int = 0
+    limits: tuple[int, int] = (1, 1)
+    batch: int = 150
+    nesterov: bool = False
+    rate: float = 2e-3
+    falling: bool = True
+    l2: tuple[float, float] = (5e-4, 1e-5)
+    clip: float = 0.0
+    patience: float = 0.5
+    keep_best: bool = True
+    null_share: float = 0.5
+    balance: float = 0.5
+    label_noise: float = 0.0
+    robust: float = 0.0
+    channels: tuple[int, int] = (12, 24)
+    hidden: tuple[int, int] = (64, 32)
+    strides: bool = True
+    normalised: bool = False
+    coarse: bool = False
+    augmentation: Augmentation = VARIED
+
+    def passes(self, examples: int) -> int:
+        """Return how many epochs so many examples get."""
+        if self.epochs:
+            return self.epochs
+        least, most = self.limits
+        return min(most, max(least, -(-self.steps * self.batch // max(1, examples))))
+
+    def of_people(self, count: int) -> "Course":
+        """Return the course for recordings of so many people.
+
+        Of one person nothing tells how others' hands come, so every example is turned: others'
+        gestures are recognised better then, and on a noisy orb that person's own as well.
+        """
+        varied = self.augmentation
+        if count > 1 or not varied.symmetric:
+            return self
+        return replace(self, augmentation=replace(varied, turned=1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """How both networks are trained.
+
+    Attributes:
+        name: What it is called.
+        gesture: CNN-3D.
+        location: CNN-2D.
+        averaged: CNN-2D sees the image of a touch so far (controller/recognition/touch_position.py), not each frame's.
+        repair: Labels that people gave are moved to where the touch was.
+        truth: The truth is learned from where it is known; else what the label button said.
+        scaled: Probabilities are calibrated on held-out sessions.
+        tracked: Rest is followed while nothing touches; else it is the first ten seconds' mean.
+    """
+
+    name: str
+    gesture: Course
+    location: Course
+    averaged: bool = True
+    repair: bool = True
+    truth: bool = True
+    scaled: bool = True
+    tracked: bool = True
+
+    def settings(self, rate_hz: float, window: int) -> PreprocessSettings:
+        """Return how images and windows are made."""
+        plain = PreprocessSettings(rate_hz=rate_hz, window=window)
+        if self.tracked:
+            return plain
+        # Paper, section 4.1: C0 is the mean of the first ten seconds, and stays.
+        return replace(plain, start_s=10.0, settle_s=NEVER_S, adopt_s=NEVER_S)
+
+    def sentences(self, *, gesture: bool, location: bool) -> list[str]:
+        """Return what it does to the networks that are trained, for people."""
+        rest = "followed while nothing touches" if self.tracked else "the first ten seconds, fixed"
+        lines = [
+            f"rest: {rest}",
+            f"labels of people: {'moved to the touch' if self.repair else 'as they were given'}",
+        ]
+        asked = (("CNN-3D", self.gesture, gesture), ("CNN-2D", self.location, location))
+        for name, course in ((name, course) for name, course, wanted in asked if wanted):
+            much = f"{course.epochs} epochs" if course.epochs else f"{course.steps} steps"
+            how = "Nesterov" if course.nesterov else "Adam"
+            varied = "no augmentation" if course.augmentation == UNTOUCHED else "augmented"
+            lines.append(
+                f"{name}: {course.channels[0]}/{course.channels[1]} maps, {course.hidden[0]}/"
+                f"{course.hidden[1]} dense, {how}, {much} of batches of {course.batch}, {varied}"
+            )
+        return lines
+
+
+DEFAULT: Final = Recipe(
+    "default",
+    # Normalised layers are as good after 12 epochs as others after 30.
+    gesture=Course(
+        epochs=0,
+        steps=STEPS,
+        limits=(8, 100),
+        batch=256,
+        rate=1.1e-2,
+        normalised=True,
+        coarse=True,
+    ),
+    # Images of touches are few and small, so they may come by often; noise would hide the place.
+    location=Course(
+        epochs=0,
+        steps=30000,
+        limits=(40, 200),
+        batch=256,
+        rate=3e-3,
+        l2=(0.0, 0.0),
+        robust=0.03,
+        channels=(16, 24),
+        hidden=(64, 32),
+        strides=False,
+        augmentation=Augmentation(
+            turned=0.3, gain=0.05, offset=0.0, noise=0.0, dropout=0.02, electrode=0.01
+        ),
+    ),
+)
+
+# Paper, section 4.2. Learning rate and widths are not stated: 1e-3 and docs/paper.md's.
+PAPER: Final = Recipe(
+    "paper",
+    gesture=Course(
+        epochs=500,
+        batch=150,
+        rate=1e-3,
+        falling=False,
+        l2=(5e-4, 1e-5),
+        patience=0.0,
+        keep_best=False,
+        null_share=1.0,
+        balance=0.0,
+        channels=(16, 32),
+        hidden=(128, 64),
+        strides=False,
+        augmentation=UNTOUCHED,
+    ),
+    location=Course(
+        epochs=2000,
+        batch=128,
+        nesterov=True,
+        rate=1e-3,
+        falling=False,
+        l2=(1e-5, 5e-6),
+        clip=10.0,
+        patience=0.0,
+        keep_best=False,
+        label_noise=0.05,
+        channels=(16, 32),
+        hidden=(128, 64),
+        strides=False,
+        augmentation=UNTOUCHED,
+    ),
+    averaged=False,
+    repair=False,
+    truth=False,
+    scaled=False,
+    tracked=False,
+)
+
+RECIPES: Final = {recipe.name: recipe for recipe in (DEFAULT, PAPER)}

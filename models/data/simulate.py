@@ -1,0 +1,264 @@
+"""Data sets of simulated sessions: users times sessions, one recording each (docs/data.md).
+
+A session hangs on the data set's settings, its user and its number, and on nothing else: any
+number of processes writes the same bytes, in any order, at once or in several goes.
+"""
+
+import hashlib
+import json
+import time
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, as_completed
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from controller import files
+from controller.recordings import recording, writer
+from controller.simulator.faults import Fault
+from controller.simulator.gesture_file import Repertoire, load
+from controller.simulator.hand import GESTURES
+from controller.simulator.orb import OrbModel
+from controller.simulator.presets import preset
+from controller.simulator.session import DATA, Protocol, simulate
+from controller.simulator.user_style import Style, person
+from models import processes, user_files
+from models import text as words
+
+DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
+_INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
+_SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
+
+_ORB: Final = 78  # tag of the orb that everybody touches
+_DAYS: Final = 100_000  # more than anybody's
+
+Hand = Literal["person", "pointer"]
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class DataSet:
+    """What all sessions of a data set have in common.
+
+    Attributes:
+        seed: Of its users and their sessions.
+        minutes: Length of a session.
+        protocol: "free" or "blocks".
+        preset: Quality of the orbs.
+        hand: Whose touches they are: a "person"'s, or a "pointer"'s on a screen.
+        rate_hz: Frames per second.
+        rows: Taxel rows.
+        columns: Taxel columns.
+        pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
+        gestures: Labels that are played.
+        files: Gestures of the user's own.
+        one_orb: Everybody touches the same orb, on days of their own; else each session has
+            another one.
+    """
+
+    seed: int = 0
+    minutes: float = 6.0
+    protocol: Protocol = "free"
+    preset: str = "nominal"
+    hand: Hand = "person"
+    rate_hz: float = 10.0
+    rows: int = 5
+    columns: int = 5
+    pitch_mm: float | None = None
+    gestures: tuple[str, ...] = GESTURES
+    files: tuple[Path, ...] = ()
+    one_orb: bool = False
+
+    def model(self) -> OrbModel:
+        """Return the orb; its dome is as large as the grid needs.
+
+        Raises:
+            ValueError: There is no such preset.
+        """
+        longest = max(self.rows, self.columns) - 1
+        pitch = self.pitch_mm or round(_SPAN_MM / longest, 2)
+        return replace(preset(self.preset), rows=self.rows, columns=self.columns, pitch_mm=pitch)
+
+    def repertoire(self) -> Repertoire:
+        """Return what the hands can do.
+
+        Raises:
+            GestureError: A file holds no gesture.
+            ValueError: A label is unknown, no gesture, or named twice.
+        """
+        known = load(self.files)
+        for label in self.gestures:
+            if label not in known or known[label].distractor:
+                names = ", ".join(name for name, gesture in known.items() if not gesture.distractor)
+                raise ValueError(f"there is no gesture {label!r}; there are {names}")
+        if len(set(self.gestures)) < len(self.gestures):
+            raise ValueError("a gesture is named twice; name each once")
+        return known
+
+    def style(self, user: int) -> Style:
+        """Return how a user touches; users count from 0."""
+        return person(self.seed, user)
+
+    def describe(self) -> str:
+        """Return the settings as the text of `DESCRIPTION`."""
+        own = {
+            path.name: hashlib.sha256(files.read_bytes(path, user_files.MAX_BYTES)).hexdigest()
+            for path in self.files
+        }
+        settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
+        if not self.one_orb:  # as it was said before there was such a setting
+            del settings["one_orb"]
+        return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
+
+    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
+        """Simulate one session; users and sessions count from 0, faults are there throughout."""
+        model, repertoire = self.model(), self.repertoire()
+        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
+        which = f"{self.seed}-{user + 1}-{number + 1}"
+        if self.one_orb:
+            orb = np.random.SeedSequence([DATA, self.seed, _ORB])
+            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
+        played = simulate(
+            seeds,
+            self.minutes,
+            style=self.style(user),
+            pointer=self.hand == "pointer",
+            rate_hz=self.rate_hz,
+            model=model,
+            protocol=self.protocol,
+            inflation=_INFLATION,
+            gestures=self.gestures,
+            repertoire=repertoire,
+            faults=faults,
+            day=1 + user * _DAYS + number if self.one_orb else 0,
+        )
+        origin = recording.Origin(
+            device_id=f"simulated-{which}",
+            rows=model.rows,
+            columns=model.columns,
+            pitch_mm=model.pitch_mm,
+            rate_hz=self.rate_hz,
+            labels=played.labels,
+            bundle="",
+            engine="",
+            software=recording.software(),
+            user=f"{user + 1:02d}",
+            session=f"{number + 1:02d}",
+            protocol=self.protocol,
+            preset=self.preset,
+            seed=self.seed,
+        )
+        fingers = max(1, int(np.isfinite(played.contact[:, :, 2]).any(axis=0).sum()))
+        events = sorted((*played.events, *played.distractors), key=lambda event: event.onset_s)
+        frames = len(played.frames)
+        unsaid = recording.unlabelled(frames)
+        return recording.Recording(
+            origin,
+            played.frames,
+            t=played.time_s,
+            sequence=np.arange(1, frames + 1, dtype=np.int64),
+            label=played.label.astype(np.int16),
+            button=played.button.astype(np.int16),
+            key=unsaid["key"],
+            cue=unsaid["cue"],
+            excluded=np.zeros(frames, dtype=np.bool_),
+            touch=np.full((frames, 2), np.nan),
+            truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
+        )
+
+
+class Given(np.random.SeedSequence):
+    """The seeds of a session, as it spawns them: of orb, people, order, placement and button."""
+
+    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
+        super().__init__(0)
+        self._seeds = seeds
+
+    def spawn(self, n_children: int) -> list[Any]:  # numpy's stub wants our own class
+        """Return them."""
+        return list(self._seeds[:n_children])
+
+
+def name(user: int, number: int) -> str:
+    """Return the file name of a session; users and sessions count from 0, names from 1."""
+    return f"sub-{user + 1:02d}_ses-{number + 1:02d}_run-01.npz"
+
+
+def generate(
+    data: DataSet, out: Path, users: int, sessions: int, workers: int, say: Say
+) -> list[Path]:
+    """Write the recordings that are not there yet, and return the paths of all.
+
+    Args:
+        data: Their settings.
+        out: The folder; made if it does not exist.
+        users: How many play.
+        sessions: How often each of them.
+        workers: Processes.
+        say: Takes lines of progress.
+
+    Raises:
+        ValueError: The folder holds something else or cannot be written to, or the settings are
+            impossible.
+        OSError: A recording cannot be written.
+    """
+    data.model(), data.repertoire()  # what is impossible is told before anything is written
+    user_files.folder_target(out)
+    _claim(out, data.describe())
+    wanted = [(user, number) for user in range(users) for number in range(sessions)]
+    missing = [(u, n) for u, n in wanted if not _whole(out / name(u, n))]
+    kept = len(wanted) - len(missing)
+    if kept:
+        say(f"{kept} of {len(wanted)} recordings are there already and are kept")
+    begun = time.monotonic()
+    for done, line in enumerate(_work(data, out, missing, workers), 1):
+        left_s = (time.monotonic() - begun) / done * (len(missing) - done)
+        say(f"{kept + done}/{len(wanted)} {line}; {words.duration(left_s)} left")
+    return [out / name(user, number) for user, number in wanted]
+
+
+def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int) -> Iterator[str]:
+    """Write these sessions, and yield a line for each that is done."""
+    if workers == 1 or len(missing) < 2:
+        for user, number in missing:
+            yield _write(data, out, user, number)
+        return
+    with processes.pool(min(workers, len(missing))) as pool:
+        jobs: list[Future[str]] = [pool.submit(_write, data, out, *who) for who in missing]
+        for job in as_completed(jobs):
+            yield job.result()
+
+
+def _write(data: DataSet, out: Path, user: int, number: int) -> str:
+    """Simulate a session into its file, and return a line about it."""
+    made = data.session(user, number)
+    path = out / name(user, number)
+    files.atomic_write(path, writer.pack(made), replace=False)
+    assert made.truth is not None
+    return f"{path.name}: {len(made.frames)} frames, {len(made.truth.events)} touches"
+
+
+def _claim(out: Path, description: str) -> None:
+    """Say in the folder how its recordings are made, or check that it says the same."""
+    path = out / DESCRIPTION
+    if not path.exists():
+        if any(out.glob("[!.]*.npz")):
+            raise ValueError(f"{out} holds recordings of another origin; choose another --out")
+        user_files.write_text(path, description)
+    elif user_files.read_text(path) != description:
+        raise ValueError(
+            f"{out} holds a data set with other settings ({path}); repeat them, or choose "
+            "another --out"
+        )
+
+
+def _whole(path: Path) -> bool:
+    """Whether a recording is there; a damaged one is refused rather than replaced."""
+    if not path.exists():
+        return False
+    if not zipfile.is_zipfile(path):
+        raise ValueError(f"{path} is damaged; remove it, and the same command makes it anew")
+    return True

@@ -1,0 +1,1 @@
+"""Evaluation of bundles on recordings, and tuning of their decisions."""

@@ -1,0 +1,172 @@
+"""What a freshly trained network is worth: scores with intervals, confusion, calibration."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.data.examples import Examples
+from models.evaluation import bootstrap as intervals
+from models.results.training import Calibration, Honesty
+
+BINS: Final = 10  # of confidence
+_HOTTEST: Final = 3.0  # logarithm of the temperature, either way
+_NARROW: Final = (math.sqrt(5.0) - 1.0) / 2.0  # golden section
+
+Matrix = NDArray[np.int64]
+Probabilities = NDArray[np.float64]
+
+
+def softmax(logits: NDArray[np.floating], temperature: float = 1.0) -> Probabilities:
+    """Return probabilities, (n, classes)."""
+    hot = logits.astype(np.float64) / temperature
+    hot -= hot.max(axis=1, keepdims=True)
+    grown = np.exp(hot)
+    return np.asarray(grown / grown.sum(axis=1, keepdims=True))
+
+
+def temperature(logits: NDArray[np.floating], label: NDArray[np.integer]) -> float:
+    """Return what to divide logits by so that probabilities mean what they say.
+
+    It is the one under which the labels are least surprising; 1 where there are none.
+    """
+    if not len(label):
+        return 1.0
+
+    def surprise(log: float) -> float:
+        own = softmax(logits, math.exp(log))[np.arange(len(label)), label]
+        return float(-np.log(np.maximum(own, 1e-12)).mean())
+
+    low, high = -_HOTTEST, _HOTTEST
+    while high - low > 1e-3:
+        left, right = high - _NARROW * (high - low), low + _NARROW * (high - low)
+        if surprise(left) < surprise(right):
+            high = right
+        else:
+            low = left
+    return math.exp((low + high) / 2.0)
+
+
+def calibration(
+    logits: NDArray[np.floating], label: NDArray[np.integer], hot: float
+) -> Calibration:
+    """Return how much probabilities mean before and after the temperature."""
+    before, _ = _expected(softmax(logits), label)
+    after, bins = _expected(softmax(logits, hot), label)
+    return Calibration(hot, before, after, bins)
+
+
+def confusion(named: NDArray[np.integer], label: NDArray[np.integer], classes: int) -> Matrix:
+    """Return how often each true class (rows) was given each name (columns)."""
+    count = np.bincount(label * classes + named, minlength=classes * classes)
+    return count.reshape(classes, classes).astype(np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class Events:
+    """Runs of windows of one gesture.
+
+    Attributes:
+        label: Class of each, (events,).
+        named: Class that its mean probability names, null aside, (events,).
+    """
+
+    label: NDArray[np.int64]
+    named: NDArray[np.int64]
+
+
+def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabilities) -> Events:
+    """Return the gestures among windows, and what they are taken for.
+
+    Args:
+        examples: Where the windows are from.
+        ends: Their last frames, in order.
+        probabilities: Of each window, (windows, classes).
+    """
+    label = examples.label[ends]
+    begins = np.ones(len(ends), dtype=np.bool_)
+    # An unclear frame at an edge parts nothing; another session or a longer silence does.
+    begins[1:] = (
+        (np.diff(ends) > 2) | (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
+    )
+    run = np.cumsum(begins) - 1
+    of = label[begins]
+    total = np.zeros((len(of), probabilities.shape[1]))
+    np.add.at(total, run, probabilities)
+    gesture = of > 0
+    return Events(of[gesture], 1 + total[gesture, 1:].argmax(axis=1))
+
+
+def honest_share(
+    examples: Examples,
+    check: tuple[NDArray[np.int64], NDArray[np.integer]],
+    random: tuple[NDArray[np.int64], NDArray[np.integer]],
+    classes: int,
+) -> Honesty:
+    """Return the share of windows named rightly, held out and at random.
+
+    Args:
+        examples: Where the windows are from.
+        check: Last frames of the windows held out, and what they were named.
+        random: Of the windows at random, likewise.
+        classes: How many there are.
+    """
+    right = [named == examples.label[ends] for ends, named in (check, random)]
+    session = examples.session[check[0]]
+    groups = np.unique(session)
+    figure = intervals.share(
+        [right[0][session == group].sum() for group in groups],
+        [(session == group).sum() for group in groups],
+    )
+    shares = [float(r.mean()) if len(r) else math.nan for r in right]
+    # Per output, a window is one right answer per class: two are wrong where its name is.
+    return Honesty(
+        shares[0],
+        figure.low,
+        figure.high,
+        shares[1],
+        unseen_binary=1.0 - 2.0 * (1.0 - shares[0]) / classes,
+        random_binary=1.0 - 2.0 * (1.0 - shares[1]) / classes,
+        unseen_windows=len(right[0]),
+        random_windows=len(right[1]),
+    )
+
+
+def honest_error(
+    session: NDArray[np.integer], check: NDArray[np.floating], random: NDArray[np.floating]
+) -> Honesty:
+    """Return the mean error, held out and at random.
+
+    Args:
+        session: Of each image held out, (n,).
+        check: How far off each of them is, (n, 2).
+        random: How far off each image at random is, (m, 2).
+    """
+    each = np.abs(check).mean(axis=1)
+    figure = intervals.mean([each[session == group] for group in np.unique(session)])
+    other = float(np.abs(random).mean()) if len(random) else math.nan
+    return Honesty(
+        figure.value, figure.low, figure.high, other, math.nan, math.nan, len(check), len(random)
+    )
+
+
+def _expected(
+    probabilities: Probabilities, label: NDArray[np.integer]
+) -> tuple[float, tuple[tuple[float, float, int], ...]]:
+    """Return the expected calibration error, and its bins."""
+    if not len(label):
+        return math.nan, ()
+    sure = probabilities.max(axis=1)
+    right = probabilities.argmax(axis=1) == label
+    where = np.minimum((sure * BINS).astype(np.int64), BINS - 1)
+    count = np.bincount(where, minlength=BINS)
+    confidence = np.bincount(where, sure, minlength=BINS)
+    hits = np.bincount(where, right.astype(np.float64), minlength=BINS)
+    error = float(np.abs(hits - confidence).sum() / len(label))
+    bins = tuple(
+        (float(confidence[i] / count[i]), float(hits[i] / count[i]), int(count[i]))
+        for i in np.flatnonzero(count)
+    )
+    return error, bins

@@ -1,0 +1,272 @@
+"""Choose the debouncer's thresholds on labelled streams: what is lost, what is false, how late.
+
+How far off places are is measured on the way.
+
+Every point of a grid is replayed. A point is on the front if no other is at least as good in
+recall, in false alarms and in latency, and better in one. Among these the cheapest is chosen, by
+what a lost gesture, a false alarm and a second cost. F1, not recall, is what is paid for: a wrong
+answer is worse than none.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import files
+from controller.bundles import bundle
+from controller.bundles.bundle import MANIFEST, Bundle
+from controller.recognition.debounce import DebounceSettings
+from controller.recognition.event_metric import Answer, judge
+from controller.recognition.touch_position import Spread
+from models.evaluation import bootstrap as intervals
+from models.evaluation import position_error as surely
+from models.evaluation.event_counts import tally, told
+from models.evaluation.replay import Stream, debounced, fire, smoothed
+from models.results.evaluation import Point, Tuning
+
+SMOOTHING: Final = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
+ON: Final = (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95)
+OFF: Final = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """What a choice costs, and what it may not pass.
+
+    Attributes:
+        lost: Cost of each per cent of F1 that is missing.
+        alarm: Of one false alarm in an idle minute.
+        wait: Of a second of latency.
+        latest_s: Greatest median latency.
+        alarms_per_min: Most false alarms in an idle minute.
+    """
+
+    lost: float = 1.0
+    alarm: float = 5.0
+    wait: float = 1.0
+    latest_s: float = 0.42
+    alarms_per_min: float = 0.02
+
+    def cost(self, point: Point) -> float:
+        """Return what a point costs."""
+        lost = self.lost * 100.0 * (1.0 - point.f1)
+        return lost + self.alarm * point.false_alarms_per_min + self.wait * point.latency_s
+
+    def sentence(self) -> str:
+        """Return the goal in words."""
+        return (
+            f"cost = {self.lost:g} × per cent of F1 lost + {self.alarm:g} × false alarms per idle "
+            f"minute + {self.wait:g} × seconds of latency; at most {self.alarms_per_min:g} false "
+            f"alarms and a median of {self.latest_s:g} s"
+        )
+
+
+def tune(
+    name: str,
+    labels: Sequence[str],
+    now: DebounceSettings,
+    streams: Sequence[Stream],
+    goal: Goal,
+    command: str = "",
+) -> Tuning:
+    """Replay streams over the grid, and choose.
+
+    Args:
+        name: File name of the bundle.
+        labels: Its labels, "null" first.
+        now: Its present thresholds, which are tried as well.
+        streams: Development streams; nothing that is reported is measured on them.
+        goal: What is chosen by.
+        command: What was typed.
+
+    Raises:
+        ValueError: There are no gestures in the streams.
+    """
+    events = sum(len(stream.known.events) for stream in streams)
+    if not events:
+        raise ValueError("there are no gestures in these recordings; tune on labelled ones")
+    idle = sum(tally(stream, labels).idle_minutes for stream in streams)
+    grid = {DebounceSettings(*one) for one in itertools.product(SMOOTHING, ON, OFF)} | {now}
+    points = [
+        _point(settings, answers, streams, idle)
+        for settings, answers in _replayed(streams, labels, grid)
+    ]
+    before = next(p for p in points if settings_of(p) == now)
+    edge = front(points)
+    chosen = choose(edge, points, goal, events)
+    return Tuning(
+        bundle=name,
+        sessions=len(streams),
+        events=events,
+        idle_minutes=idle,
+        before=before,
+        chosen=chosen,
+        front=tuple(edge),
+        tried=len(points),
+        goal=goal.sentence(),
+        figures=_figures(streams, labels, settings_of(chosen)),
+        command=command,
+    )
+
+
+def settings_of(point: Point) -> DebounceSettings:
+    """Return a point as the debouncer takes it."""
+    return DebounceSettings(point.smoothing, point.on, point.off)
+
+
+def front(points: Sequence[Point]) -> list[Point]:
+    """Return the points that no other beats, the fastest first; of equals the first.
+
+    A point without a right answer has no latency and is on no front.
+    """
+    ranked = sorted(
+        (p for p in points if np.isfinite(p.latency_s)),
+        key=lambda p: (p.latency_s, -p.recall, p.false_alarms_per_min, -p.f1),
+    )
+    kept: list[Point] = []
+    for point in ranked:  # whoever beats it is at least as fast, so it has been seen
+        if not any(
+            k.recall >= point.recall and k.false_alarms_per_min <= point.false_alarms_per_min
+            for k in kept
+        ):
+            kept.append(point)
+    return kept
+
+
+def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: int) -> Point:
+    """Return the cheapest point within the goal's limits.
+
+    If none is fast and quiet enough, the cheapest that is fast enough; if none is, the fastest.
+    Points that one event more or less would make equal count as equal; of these, the one whose
+    neighbours in the grid are the cheapest on average is taken.
+
+    Args:
+        edge: The front, the fastest first.
+        points: The whole grid.
+        goal: What things cost.
+        events: How many gestures the points were measured on.
+    """
+    fast = [point for point in edge if point.latency_s <= goal.latest_s + 1e-9]
+    quiet = [point for point in fast if point.false_alarms_per_min <= goal.alarms_per_min]
+    allowed = quiet or fast or edge[:1]
+    least = min(goal.cost(point) for point in allowed) + goal.lost * 100.0 / events
+
+    def around(point: Point) -> float:
+        near = [goal.cost(other) for other in points if _near(point, other)]
+        return float(np.mean([goal.cost(point), *(one for one in near if np.isfinite(one))]))
+
+    return min((point for point in allowed if goal.cost(point) <= least + 1e-9), key=around)
+
+
+def spread(streams: Sequence[Stream]) -> Spread | None:
+    """Return how far off places are in every frame of a press; None: there are too few to tell.
+
+    Args:
+        streams: Of a bundle whose `spread` is `surely.BARE`.
+    """
+    found = np.concatenate([told(stream) for stream in streams])
+    return surely.measure(found[:, 0], found[:, 1:])
+
+
+def write(
+    path: Path, loaded: Path, settings: DebounceSettings, said: str, far: Spread | None = None
+) -> Bundle:
+    """Write a bundle that differs from another in what was measured here only, and return it.
+
+    Args:
+        path: Where to.
+        loaded: The other bundle's file.
+        settings: The thresholds.
+        said: What its card says of them.
+        far: How far off places are; None: as the other says.
+
+    Raises:
+        BundleError: The other bundle cannot be used.
+        OSError: The file cannot be written.
+    """
+    import tomli_w
+
+    bundle.read(loaded)  # every byte of it is checked
+    parts = bundle.unpack(files.read_bytes(loaded, bundle.MAX_BYTES))
+    table = bundle.manifest(parts[MANIFEST])
+    table["debounce"] = dataclasses.asdict(settings)
+    card = table.pop("card")  # it stands last
+    if far is not None:
+        table["location"] = dataclasses.asdict(far)
+    table["card"] = {**card, "tuned": said}
+    bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
+    return bundle.read(path)
+
+
+def _near(one: Point, other: Point) -> bool:
+    """Whether two points of the grid differ by a step at most, in each of their thresholds."""
+    axes = (SMOOTHING, one.smoothing, other.smoothing), (ON, one.on, other.on), (
+        OFF, one.off, other.off)  # fmt: skip
+    return all(
+        abs(float(np.searchsorted(steps, a)) - float(np.searchsorted(steps, b))) <= 1
+        for steps, a, b in axes
+    )
+
+
+def _replayed(
+    streams: Sequence[Stream], labels: Sequence[str], grid: set[DebounceSettings]
+) -> list[tuple[DebounceSettings, list[list[Answer]]]]:
+    """Return what each point of the grid answers to each stream."""
+    ordered = sorted(grid, key=dataclasses.astuple)
+    answers: list[list[list[Answer]]] = [[] for _ in ordered]
+    for stream in streams:
+        means: dict[float, NDArray[np.float64]] = {}
+        for place, settings in enumerate(ordered):
+            share = settings.smoothing
+            if share not in means:
+                means = {share: smoothed(stream.probabilities, share)}  # one at a time is enough
+            given = fire(means[share], stream.known.t, labels, settings.on, settings.off)
+            answers[place].append(given)
+    return list(zip(ordered, answers, strict=True))
+
+
+def _point(
+    settings: DebounceSettings,
+    answers: Sequence[Sequence[Answer]],
+    streams: Sequence[Stream],
+    idle_minutes: float,
+) -> Point:
+    found = [judge(s.known.events, a) for s, a in zip(streams, answers, strict=True)]
+    total = found[0]
+    for other in found[1:]:
+        total.add(other)
+    late = round(float(np.median(total.latencies_s)), 4) if total.latencies_s else float("nan")
+    return Point(
+        settings.smoothing,
+        settings.on,
+        settings.off,
+        total.recall,
+        total.f1,
+        total.false_alarms / idle_minutes if idle_minutes else float("nan"),
+        late,
+    )
+
+
+def _figures(
+    streams: Sequence[Stream], labels: Sequence[str], settings: DebounceSettings
+) -> dict[str, intervals.Figure]:
+    """Return the chosen point's figures with intervals; they flatter, being chosen."""
+    tallies = [
+        tally(dataclasses.replace(s, answers=tuple(debounced(s, labels, settings))), labels)
+        for s in streams
+    ]
+    events, hits = [t.events for t in tallies], [t.hits for t in tallies]
+    return {
+        "recall": intervals.share(hits, events),
+        "f1": intervals.f1(hits, [int(t.answers.sum()) for t in tallies], events),
+        "false_alarms_per_min": intervals.rate(
+            [t.false_alarms for t in tallies], [t.idle_minutes for t in tallies]
+        ),
+        "latency_s": intervals.median([t.latencies_s for t in tallies]),
+    }

@@ -1,0 +1,1 @@
+"""Plain result types, below everything that fills or shows them."""

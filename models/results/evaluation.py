@@ -1,0 +1,287 @@
+"""What an evaluation and a tuning found out, as plain values: what cards, reports and JSON show.
+
+Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure that could
+not be had; in JSON it is null. Locations are in grid units, errors are means over the two axes.
+"""
+
+import math
+from dataclasses import asdict, dataclass, field, is_dataclass
+from typing import Any
+
+from models import json_values as plain
+from models.evaluation.bootstrap import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class ClassFigures:
+    """What becomes of one gesture, by the event metric (controller/recognition/event_metric.py).
+
+    Attributes:
+        label: Its name.
+        events: How often it was made.
+        recall: Share of these that were answered rightly.
+        precision: Share of the answers with its name that were right.
+        named: Share of its events that the mean probability names rightly.
+    """
+
+    label: str
+    events: int
+    recall: Figure
+    precision: Figure
+    named: Figure
+
+
+@dataclass(frozen=True, slots=True)
+class LocationFigures:
+    """How far off places are: one estimate per press, its last.
+
+    Attributes:
+        error: Mean over the presses.
+        on_site: Of those within a quarter pitch of a taxel.
+        off_site: Of all others.
+        half_within: Half of the presses are closer than this.
+        most_within: 95 % are.
+        touches: x, y, error in x, error in y of each press.
+        sigma: Median deviation that the bundle gives its places; NaN: it gives none.
+        within_one: Share of errors, over both axes, below the deviation given: 68 % is right.
+        within_two: Below twice that: 95 %.
+    """
+
+    error: Figure
+    on_site: Figure
+    off_site: Figure
+    half_within: float
+    most_within: float
+    touches: tuple[tuple[float, float, float, float], ...]
+    sigma: float = math.nan
+    within_one: float = math.nan
+    within_two: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The same figures for one session or one user.
+
+    Attributes:
+        name: Which.
+        sessions: How many.
+        events: True gestures.
+        f1: Of the event metric.
+        event_accuracy: Share of events that the mean probability names rightly.
+        frame_accuracy: Share of frames named rightly.
+        false_alarms_per_min: In idle time.
+        latency_s: Median from onset.
+        location_error: Mean over the presses.
+    """
+
+    name: str
+    sessions: int
+    events: int
+    f1: float
+    event_accuracy: float
+    frame_accuracy: float
+    false_alarms_per_min: float
+    latency_s: float
+    location_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """How much a probability means.
+
+    Attributes:
+        error: Expected calibration error, over frames.
+        bins: (mean confidence, share of right, frames) of ten equal ranges of confidence.
+    """
+
+    error: float
+    bins: tuple[tuple[float, float, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a bundle does on one set of sessions.
+
+    Attributes:
+        name: Of the set: a preset, a folder.
+        labels: Classes, "null" first.
+        sessions: How many.
+        users: How many.
+        events: True gestures.
+        minutes: Their length.
+        idle_minutes: Time in which no gesture lasts or may still be answered.
+        f1: Harmonic mean of precision and recall of the event metric.
+        precision: Right answers among all answers.
+        recall: Events that were answered rightly.
+        missed: Share of events without any answer.
+        wrong: Answers with another name, per event.
+        duplicates: Repeated right answers, per event.
+        false_alarms_per_min: Answers to nothing, per idle minute.
+        latency_s: Median time of a right answer after the onset.
+        latency_p95_s: 95 % are faster.
+        contact_latency_s: The same after the first contact, to a frame; NaN: nobody knows it.
+        contact_latency_p95_s: Likewise.
+        event_accuracy: Share of events that the mean probability names rightly, null aside.
+        new_user_accuracy: The same, its interval over users instead of sessions.
+        frame_accuracy: Share of frames named rightly, mean over the sessions.
+        turn_accuracy: The same inside twists, two frames from their edges; NaN: there are none.
+        answered: Events (rows; 0: nothing happened) by what was answered (columns; 0: nothing).
+        named: Events by what the mean probability names.
+        classes: Every gesture.
+        calibration: Of the probabilities.
+        location: None where nothing tells places, or nobody knows the true ones.
+        by_session: Every session.
+        by_user: Every user.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    sessions: int
+    users: int
+    events: int
+    minutes: float
+    idle_minutes: float
+    f1: Figure
+    precision: Figure
+    recall: Figure
+    missed: Figure
+    wrong: Figure
+    duplicates: Figure
+    false_alarms_per_min: Figure
+    latency_s: Figure
+    latency_p95_s: float
+    contact_latency_s: Figure
+    contact_latency_p95_s: float
+    event_accuracy: Figure
+    new_user_accuracy: Figure
+    frame_accuracy: Figure
+    turn_accuracy: Figure
+    answered: tuple[tuple[int, ...], ...]
+    named: tuple[tuple[int, ...], ...]
+    classes: tuple[ClassFigures, ...]
+    calibration: Calibration
+    location: LocationFigures | None
+    by_session: tuple[Row, ...] = ()
+    by_user: tuple[Row, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """How a bundle does while something is broken.
+
+    Attributes:
+        on: Name of the set of sessions.
+        fault: As in controller/simulator/faults.py: "dead:2,3".
+        meaning: In words.
+        events: True gestures.
+        event_accuracy: Share that the mean probability names rightly.
+        f1: Of the event metric.
+        false_alarms_per_min: In idle time.
+        location_error: Mean over the presses; NaN: unknown.
+    """
+
+    on: str
+    fault: str
+    meaning: str
+    events: int
+    event_accuracy: Figure
+    f1: Figure
+    false_alarms_per_min: Figure
+    location_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """All that `models evaluate` found out.
+
+    Attributes:
+        bundle: Its file name.
+        hash: SHA-256 of the bundle.
+        card: What its maker wrote into it.
+        command: What was typed.
+        labels: Classes, "null" first.
+        debounce: When a gesture counts, by name.
+        results: One for each set of sessions.
+        broken: One for each fault that was tried.
+        notes: What else is worth knowing, in sentences.
+    """
+
+    bundle: str
+    hash: str
+    card: dict[str, Any]
+    command: str
+    labels: tuple[str, ...]
+    debounce: dict[str, float]
+    results: tuple[Result, ...]
+    broken: tuple[Broken, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """Return it as JSON."""
+        return as_json(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One choice of the debouncer's thresholds, and what it gives.
+
+    Attributes:
+        smoothing: Weight of the newest probabilities.
+        on: A gesture fires at this.
+        off: The latch re-arms below this.
+        recall: Events that are answered rightly.
+        f1: Of the event metric.
+        false_alarms_per_min: Answers to nothing, per idle minute.
+        latency_s: Median, from onset.
+    """
+
+    smoothing: float
+    on: float
+    off: float
+    recall: float
+    f1: float
+    false_alarms_per_min: float
+    latency_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tuning:
+    """All that `models tune` found out.
+
+    Attributes:
+        bundle: File name of the bundle that was tuned.
+        sessions: How many streams.
+        events: True gestures in them.
+        idle_minutes: Time without any.
+        before: The bundle's own point.
+        chosen: The point that was written.
+        front: Points that no other beats in recall, false alarms and latency together,
+            the fastest first.
+        tried: How many points.
+        goal: How one was chosen, a sentence.
+        figures: Recall, F1, false alarms per minute and latency of the chosen point, by name.
+        command: What was typed.
+    """
+
+    bundle: str
+    sessions: int
+    events: int
+    idle_minutes: float
+    before: Point
+    chosen: Point
+    front: tuple[Point, ...]
+    tried: int
+    goal: str
+    figures: dict[str, Figure] = field(default_factory=dict)
+    command: str = ""
+
+    def text(self) -> str:
+        """Return it as JSON."""
+        return as_json(self)
+
+
+def as_json(found: Any) -> str:
+    """Return a result as JSON; what is no number becomes null."""
+    if not is_dataclass(found) or isinstance(found, type):
+        raise TypeError(f"{found!r} is no result")
+    return plain.text(asdict(found))

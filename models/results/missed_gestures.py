@@ -1,0 +1,76 @@
+"""Gestures that are not answered as they should be: which, how often, and what to do about it."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from models.results.evaluation import Result
+
+Table = Sequence[Sequence[int]]  # events: true class by answered class; 0: nothing, no answer
+
+SHARE: Final = 0.05  # of a gesture's events that may be missed
+LEAST: Final = 2  # events: a single one may be chance
+
+
+def right(table: Table) -> tuple[int, int]:
+    """Return how many gestures are answered rightly, and how many there are."""
+    rows = list(enumerate(table))[1:]
+    return sum(row[number] for number, row in rows), sum(sum(row) for _, row in rows)
+
+
+def failing(table: Table) -> list[int]:
+    """Return the classes that are missed too often, the worst first."""
+    shares = {}
+    for number, row in list(enumerate(table))[1:]:
+        missed = sum(row) - row[number]
+        if missed >= LEAST and missed > SHARE * sum(row):
+            shares[number] = missed / sum(row)
+    return sorted(shares, key=lambda number: -shares[number])
+
+
+def counts(labels: Sequence[str], table: Table, number: int) -> str:
+    """Return how a class is answered: "knock: 13 of 20"."""
+    return f"{labels[number]}: {table[number][number]} of {sum(table[number])}"
+
+
+def advice(
+    labels: Sequence[str], table: Table, number: int, *, more: int = 0, little: bool = False
+) -> str:
+    """Return what to do about a class that is missed too often, a sentence with its figures.
+
+    Args:
+        labels: "null" first.
+        table: What was answered.
+        number: The class.
+        more: How many more examples are known to help; 0: it is unknown.
+        little: More examples are known to help little.
+    """
+    row, label = table[number], labels[number]
+    others = [
+        (count, f"{count} as {labels[other]}" if other else f"{count} not at all")
+        for other, count in enumerate(row)
+        if count and other != number
+    ]
+    how = ", ".join(words for _, words in sorted(others, reverse=True))
+    if little:
+        first = "more of it would help little: "
+    else:
+        first = f"record {more} more, " if more else "record more of it, "
+    unlike = f"from {labels[worst]}" if (worst := _taken_for(row, number)) else "from rest"
+    return (
+        f"{label} is answered rightly in {row[number]} of {sum(row)} ({how}): {first}make it "
+        f"firmer or more distinct {unlike}, or let models tune choose when it counts"
+    )
+
+
+def of_all(results: Sequence[Result]) -> list[str]:
+    """Return what to do about every class that is missed too often, in all sets of sessions."""
+    return [
+        f"{result.name}: {advice(result.labels, result.answered, number)}"
+        for result in results
+        for number in failing(result.answered)
+    ]
+
+
+def _taken_for(row: Sequence[int], number: int) -> int:
+    """Return what a class is taken for most often; 0: nothing."""
+    return max(range(len(row)), key=lambda other: 0 if other == number else row[other])

@@ -1,0 +1,287 @@
+"""What a training found out, as plain values: what the report shows and `NAME.json` holds.
+
+Lists of lists, numbers and texts only, so that JSON carries all of it. NaN is a figure that could
+not be had; in the file it is null.
+"""
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Final
+
+from controller.recognition.touch_position import Spread
+from models import json_values as plain
+
+ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late a labeller was in one session, seconds; below zero is early.
+
+    Attributes:
+        begin_s: The median over the labels' beginnings; NaN: there was nothing to compare.
+        begin_spread_s: The middle half of them lies in a range as long as this.
+        end_s: The same of their ends.
+        end_spread_s: The same of their ends.
+        edges: How many were compared.
+        moved: Labels whose edges were moved to where the touch was.
+        masked: Frames too close to an edge to be told apart: nobody learns from them.
+        unfelt: Labels under which the sensor felt nothing; nobody learns from them.
+        unlabelled: Touches that no label names: taken for what is no gesture, and so for null.
+        true_begin_s: What a simulation knows of the beginnings; NaN: nobody knows.
+        true_end_s: Of the ends.
+        wrong: Share of labelled frames that were wrong as they were said; NaN: nobody knows.
+        wrong_after: The same after the repair, of the frames that are left.
+    """
+
+    begin_s: float = math.nan
+    begin_spread_s: float = math.nan
+    end_s: float = math.nan
+    end_spread_s: float = math.nan
+    edges: int = 0
+    moved: int = 0
+    masked: int = 0
+    unfelt: int = 0
+    unlabelled: int = 0
+    true_begin_s: float = math.nan
+    true_end_s: float = math.nan
+    wrong: float = math.nan
+    wrong_after: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class SessionRow:
+    """One recording that was learned from, or held out.
+
+    Attributes:
+        path: The file.
+        user: Who; "" unknown.
+        session: Which of theirs.
+        seconds: Its length.
+        verdict: "good", "doubtful" or "failed": `controller recordings check`.
+        findings: What is not as it should be, in sentences.
+        labeller: Whose labels are learned: "true", "button", "key" or "cue".
+        held_out: Nothing was learned from it.
+        examples: Times that each gesture was made, by label.
+        lateness: Of its labels; None where they are the truth.
+    """
+
+    path: str
+    user: str
+    session: str
+    seconds: float
+    verdict: str
+    findings: tuple[str, ...]
+    labeller: str
+    held_out: bool
+    examples: dict[str, int]
+    lateness: Lateness | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClassRow:
+    """What became of one class.
+
+    Attributes:
+        label: Its name.
+        examples: Times that it was made, in the sessions that were learned from; 0 for null.
+        seconds: How long, likewise.
+        recall: Share of its windows that are recognised, in sessions held out.
+        precision: Share of the windows so named that are it, likewise.
+        event_recall: Share of its events recognised, likewise; NaN for null.
+        curve: (examples, errors): share of its events that are not recognised after so many.
+        more: How many more examples would be worth recording; 0: enough.
+        advice: The same in words.
+    """
+
+    label: str
+    examples: int
+    seconds: float
+    recall: float
+    precision: float
+    event_recall: float = math.nan
+    curve: tuple[tuple[float, float], ...] = ()
+    more: int = 0
+    advice: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """One pass over the examples.
+
+    Attributes:
+        number: From 1.
+        loss: Mean over its batches, without penalties.
+        train: Of these examples: share of right windows, or mean error in grid units.
+        check_loss: On the sessions held out.
+        check: On the sessions held out: the same as `train`; NaN: none are.
+        random: On windows drawn at random from the training sessions: the paper's protocol.
+    """
+
+    number: int
+    loss: float
+    train: float
+    check_loss: float
+    check: float
+    random: float
+
+
+@dataclass(frozen=True, slots=True)
+class Honesty:
+    """What a network is worth, and what the paper's protocol says it is.
+
+    Attributes:
+        unseen: Score on sessions (users, or blocks of time) that nothing was learned from.
+        low: Lower bound of its 95 % interval; NaN where there is but one session.
+        high: Upper bound.
+        random: Score on windows at random, whose neighbours were learned from.
+        unseen_binary: Per-output ("binary") accuracy, which the paper may mean; NaN: no classes.
+        random_binary: Likewise.
+        unseen_windows: How many.
+        random_windows: How many.
+    """
+
+    unseen: float
+    low: float
+    high: float
+    random: float
+    unseen_binary: float
+    random_binary: float
+    unseen_windows: int
+    random_windows: int
+
+    @property
+    def gap(self) -> float:
+        """What the paper's protocol promises too much."""
+        return self.random - self.unseen
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """How much a probability means.
+
+    Attributes:
+        temperature: What the logits were divided by; folded into the last layer.
+        error: Expected calibration error as trained.
+        error_after: The same after that.
+        bins: (confidence, accuracy, windows) of ten equal ranges of confidence, afterwards.
+    """
+
+    temperature: float
+    error: float
+    error_after: float
+    bins: tuple[tuple[float, float, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GestureResult:
+    """What became of CNN-3D.
+
+    Attributes:
+        epochs: Its curve.
+        best: Number of the epoch that was kept.
+        stopped: Why it ended before its last epoch; "" where it did not.
+        honesty: Share of windows named rightly.
+        event_accuracy: Share of events in sessions held out that the mean probability names.
+        confusion: Windows of sessions held out: true class by named class.
+        event_confusion: Events, likewise; the first row and column are null's, and empty.
+        calibration: Of its probabilities.
+        weights: How many it has.
+        answered: Events of sessions held out by what the device would answer; row 0: nothing
+            happened, column 0: no answer. (): nobody tried.
+    """
+
+    epochs: tuple[Epoch, ...]
+    best: int
+    stopped: str
+    honesty: Honesty
+    event_accuracy: float
+    confusion: tuple[tuple[int, ...], ...]
+    event_confusion: tuple[tuple[int, ...], ...]
+    calibration: Calibration
+    weights: int
+    answered: tuple[tuple[int, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LocationResult:
+    """What became of CNN-2D; errors are means over the axes, grid units.
+
+    Attributes:
+        epochs: Its curve.
+        best: Number of the epoch that was kept.
+        stopped: Why it ended before its last epoch; "" where it did not.
+        honesty: Mean error of an image (for once less is better).
+        touches: x, y, error in x, error in y of every touch in sessions held out.
+        on_site: Mean error of touches within a quarter pitch of a taxel.
+        off_site: Of all others.
+        weights: How many it has.
+        unseen: What was held out, where that is not what the whole split says.
+        spread: How far off its places are; None: too few are held out to tell.
+    """
+
+    epochs: tuple[Epoch, ...]
+    best: int
+    stopped: str
+    honesty: Honesty
+    touches: tuple[tuple[float, float, float, float], ...]
+    on_site: float
+    off_site: float
+    weights: int
+    unseen: str = ""
+    spread: Spread | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Training:
+    """All that a training found out.
+
+    Attributes:
+        name: File name of the bundle.
+        command: What made it.
+        software: Version of this program.
+        recipe: "default" or "paper".
+        how: What the recipe does, in sentences.
+        rows: Of the sensor.
+        columns: Of the sensor.
+        pitch_mm: Of the sensor.
+        rate_hz: Of the recordings.
+        unit: Of their frames.
+        labels: Classes, "null" first.
+        vocabulary: Its name.
+        split: How sessions were held out, in a sentence.
+        symmetries: Which are used, a sentence each.
+        sessions: Every recording.
+        classes: Every class.
+        gesture: CNN-3D; None where it was not trained.
+        location: CNN-2D; likewise.
+        advice: What to do next, in sentences, the most urgent first.
+        debounce: When a gesture counts, by name.
+        notes: What else is worth knowing, in sentences.
+    """
+
+    name: str
+    command: str
+    software: str
+    recipe: str
+    how: tuple[str, ...]
+    rows: int
+    columns: int
+    pitch_mm: float
+    rate_hz: float
+    unit: str
+    labels: tuple[str, ...]
+    vocabulary: str
+    split: str
+    symmetries: tuple[str, ...]
+    sessions: tuple[SessionRow, ...]
+    classes: tuple[ClassRow, ...]
+    gesture: GestureResult | None
+    location: LocationResult | None
+    advice: tuple[str, ...] = ()
+    debounce: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """Return it as JSON."""
+        return plain.text(asdict(self))

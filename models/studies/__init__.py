@@ -1,0 +1,1 @@
+"""Experiments beyond training: information, figure 7, sweeps, cross-validation, users."""

@@ -1,0 +1,243 @@
+"""What to do next: enough or more of each gesture, which are confused, which is safest.
+
+Whether more examples would help is read off a learning curve: CNN-3D is trained for a short while
+on a quarter, a half and all of the examples. If the errors of a gesture still fall as examples
+are added, more would help; how many more follows from how fast they fall.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from models.data.augment import Symmetry
+from models.data.load import Data
+from models.data.recipe import Course
+from models.data.training_split import Split
+from models.evaluation import scores
+from models.results import missed_gestures as missed
+from models.results.training import ENOUGH, ClassRow, GestureResult, Training
+from models.training.loop import fit
+from models.training.tasks import Gestures, Parts
+from models.training.train_networks import Work
+
+SHARES: Final = (0.25, 0.5, 1.0)  # of the examples
+STEPS: Final = 300  # batches for each: the curve's shape is there long before its end
+PASSES: Final = (1, 60)
+JUDGED: Final = 12_000  # windows held out that a curve is measured on, at most
+FEW: Final = 20  # examples: of fewer, more help without any measurement
+GOOD: Final = 0.01  # share of events not recognised that is not worth more examples
+GAIN: Final = 0.005  # by which twice the examples must lower it, to be worth recording
+CONFUSED: Final = 0.02  # share of two gestures' events that are taken for the other
+SAFER: Final = 0.01  # by which another gesture must be more reliable
+RISKY: Final = ("drop",)  # commands that cannot be taken back
+
+Say = Callable[[str], None]
+
+
+def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
+    """Return how much there is of every class, in what is learned from."""
+    labels = data.vocabulary.labels
+    kept = [row for row, held in zip(data.rows, split.held, strict=True) if not held]
+    label = data.examples.label[data.examples.ends[split.windows.train]]
+    windows = np.bincount(label, minlength=len(labels))
+    return tuple(
+        ClassRow(
+            name,
+            examples=sum(row.examples.get(name, 0) for row in kept),
+            seconds=float(windows[i]) / data.settings.rate_hz,
+            recall=math.nan,
+            precision=math.nan,
+        )
+        for i, name in enumerate(labels)
+    )
+
+
+def advise(result: Training, work: Work, *, measured: bool, say: Say) -> Training:
+    """Return a result with what is known of every class, and what to do next."""
+    assert result.gesture is not None
+    rows = [_scored(row, i, result.gesture) for i, row in enumerate(result.classes)]
+    held = np.array(result.gesture.event_confusion).sum(axis=1)
+    if measured and held.sum():
+        say("measuring how much more examples would help")
+        rows = _with_curves(rows, work)
+    table, asks = result.gesture.answered, work.data.vocabulary.table
+    wrong = missed.failing(table)
+    rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
+    for i in wrong:  # what is named rightly may not be answered all the same
+        little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
+        said = missed.advice(result.labels, table, i, more=rows[i].more, little=little)
+        rows[i] = replace(rows[i], advice=said)
+    lines = [
+        *(rows[i].advice for i in wrong),
+        *(row.advice for i, row in enumerate(rows) if row.more and i not in wrong),
+        *confused(result.labels, result.gesture.event_confusion),
+        *safest(result.labels, table or result.gesture.event_confusion, asks),
+    ]
+    if not lines:
+        lines = [ENOUGH]
+    return replace(result, classes=tuple(rows), advice=tuple(lines))
+
+
+def needed(examples: float, error: float, slope: float) -> int:
+    """Return how many more examples are worth recording; 0: no more.
+
+    Errors fall as examples to the power of `slope`, below 0.
+
+    Args:
+        examples: How many there are.
+        error: Share of events that are not recognised.
+        slope: Of the logarithm of errors over that of examples.
+    """
+    if examples < FEW:
+        return math.ceil(FEW - examples)
+    doubled = error * 2.0**slope
+    if error <= GOOD or error - doubled < GAIN:
+        return 0
+    target = max(GOOD, error / 2.0)
+    more: float = examples * ((target / error) ** (1.0 / slope) - 1.0)
+    return math.ceil(min(more, examples))
+
+
+def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]:
+    """Return a sentence for each two gestures that are taken for each other.
+
+    Args:
+        labels: "null" first.
+        table: Events: true class by named class.
+    """
+    matrix = np.array(table)
+    lines = []
+    for i in range(1, len(labels)):
+        for j in range(i + 1, len(labels)):
+            both = matrix[i].sum() + matrix[j].sum()
+            swapped = matrix[i, j] + matrix[j, i]
+            if swapped >= 2 and swapped > CONFUSED * both:
+                lines.append(
+                    f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
+                    "events: make them more different, or merge them into one gesture"
+                )
+    return lines
+
+
+def safest(
+    labels: Sequence[str], table: Sequence[Sequence[int]], asks: Mapping[str, object]
+) -> list[str]:
+    """Return the advice to give what cannot be taken back to the most reliable gesture.
+
+    A gesture is as reliable as the worse of two: how many of its events are recognised, and how
+    many of the events that are taken for it are it.
+
+    Args:
+        labels: "null" first.
+        table: Events: true class by answered, or named, class.
+        asks: What each gesture asks for.
+    """
+    matrix = np.array(table)
+    sure = {
+        labels[i]: float(matrix[i, i] / max(matrix[i].sum(), matrix[:, i].sum()))
+        for i in range(1, len(labels))
+        if matrix[i].sum()
+    }
+    if not sure:
+        return []
+    best = max(sure, key=lambda label: sure[label])
+    return [
+        f"{command} cannot be taken back: give it to {best} ({sure[best]:.1%} sure) rather than "
+        f"to {label} ({sure[label]:.1%})"
+        for label, command in asks.items()
+        if command in RISKY and label in sure and sure[best] - sure[label] > SAFER
+    ]
+
+
+def _scored(row: ClassRow, number: int, result: GestureResult) -> ClassRow:
+    """Return a class with its recall and precision."""
+    windows = np.array(result.confusion)
+    events = np.array(result.event_confusion)
+    return replace(
+        row,
+        recall=_share(windows[number, number], windows[number].sum()),
+        precision=_share(windows[number, number], windows[:, number].sum()),
+        event_recall=_share(events[number, number], events[number].sum()) if number else math.nan,
+    )
+
+
+def _judged(row: ClassRow, held: int) -> ClassRow:
+    """Return a class with the advice: enough of it, or more."""
+    slope = slope_of(row.curve, held)
+    more = needed(row.examples, 1.0 - row.event_recall if held else 0.0, slope)
+    if more:
+        words = f"{more} more of {row.label} would help"
+    elif held and 1.0 - row.event_recall > GOOD:
+        words = f"more of {row.label} would help little: make it more distinct, or firmer"
+    else:
+        words = f"enough of {row.label}"
+    return replace(row, more=more, advice=words)
+
+
+def slope_of(curve: Sequence[tuple[float, float]], held: int) -> float:
+    """Return how fast errors fall: the slope of their logarithm over that of the examples.
+
+    Args:
+        curve: (examples, errors).
+        held: Events on which errors were measured; half a one is the least there can be.
+    """
+    if len(curve) < 2 or not held:
+        return 0.0
+    examples, errors = np.array(curve).T
+    x, y = np.log(np.maximum(examples, 1.0)), np.log(np.maximum(errors, 0.5 / held))
+    x = x - x.mean()
+    spread = float((x * x).sum())
+    return min(0.0, float((x * y).sum()) / spread) if spread else 0.0
+
+
+def _with_curves(rows: list[ClassRow], work: Work) -> list[ClassRow]:
+    """Return the classes with their learning curves."""
+    points: list[list[tuple[float, float]]] = [[] for _ in rows]
+    for share in SHARES:
+        wrong = _errors(work, share)
+        for number in range(1, len(rows)):
+            if math.isfinite(wrong[number]):
+                points[number].append((share * rows[number].examples, wrong[number]))
+    return [replace(row, curve=tuple(own)) for row, own in zip(rows, points, strict=True)]
+
+
+def _errors(work: Work, share: float) -> list[float]:
+    """Return the share of each class's events missed after a short training on some examples."""
+    data, examples = work.data, work.data.examples
+    classes = len(data.vocabulary.labels)
+    train = _some(work, share)
+    course: Course = replace(
+        work.recipe.gesture, epochs=0, steps=STEPS, limits=PASSES, patience=0.0, falling=True
+    )
+    none = np.empty(0, dtype=np.int64)
+    symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
+    torch.manual_seed(work.seed)
+    parts = Parts(train, none, none)
+    lesson = Gestures(examples, parts, classes, symmetry, course, work.device)
+    fit(lesson, course, work.seed, None, lambda _epochs, _share: None)
+    ends = examples.ends[work.split.windows.check][:JUDGED]
+    logits, _ = lesson.answers(ends)
+    events = scores.events(examples, ends, scores.softmax(logits.cpu().numpy()))
+    wrong = [(events.named != i)[events.label == i] for i in range(classes)]
+    return [float(of.mean()) if len(of) else math.nan for of in wrong]
+
+
+def _some(work: Work, share: float) -> NDArray[np.int64]:
+    """Return the windows of some examples: each gesture is in or out as a whole."""
+    examples, train = work.data.examples, work.split.windows.train
+    ends = examples.ends[train]
+    label = examples.label[ends]
+    begins = np.ones(len(ends), dtype=np.bool_)
+    begins[1:] = (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
+    run = np.cumsum(begins) - 1
+    rank = np.random.default_rng((work.seed, 6)).permutation(int(run[-1]) + 1)
+    return np.asarray(train[rank[run] < share * len(rank)])
+
+
+def _share(part: int, whole: int) -> float:
+    return float(part / whole) if whole else math.nan

@@ -1,1 +1,0 @@
-"""Who touches: a network that tells people apart by their gestures, and what that is worth."""

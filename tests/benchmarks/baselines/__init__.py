@@ -1,0 +1,1 @@
+"""Baseline models that benchmarks compare with."""

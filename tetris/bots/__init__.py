@@ -1,0 +1,1 @@
+"""Bots, search and the learning environment. For `history` and `window`."""

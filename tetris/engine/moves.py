@@ -1,0 +1,121 @@
+"""What a piece can do on a board: shift, turn with kicks, drop, and spin.
+
+Every function takes the board's bits and a piece and returns a new piece. Source: the
+Super Rotation System, docs/tetris.md "srs", and "tspin".
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+from functools import cache
+from typing import Final, Literal
+
+from tetris.engine.board import cell_bit
+from tetris.engine.kicks import KICKS, LAST_KICK, Kicks
+from tetris.engine.pieces import MASKS, STRIDE, Cell, Kind, Piece, piece_at
+
+Direction = Literal[1, -1]
+CW: Final = 1
+CCW: Final = -1
+TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
+"""Where a kick table's clockwise turns are in `Piece.turned`; the others come next."""
+
+# The corners of T's box, by turn: first the two that its point looks towards.
+_CORNERS: Final[tuple[tuple[Cell, Cell, Cell, Cell], ...]] = (
+    ((0, 2), (2, 2), (0, 0), (2, 0)),
+    ((2, 2), (2, 0), (0, 2), (0, 0)),
+    ((0, 0), (2, 0), (0, 2), (2, 2)),
+    ((0, 0), (0, 2), (2, 0), (2, 2)),
+)
+
+
+class Spin(Enum):
+    """How a piece came to its place, for scoring."""
+
+    NONE = "none"
+    MINI = "mini"
+    FULL = "full"
+
+    __hash__ = object.__hash__  # members are single; a name's hash takes ten times as long
+
+
+def entered(bits: int, piece: Piece) -> Piece | None:
+    """Return a piece after it has entered: a row down where that is free; None where it collides.
+
+    Args:
+        bits: The board's.
+        piece: As `Piece.entering` gives it.
+    """
+    if bits & piece.mask:
+        return None
+    return piece if bits & piece.below.mask else piece.below
+
+
+def shifted(bits: int, piece: Piece, dx: int) -> Piece | None:
+    """Return the piece moved sideways by whole cells, or None where it collides."""
+    moved = piece_at(piece.kind, piece.x + dx, piece.y, piece.turn)
+    return None if bits & moved.mask else moved
+
+
+def rotated(
+    bits: int, piece: Piece, direction: Direction, kicks: Kicks = "srs"
+) -> tuple[Piece, int] | None:
+    """Return the piece after a quarter turn, and which kick made it fit (0..4), or None."""
+    kick = 0
+    for turned in piece.turned[TABLES[kicks] + (direction < 0)]:
+        if not bits & turned.mask:
+            return turned, kick
+        kick += 1  # noqa: SIM113 (half as dear as enumerate)
+    return None
+
+
+def rows_to_fall(bits: int, piece: Piece) -> int:
+    """Return how many rows the piece can fall; 0 on the ground."""
+    # Where the box's corner cannot be, in the piece's column and below it; the floor is there.
+    blocked = 0
+    for shift in _offsets(piece.kind, piece.turn):
+        blocked |= bits >> shift
+    corner = piece.corner
+    highest = (blocked & _below(corner)).bit_length() - 1
+    return (corner - highest) // STRIDE - 1
+
+
+def lowered(piece: Piece, rows: int) -> Piece:
+    """Return the piece so many rows further down."""
+    return piece_at(piece.kind, piece.x, piece.y - rows, piece.turn)
+
+
+def landed(bits: int, piece: Piece) -> Piece:
+    """Return the piece where a hard drop would put it: its ghost."""
+    return lowered(piece, rows_to_fall(bits, piece))
+
+
+def spin(bits: int, piece: Piece, kick: int | None) -> Spin:
+    """Judge a locking piece: docs/tetris.md "tspin".
+
+    Args:
+        bits: The board without the piece.
+        piece: Where it locks.
+        kick: The kick of the rotation that was its last successful move; None when that
+            move was a shift or a fall.
+    """
+    if piece.kind != "T" or kick is None:
+        return Spin.NONE
+    corners = [bool(bits & cell_bit(piece.x + x, piece.y + y)) for x, y in _CORNERS[piece.turn]]
+    if sum(corners) < 3:
+        return Spin.NONE
+    # Every fifth kick counts as full: "Where sources disagree".
+    full = (corners[0] and corners[1]) or kick == LAST_KICK
+    return Spin.FULL if full else Spin.MINI
+
+
+@cache
+def _offsets(kind: Kind, turn: int) -> tuple[int, ...]:
+    """Return how far the shape's cells are from the box's corner, in bits."""
+    mask = MASKS[kind][turn]
+    return tuple(bit for bit in range(mask.bit_length()) if mask >> bit & 1)
+
+
+@cache
+def _below(corner: int) -> int:
+    """Return the bits right below a corner, down to the bottom of the floor."""
+    return sum(1 << bit for bit in range(corner - STRIDE, -1, -STRIDE))

@@ -1,0 +1,1 @@
+"""Replays, best lists, statistics and video. For `window`."""

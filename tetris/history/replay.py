@@ -1,0 +1,296 @@
+"""Replays: what a game was told and when, from which it can be played again.
+
+A seed, a configuration and the timed inputs make a game, so nothing else is kept. Times are
+whole microseconds, which the game is given too: what is played is what is recorded, and the
+replay's events are the game's, bit for bit.
+"""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from tetris.engine.events import Action, Event, Input
+from tetris.engine.game import Game, Phase, Snapshot
+from tetris.engine.rules import Config
+
+LAST_SEED: Final = 2**64 - 1
+MOST: Final[Mapping[str, int]] = {  # of the rules that are whole numbers without a bound
+    "start_level": 10_000,
+    "lock_resets": 10_000,
+    "soft_drop_factor": 10_000,
+    "previews": 100,
+    "lines_goal": 10_000,
+}
+MODE: Final = re.compile(r"[a-z0-9_]{0,32}", re.ASCII)
+HOLDABLE: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
+_US: Final = 1_000_000
+_KEYFRAME_US: Final = 5 * _US  # between two positions that a seek can start from
+_KEYFRAME_MOMENTS: Final = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One update that told the game something.
+
+    Attributes:
+        time_us: When, in microseconds of the clock of those who played.
+        inputs: What the player did, in order.
+        soft_drop: Whether soft drop is held from then on.
+        initial: The turns and the hold that are held down from then on, in the order of
+            `HOLDABLE`.
+    """
+
+    time_us: int
+    inputs: tuple[Input, ...] = ()
+    soft_drop: bool = False
+    initial: tuple[Action, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a recording ended, by which a replay can be checked."""
+
+    score: int
+    lines: int
+    pieces: int
+    over: bool
+
+    @classmethod
+    def of(cls, game: Game) -> "Outcome":
+        """Return how a game stands."""
+        return cls(game.score, game.lines, game.pieces_placed, game.phase is Phase.OVER)
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """A whole game, or several one after another.
+
+    Attributes:
+        seed: Of the game.
+        config: Its rules.
+        mode: The name of its mode; "" for none.
+        moments: Oldest first; the first one begins the game.
+        end_us: The time of the last update; not before the last moment.
+        outcome: How the game stood then.
+    """
+
+    seed: int
+    config: Config
+    mode: str
+    moments: tuple[Moment, ...]
+    end_us: int
+    outcome: Outcome
+
+
+class Recorder:
+    """A game that is recorded while it is played: update it in place of the game.
+
+    Attributes:
+        game: The game; only the recorder may update it.
+        seed: Of the game.
+        mode: The name of its mode; "" for none.
+    """
+
+    def __init__(self, seed: int, config: Config | None = None, mode: str = "") -> None:
+        """Begin a game; its time begins with the first update.
+
+        Raises:
+            ValueError: A replay cannot hold such a game: see `check_game`.
+        """
+        check_game(seed, config or Config(), mode)
+        self._keep(seed, Game(seed, config), mode, [], 0)
+
+    @classmethod
+    def going_on(cls, player: "Player") -> "Recorder":
+        """Return a recorder that plays on where a player has come to; see `Player.take_over`."""
+        recorder = cls.__new__(cls)
+        replay = player.replay
+        game = Game(replay.seed, replay.config)
+        game.restore(player.game.snapshot())
+        moments = list(replay.moments[: player.moments_played])
+        recorder._keep(replay.seed, game, replay.mode, moments, player.time_us)
+        return recorder
+
+    def _keep(self, seed: int, game: Game, mode: str, moments: list[Moment], last_us: int) -> None:
+        self.seed, self.game, self.mode = seed, game, mode
+        self._moments, self._last_us = moments, last_us
+
+    @property
+    def time_s(self) -> float:
+        """The time of the last update; the next one is not before it."""
+        return self._last_us / _US
+
+    def update(
+        self,
+        time_s: float,
+        inputs: Sequence[Input] = (),
+        *,
+        soft_drop: bool = False,
+        initial: Collection[Action] = (),
+    ) -> list[Event]:
+        """Update the game, as `Game.update` does, at the nearest microsecond.
+
+        Raises:
+            ValueError: Time went backwards, or is below 0 s.
+        """
+        time_us = round(time_s * _US)
+        if time_us < 0:
+            raise ValueError(f"a clock at {time_s} s must be at 0 s or later")
+        held = tuple(action for action in HOLDABLE if action in initial)
+        moment = Moment(time_us, tuple(inputs), soft_drop, held)
+        events = _tell(self.game, moment)
+        before = self._moments[-1] if self._moments else None
+        if (
+            before is None
+            or moment.inputs
+            or moment.soft_drop != before.soft_drop
+            or moment.initial != before.initial
+        ):
+            self._moments.append(moment)
+        self._last_us = time_us
+        return events
+
+    def replay(self) -> Replay:
+        """Return what has been played so far.
+
+        Raises:
+            ValueError: There has been no update yet.
+        """
+        if not self._moments:
+            raise ValueError("nothing has been played yet; update the game first")
+        outcome = Outcome.of(self.game)
+        config = self.game.config
+        return Replay(self.seed, config, self.mode, tuple(self._moments), self._last_us, outcome)
+
+
+def check_game(seed: int, config: Config, mode: str) -> None:
+    """Refuse a game that a replay cannot hold.
+
+    Raises:
+        ValueError: The seed is not from 0 to 2**64 - 1, the mode is no name in small letters, or
+            a whole number of the rules is too large.
+    """
+    if not 0 <= seed <= LAST_SEED:
+        raise ValueError(f"seed {seed} must be from 0 to {LAST_SEED}")
+    if not MODE.fullmatch(mode):
+        raise ValueError(f"mode {mode!r} must be up to 32 of a-z, 0-9 and _")
+    for name, most in MOST.items():
+        number = getattr(config, name)
+        if number is not None and number > most:
+            raise ValueError(f"{name} {number} must be {most} or less")
+
+
+class Player:
+    """Plays a replay, and goes to any time of it, forwards and back.
+
+    Times are those of the recording's clock.
+
+    Attributes:
+        replay: What is played.
+        game: The game as it is at `time_s`; only the player may update it.
+        moments_played: How many of the replay's moments lie behind.
+    """
+
+    def __init__(self, replay: Replay) -> None:
+        """Go to the replay's first moment."""
+        self.replay = replay
+        self.game = Game(replay.seed, replay.config)
+        self.moments_played = 0
+        self.time_us = replay.moments[0].time_us
+        self._keyframes: list[tuple[int, int, Snapshot]] = []  # moments played, time, position
+        self.first_events = self._play(self.time_us)
+
+    @property
+    def start_s(self) -> float:
+        """When the replay begins."""
+        return self.replay.moments[0].time_us / _US
+
+    @property
+    def end_s(self) -> float:
+        """When it ends."""
+        return self.replay.end_us / _US
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts."""
+        return self.end_s - self.start_s
+
+    @property
+    def time_s(self) -> float:
+        """Where it has come to."""
+        return self.time_us / _US
+
+    @property
+    def at_end(self) -> bool:
+        """Whether all of it has been played."""
+        return self.time_us >= self.replay.end_us
+
+    def advance(self, time_s: float) -> list[Event]:
+        """Play on to a time, at most to the end, and return what happened, oldest first.
+
+        A time that lies behind changes nothing.
+        """
+        return self._play(min(round(time_s * _US), self.replay.end_us))
+
+    def seek(self, time_s: float) -> None:
+        """Go to any time of the replay; outside of it, to its start or its end."""
+        start_us = self.replay.moments[0].time_us
+        time_us = min(max(round(time_s * _US), start_us), self.replay.end_us)
+        reached = [frame for frame in self._keyframes if frame[1] <= time_us]
+        if time_us < self.time_us or (reached and reached[-1][1] > self.time_us):
+            played, frame_us, position = reached[-1]  # the first one is the start's
+            self.game.restore(position)
+            self.moments_played, self.time_us = played, frame_us
+        self._play(time_us)
+
+    def take_over(self) -> Recorder:
+        """Return a recorder that plays on from here; what was played until here is in it.
+
+        Its clock is the replay's: the next update is not before `time_s`. Nothing is held
+        down any more unless that update says so.
+        """
+        return Recorder.going_on(self)
+
+    @property
+    def differs(self) -> bool:
+        """Whether the end was reached, but not with the recorded outcome."""
+        return self.at_end and Outcome.of(self.game) != self.replay.outcome
+
+    def _play(self, until_us: int) -> list[Event]:
+        events: list[Event] = []
+        moments = self.replay.moments
+        while self.moments_played < len(moments):
+            moment = moments[self.moments_played]
+            if moment.time_us > until_us:
+                break
+            events += _tell(self.game, moment)
+            self.moments_played += 1
+            self.time_us = moment.time_us
+            self._mark()
+        if until_us > self.time_us:
+            last = moments[self.moments_played - 1]
+            quiet = Moment(until_us, (), last.soft_drop, last.initial)
+            events += _tell(self.game, quiet)
+            self.time_us = until_us
+        return events
+
+    def _mark(self) -> None:
+        """Keep the position after a moment, now and then, as one that a seek can start from."""
+        if self._keyframes:
+            played, time_us, _ = self._keyframes[-1]
+            further = self.moments_played - played
+            if further < _KEYFRAME_MOMENTS and (
+                further <= 0 or self.time_us - time_us < _KEYFRAME_US
+            ):
+                return
+        self._keyframes.append((self.moments_played, self.time_us, self.game.snapshot()))
+
+
+def _tell(game: Game, moment: Moment) -> list[Event]:
+    return game.update(
+        moment.time_us / _US,
+        moment.inputs,
+        soft_drop=moment.soft_drop,
+        initial=moment.initial,
+    )

@@ -1,0 +1,353 @@
+"""Replays as files: short lines of text, and a checksum. docs/tetris-replays.md has the form.
+
+A file is read with suspicion: everything in it is bounded and checked before a game is made
+of it, and what cannot be read is refused with one sentence.
+"""
+
+import dataclasses
+import hashlib
+import math
+import re
+import types
+import typing
+from collections.abc import Collection
+from pathlib import Path
+from typing import Final
+
+from tetris.engine import rules
+from tetris.engine.events import Action, GravityCap, Input
+from tetris.engine.rules import Config
+from tetris.files import read_bytes, write_beside
+from tetris.history.replay import (
+    HOLDABLE,
+    LAST_SEED,
+    MODE,
+    MOST,
+    Moment,
+    Outcome,
+    Replay,
+    check_game,
+)
+
+SUFFIX: Final = ".tetris"
+FORM: Final = 1  # of the file, not of the rules
+_TITLE: Final = "tetris-replay"
+_MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
+_MOST_NUMBER: Final = 2**64 - 1
+_MOST_INPUTS: Final = 1_000_000  # and as many moments
+_MOST_GAMES: Final = 1_000  # begun anew within one replay: each is work to play
+_MOST_US: Final = 400 * 3_600_000_000  # of the clock
+_LINE: Final = 96
+
+_CODES: Final = {
+    Action.LEFT: "l",
+    Action.RIGHT: "r",
+    Action.DOWN: "d",
+    Action.HARD_DROP: "D",
+    Action.ROTATE_CW: "c",
+    Action.ROTATE_CCW: "w",
+    Action.HOLD: "h",
+    Action.PAUSE: "p",
+    Action.RESTART: "n",
+    Action.UNDO: "u",
+}
+_ACTIONS: Final = {code: action for action, code in _CODES.items()}
+# Microseconds since the moment before; inputs; soft drop held or not; what is held at an entrance.
+_MOMENT: Final = re.compile(
+    r"(0|[1-9]\d{0,14})((?:[lrdDcwhpnu]|g(?:[1-9]|1\d|20))*)([Ss]?)(\[c?w?h?\])?", re.ASCII
+)
+_INPUT: Final = re.compile(r"g\d+|.", re.ASCII)
+_WHOLE: Final = re.compile(r"0|[1-9]\d{0,19}", re.ASCII)
+_NUMBER: Final = re.compile(r"\d{1,17}(\.\d{1,25})?(e[+-]?\d{1,3})?", re.ASCII)
+_TYPES: Final = {  # in the order of the file
+    field.name: typing.get_type_hints(Config)[field.name] for field in dataclasses.fields(Config)
+}
+_WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
+_TOO_MANY: Final = f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more"
+_TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more"
+
+
+class ReplayError(ValueError):
+    """A file is no replay that can be played here, or a replay cannot become a file.
+
+    The message is one sentence.
+    """
+
+
+def save(path: Path, replay: Replay) -> None:
+    """Write a replay; a crash leaves the whole file or none.
+
+    Raises:
+        OSError: It cannot be written.
+        ReplayError: `load` would refuse the file.
+    """
+    write_beside(path, encode(replay))
+
+
+def load(path: Path) -> Replay:
+    """Read a replay.
+
+    Raises:
+        ReplayError: The file cannot be read, or is foreign, damaged or of other rules.
+    """
+    try:
+        content = read_bytes(path, _MOST_BYTES)
+    except OSError as error:
+        raise ReplayError(f"cannot read {path}: {error.strerror or error}") from error
+    try:
+        return decode(content)
+    except ReplayError as error:
+        raise ReplayError(f"{path}: {error}") from error
+
+
+def encode(replay: Replay) -> bytes:
+    """Return a replay as the bytes of a file; the same for equal replays.
+
+    Raises:
+        ReplayError: `decode` would refuse them.
+    """
+    _check(replay)
+    outcome = replay.outcome
+    head = [
+        f"{_TITLE} {FORM}",
+        f"rules {rules.VERSION}",
+        f"seed {replay.seed}",
+        f"mode {replay.mode}",
+        *(f"{name} {_written(name, getattr(replay.config, name))}" for name in _TYPES),
+        f"outcome {outcome.score} {outcome.lines} {outcome.pieces} {outcome.over:d}",
+        f"end {replay.end_us}",
+        f"moments {len(replay.moments)}",
+    ]
+    body = "\n".join([*head, *_moment_lines(replay.moments)]) + "\n"
+    content = f"{body}sha256 {_digest(body)}\n".encode("ascii")
+    if len(content) > _MOST_BYTES:
+        raise ReplayError(_TOO_LONG)
+    return content
+
+
+def _check(replay: Replay) -> None:
+    """Refuse a replay that `decode` would refuse."""
+    outcome, moments = replay.outcome, replay.moments
+    try:
+        check_game(replay.seed, replay.config, replay.mode)
+    except ValueError as error:
+        raise ReplayError(f"the replay cannot be kept: {error}") from error
+    numbers = (outcome.score, outcome.lines, outcome.pieces)
+    if not all(0 <= number <= _MOST_NUMBER for number in numbers):
+        raise ReplayError(f"the replay cannot be kept: its outcome {numbers} is out of range")
+    times = [0, *(moment.time_us for moment in moments), replay.end_us]
+    if not moments or times != sorted(times) or replay.end_us > _MOST_US:
+        raise ReplayError(
+            "the replay cannot be kept: it must have moments, in the order of time, within "
+            f"{_MOST_US // 3_600_000_000} hours of the clock"
+        )
+    if any(moment.initial != _held(moment.initial) for moment in moments):
+        raise ReplayError("the replay cannot be kept: only turns and holds are held, in order")
+    inputs = [given for moment in moments for given in moment.inputs]
+    if max(len(moments), len(inputs)) > _MOST_INPUTS:
+        raise ReplayError(_TOO_MANY)
+    _check_games(1 + inputs.count(Action.RESTART))
+
+
+def _held(actions: Collection[Action]) -> tuple[Action, ...]:
+    return tuple(action for action in HOLDABLE if action in actions)
+
+
+def _check_games(games: int) -> None:
+    if games > _MOST_GAMES:
+        raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
+
+
+def decode(content: bytes) -> Replay:
+    """Read the bytes of a file.
+
+    Raises:
+        ReplayError: They are foreign, damaged, or of other rules.
+    """
+    if not content.startswith(f"{_TITLE} ".encode("ascii")):
+        raise ReplayError("this is no replay of this game")
+    if len(content) > _MOST_BYTES:
+        raise ReplayError(_TOO_LONG)
+    try:
+        text = content.decode("ascii")
+    except UnicodeDecodeError as error:
+        raise ReplayError("the replay is damaged: there is other than text in it") from error
+    lines = _Lines(text)
+    form, made_by = lines.whole(_TITLE), lines.whole("rules")
+    if form != FORM:
+        raise ReplayError(f"the replay has form {form}, and this program reads form {FORM}")
+    if made_by != rules.VERSION:
+        raise ReplayError(
+            f"the replay is of rules {made_by}, and this program plays rules {rules.VERSION}; "
+            "play it with the version that made it"
+        )
+    body, mark, last = text.rpartition("\nsha256 ")
+    if not mark or last != f"{_digest(body + chr(10))}\n":
+        raise ReplayError("the replay is damaged: its checksum does not fit")
+    lines.text = body
+    return _replay(lines)
+
+
+class _Lines:
+    """The lines of a file, each a name and a value, read one after another."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._at = 0
+
+    def value(self, name: str) -> str:
+        """Return the value of the next line, which must have this name."""
+        line = self.line()
+        found, space, value = line.partition(" ")
+        if found != name or not space:
+            raise ReplayError(f"the replay is damaged: {line[:40]!r} stands where {name} should")
+        return value
+
+    def whole(self, name: str, most: int = _MOST_NUMBER) -> int:
+        """Return the value of the next line as a whole number."""
+        return _whole(name, self.value(name), most)
+
+    def line(self) -> str:
+        """Return the next line; empty at the end."""
+        end = self.text.find("\n", self._at)
+        end = len(self.text) if end < 0 else end
+        line, self._at = self.text[self._at : end], end + 1
+        return line
+
+    def rest(self) -> str:
+        """Return all further lines."""
+        return self.text[self._at :]
+
+
+def _replay(lines: _Lines) -> Replay:
+    seed, mode = lines.whole("seed", LAST_SEED), lines.value("mode")
+    if not MODE.fullmatch(mode):
+        raise ReplayError("the replay is damaged: its mode is no name of one")
+    config = _config(lines)
+    outcome = lines.value("outcome").split(" ")
+    if len(outcome) != 4 or outcome[3] not in ("0", "1"):
+        raise ReplayError("the replay is damaged: its outcome is not four numbers")
+    score, cleared, pieces = (_whole("outcome", word, _MOST_NUMBER) for word in outcome[:3])
+    end_us, count = lines.whole("end", _MOST_US), lines.whole("moments", _MOST_INPUTS)
+    moments = _moments(lines.rest().split(maxsplit=count))
+    if len(moments) != count or not moments or moments[-1].time_us > end_us:
+        raise ReplayError("the replay is damaged: its moments do not fit its head")
+    return Replay(
+        seed, config, mode, moments, end_us, Outcome(score, cleared, pieces, outcome[3] == "1")
+    )
+
+
+# -- the rules ---------------------------------------------------------------------------------
+
+
+def _written(name: str, value: typing.Any) -> str:
+    """Return a value of the rules as one word, by the type that `Config` declares."""
+    kinds = _kinds(name)
+    if value is None:
+        return "none"
+    if bool in kinds:
+        return "yes" if value else "no"
+    if int in kinds:
+        return str(int(value))
+    if float in kinds:
+        return repr(float(value) + 0.0)  # without the sign of a zero
+    return "/".join(value.split()) or "-"
+
+
+def _kinds(name: str) -> tuple[object, ...]:
+    """Return the types that `Config` declares for a rule, or the words of a Literal."""
+    declared = _TYPES[name]
+    return typing.get_args(declared) or (declared,)
+
+
+def _config(lines: _Lines) -> Config:
+    values = {name: _read(name, lines.value(name)) for name in _TYPES}
+    try:
+        return Config(**values)
+    except ValueError as error:
+        raise ReplayError(f"the replay's rules cannot be played: {error}") from error
+
+
+def _read(name: str, word: str) -> typing.Any:
+    """Read one value of the rules by the type that `Config` declares."""
+    kinds = _kinds(name)
+    if word == "none" and types.NoneType in kinds:
+        return None
+    if bool in kinds and word in ("yes", "no"):
+        return word == "yes"
+    if int in kinds:
+        return _whole(name, word, MOST.get(name, _MOST_NUMBER))
+    if float in kinds and _NUMBER.fullmatch(word):
+        number = float(word)
+        if math.isfinite(number) and number <= _MOST_US / 1e6:
+            return number
+    if str in kinds or any(isinstance(kind, str) for kind in kinds):
+        return "" if word == "-" else word.replace("/", "\n")
+    raise ReplayError(f"the replay is damaged: {name} cannot be {word[:40]!r}")
+
+
+def _whole(name: str, word: str, most: int) -> int:
+    if not _WHOLE.fullmatch(word) or int(word) > most:
+        raise ReplayError(f"the replay is damaged: {name} cannot be {word[:40]!r}")
+    return int(word)
+
+
+# -- the moments -------------------------------------------------------------------------------
+
+
+def _moment_lines(moments: tuple[Moment, ...]) -> list[str]:
+    lines: list[str] = []
+    words: list[str] = []
+    width = 0
+    before = Moment(0)
+    for moment in moments:
+        word = _moment_word(moment, before)
+        if words and width + len(word) > _LINE:
+            lines.append(" ".join(words))
+            words, width = [], 0
+        words.append(word)
+        width += len(word) + 1
+        before = moment
+    return [*lines, " ".join(words)]
+
+
+def _moment_word(moment: Moment, before: Moment) -> str:
+    word = str(moment.time_us - before.time_us)
+    for given in moment.inputs:
+        word += f"g{given.level}" if isinstance(given, GravityCap) else _CODES[given]
+    if moment.soft_drop != before.soft_drop:
+        word += "S" if moment.soft_drop else "s"
+    if moment.initial != before.initial:
+        word += f"[{''.join(_CODES[action] for action in moment.initial)}]"
+    return word
+
+
+def _moments(words: list[str]) -> tuple[Moment, ...]:
+    moments: list[Moment] = []
+    before, games, inputs = Moment(0), 1, 0
+    for word in words:
+        found = _MOMENT.fullmatch(word)
+        if not found:
+            raise ReplayError(f"the replay is damaged: {word[:40]!r} is no moment")
+        wait, codes, soft, held = found.groups()
+        games += codes.count("n")
+        inputs += len(codes.translate(_WITHOUT_DIGITS))
+        if inputs > _MOST_INPUTS:
+            raise ReplayError(_TOO_MANY)
+        before = Moment(
+            before.time_us + int(wait),
+            tuple(_input(code) for code in _INPUT.findall(codes)),
+            soft == "S" if soft else before.soft_drop,
+            before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
+        )
+        moments.append(before)
+    _check_games(games)
+    return tuple(moments)
+
+
+def _input(code: str) -> Input:
+    return GravityCap(int(code[1:])) if code[0] == "g" else _ACTIONS[code]
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("ascii")).hexdigest()

@@ -1,0 +1,174 @@
+"""Which screen follows which: from the title to a game, its pause and its end, and back."""
+
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from tetris.bots import registry as bots
+from tetris.engine.game import Game
+from tetris.engine.modes import MODES, Mode
+from tetris.engine.pieces import Piece
+from tetris.history.replay import Player, Recorder
+from tetris.history.replay_file import ReplayError, load
+from tetris.window.attract_mode import Attract
+from tetris.window.bot_player import BotPlayer
+from tetris.window.game_session import Session
+from tetris.window.saves import Shelf
+from tetris.window.screen_stack import Stage
+from tetris.window.screens.lists import best_screen, replays_screen
+from tetris.window.screens.over_screen import over_screen
+from tetris.window.screens.pages import open_settings
+from tetris.window.screens.pause_screen import pause_screen
+from tetris.window.screens.play_screen import PlayScreen
+from tetris.window.screens.replay_screen import ReplayScreen
+from tetris.window.screens.title import chosen_mode, title_screen
+
+_LAST_SEED = 2**32 - 1
+_BOT_ACTION_S = 0.08  # quick, and still to be followed by eye
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What to begin with; without any of it, the menu.
+
+    Attributes:
+        mode: The mode's name; that of the settings if there is none, or the first mode with
+            levels if a level is given and that has none.
+        seed: Which game; a new one each time if there is none.
+        level: The start level; that of the settings if there is none.
+        bot: The name of the bot that plays in the player's place.
+        replay: A replay's file to show.
+    """
+
+    mode: str | None = None
+    seed: int | None = None
+    level: int | None = None
+    bot: str | None = None
+    replay: Path | None = None
+
+
+class Flow:
+    """Leads from screen to screen.
+
+    Attributes:
+        game: The game played last; None before the first.
+    """
+
+    def __init__(self, stage: Stage, shelf: Shelf, seed: Callable[[], int] | None = None) -> None:
+        """Lead over a stage; finished games go on a shelf, `seed` chooses the next one."""
+        self._stage, self._shelf = stage, shelf
+        self._seed = seed or partial(secrets.randbelow, _LAST_SEED + 1)
+        self._attract = Attract()
+        self.game: Game | None = None
+
+    def begin(self, start: Start) -> None:
+        """Show the first screens."""
+        stage = self._stage
+        stage.push(
+            title_screen(
+                stage,
+                self._attract,
+                play=lambda: self.play(chosen_mode(stage)),
+                best=lambda: stage.push(best_screen(stage, self._shelf, self._attract)),
+                replays=lambda: stage.push(
+                    replays_screen(stage, self._shelf, self._attract, self.watch)
+                ),
+                settings=lambda: open_settings(stage, self._attract),
+            )
+        )
+        if start.replay is not None:
+            self.watch(start.replay)
+        elif any(each is not None for each in (start.mode, start.seed, start.level, start.bot)):
+            mode = MODES.get(start.mode or "") or chosen_mode(stage)
+            if start.mode is None and start.level is not None and not mode.levels:
+                mode = next(mode for mode in MODES.values() if mode.levels)
+            self.play(mode, seed=start.seed, level=start.level, player=start.bot)
+
+    def play(
+        self,
+        mode: Mode,
+        *,
+        seed: int | None = None,
+        level: int | None = None,
+        player: str | None = None,
+    ) -> None:
+        """Begin a game."""
+        stage = self._stage
+        chosen = self._seed() if seed is None else seed
+        session = Session(mode, chosen, stage.settings, level=level)
+        self._show(session, mode, level, player)
+
+    def _show(
+        self, session: Session, mode: Mode, level: int | None = None, player: str | None = None
+    ) -> None:
+        again = lambda _: self.play(mode, level=level, player=player)  # noqa: E731
+        self.game = session.game
+        screen = PlayScreen(
+            self._stage,
+            session,
+            paused=self._pause,
+            over=again if player else self._over,
+            restart=again if player else self._restart,
+            advise=_advise,
+            bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
+        )
+        self._stage.home(screen)
+
+    def _pause(self, screen: PlayScreen, reason: str) -> None:
+        self._stage.push(
+            pause_screen(
+                self._stage,
+                screen,
+                reason=reason,
+                restart=lambda: self._restart(screen),
+                settings=lambda: open_settings(self._stage),
+                leave=lambda: self._leave(screen),
+            )
+        )
+
+    def _over(self, screen: PlayScreen) -> None:
+        kept = self._shelf.keep(screen.session)
+        self._stage.notice = kept.notice
+        replay = screen.session.recorder.replay()
+        self._stage.push(
+            over_screen(
+                self._stage,
+                screen,
+                kept,
+                again=lambda: self.play(screen.session.mode),
+                watch=lambda: self._watch(Player(replay)),
+                leave=lambda: self._stage.home(),
+            )
+        )
+
+    def _restart(self, screen: PlayScreen) -> None:
+        self._shelf.keep(screen.session)
+        self.play(screen.session.mode)
+
+    def _leave(self, screen: PlayScreen) -> None:
+        self._stage.notice = self._shelf.keep(screen.session).notice
+        self._stage.home()
+
+    def watch(self, path: Path) -> None:
+        """Show a replay's file, or say why it cannot be shown."""
+        try:
+            replay = load(path)
+        except ReplayError as error:
+            self._stage.notice = str(error)
+            return
+        self._stage.notice = ""
+        self._watch(Player(replay))
+
+    def _watch(self, player: Player) -> None:
+        films = self._shelf.film_namer(player.replay.mode)
+        self._stage.push(ReplayScreen(self._stage, player, take_over=self._go_on, films=films))
+
+    def _go_on(self, recorder: Recorder) -> None:
+        mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
+        self._show(Session.going_on(mode, recorder), mode)
+
+
+def _advise(game: Game) -> Piece | None:
+    return bots.hint(game).landing
