@@ -7,6 +7,7 @@ import contextlib
 import errno
 import os
 import stat
+import sys
 from pathlib import Path
 from typing import IO, Final
 
@@ -120,7 +121,7 @@ def atomic_write(
             file.write(data)
             file.flush()
             if durable:
-                os.fsync(file.fileno())
+                sync(file.fileno())
         if replace:
             beside.replace(path)
         else:
@@ -133,6 +134,20 @@ def atomic_write(
             beside.unlink(missing_ok=True)
     if durable:
         sync_folder(path.parent)
+
+
+def sync(handle: int) -> None:
+    """Return when the file is on the disk itself.
+
+    Raises:
+        OSError: It is not.
+    """
+    os.fsync(handle)
+    if sys.platform == "darwin":  # whose fsync leaves data in the drive's own memory
+        import fcntl
+
+        with contextlib.suppress(OSError):  # a drive that has no such thing
+            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
 
 
 def sync_folder(folder: Path) -> None:

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Final
 
-from models.evaluation.bootstrap import Figure
 from models.results import missed_gestures as missed
+from models.results.figure import Figure
 
 NONE: Final = "–"  # a figure that could not be had
 LABELS: Final = {"null": "nothing", "twist_cw": "twist ↻", "twist_ccw": "twist ↺"}

@@ -1,8 +1,9 @@
 """A device, a host and a bad wire between them, on a virtual clock; and what must hold whatever.
 
 `World.wait` lets time pass in steps of 10 ms: the two sessions tick, bytes travel, the host
-reconnects as `host.connection.receiver` does. All else is trouble. After every step `World` checks that what
-the host was told can be true, with nothing but its own notes of what was really asked for.
+reconnects as `host.connection.receiver` does. All else is trouble. After every step `World` checks
+that what the host was told can be true, with nothing but its own notes of what was really asked
+for.
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 import math
 from dataclasses import astuple, replace
 
-from models.evaluation.bootstrap import Figure
 from models.reports.data import ReportData
 from models.results.evaluation import (
     Broken,
@@ -16,6 +15,7 @@ from models.results.evaluation import (
     Tuning,
 )
 from models.results.evaluation import Calibration as Judged
+from models.results.figure import Figure
 from models.results.training import (
     Calibration,
     ClassRow,

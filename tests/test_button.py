@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from controller.capture.cues import Cue, Phase
+from controller.capture.simulated_hand import Obedient
 from controller.recordings.recording import UNKNOWN, Origin, Recording
 from controller.sensors import base as sensors
 from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.sensors.replay import Replay
-from controller.sensors.virtual import Obedient, Virtual
+from controller.sensors.virtual import Virtual
 
 GRID = Geometry(5, 5, 10.0)
 MINUTES = 1

@@ -23,7 +23,7 @@ from host.cli import find as command
 from host.connection.device_store import Memory
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
-from host.discovery import ports, probe, search
+from host.discovery import notes, ports, probe, search
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 from host.discovery.seek import Seeker
@@ -254,7 +254,7 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
     answers = in_process([Port(real), Port(liar)])
     assert len(command.rows(answers, [])) == 2
     assert "2 ports say that they are orb-1" in command.remarks(answers)[0]
-    command.note(memory, answers)
+    notes.note(memory, answers)
     assert memory.devices == []
     monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
     with pytest.raises(LinkError, match="is not one device"):

@@ -13,7 +13,7 @@ from models.studies.information.windows import Taken
 pytestmark = pytest.mark.train
 pytest.importorskip("torch", reason="needs the [train] extra")
 
-from models.studies.information import classifier_bound as heldout
+from models.studies.information import classifier_bound as heldout  # noqa: E402
 from models.studies.information import infonce as contrast  # noqa: E402 - torch is there
 from models.studies.information.windows import take  # noqa: E402
 

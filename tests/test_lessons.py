@@ -13,9 +13,10 @@ from controller.bundles import vocabulary
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT, PAPER, Course, Recipe
+from models.data.training_split import Parts
 from models.training.loop import fit
 from models.training.networks import GestureNet
-from models.training.tasks import Gestures, Index, Parts
+from models.training.tasks import Gestures, Index
 
 pytestmark = pytest.mark.train
 

@@ -12,7 +12,7 @@ import pytest
 from controller import __version__
 from models import cli as commands
 from models.__main__ import main
-from models.cli import _options as options
+from models.data.defaults import STEPS
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -48,7 +48,7 @@ def test_no_help_shows_a_doubled_sign(command: str, capsys: pytest.CaptureFixtur
 
 
 def test_help_and_pages_say_how_long_the_recipe_trains(capsys: pytest.CaptureFixture[str]) -> None:
-    said = f"the recipe's {options.STEPS:,}"
+    said = f"the recipe's {STEPS:,}"
     with pytest.raises(SystemExit, match="0"):
         main(["folds", "--help"])
     assert said in " ".join(capsys.readouterr().out.split())

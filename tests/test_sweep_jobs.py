@@ -251,7 +251,7 @@ def test_what_goes_wrong_in_a_job_comes_back_as_a_sentence(
 def test_one_job_alone_needs_no_second_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(local, "perform", answer)
     order = study.order(Sweep(planned(), Path()), "n", jobs.jobs(planned())[0])
-    assert [json.loads(one)["name"] for one in local.run([order], 8)] == ["n"]
+    assert [json.loads(one)["name"] for one in local.run([order], 8, print)] == ["n"]
 
 
 def test_a_folder_that_cannot_be_written_to_is_one_sentence(tmp_path: Path) -> None:

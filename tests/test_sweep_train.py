@@ -245,7 +245,7 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(
 def test_no_process_of_ours_is_left_behind() -> None:
     pytest.importorskip("joblib", reason="needs the [sweep] extra")
     orders = [json.dumps({"name": str(i), "job": {}, "version": {"x": "y"}}) for i in range(3)]
-    answers = [json.loads(one) for one in local.run(orders, 2)]
+    answers = [json.loads(one) for one in local.run(orders, 2, print)]
     pids = {int(one["where"].split()[-1]) for one in answers}
     assert os.getpid() not in pids
     for pid in pids:

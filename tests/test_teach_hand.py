@@ -7,11 +7,12 @@ import pytest
 
 from controller.__main__ import main
 from controller.capture.cues import Cue, Phase
+from controller.capture.simulated_hand import Obedient
 from controller.cli.options import parser as grammar
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorError, SensorOptions
-from controller.sensors.virtual import Obedient, knows, show
+from controller.sensors.virtual import knows, show
 from controller.simulator.virtual_orb import VirtualOrb
 from controller.teach import dataset_folder as folder
 

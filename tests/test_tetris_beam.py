@@ -4,11 +4,12 @@ import pytest
 
 from tetris.bots import beam_search as beam
 from tetris.bots import greedy as bot
-from tetris.bots.registry import BOTS, STRONGEST, hint, play
+from tetris.bots.registry import BOTS, STRONGEST, hint
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.modes import MODES
 from tetris.engine.pieces import Piece
+from tetris.history.bot_game import play
 from tetris.history.replay import Player, Recorder
 
 

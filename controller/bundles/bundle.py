@@ -1,9 +1,9 @@
 """What is deployed: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle that knows people (`controller/recognition/users.py`) has the user network besides, and, for whoever
-wants one, a gesture network of their own. It is a zip in the one form that `controller/bundles/archive.py`
-knows, so a bit that changed anywhere is found. The hash proves integrity; authenticity comes from
-whoever copied the file.
+A bundle that knows people (`controller/recognition/users.py`) has the user network besides, and,
+for whoever wants one, a gesture network of their own. It is a zip in the one form that
+`controller/bundles/archive.py` knows, so a bit that changed anywhere is found. The hash proves
+integrity; authenticity comes from whoever copied the file.
 """
 
 import dataclasses
@@ -36,7 +36,6 @@ from controller.record import record
 FORMAT = 4  # of bundle.toml and of the list of parts
 # Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
 READABLE = (1, 2, 3, FORMAT)
-RATE_TOLERANCE = 0.02  # farther apart than this, a window is no longer the network's second
 MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
 REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned

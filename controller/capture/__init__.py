@@ -3,5 +3,3 @@
 `strokes` and `keys` turn a terminal's bytes into labels, `plan` and `cues` ask for examples, and
 `labeller` joins them. They are pure; `terminal` alone knows the keyboard and `status` the screen.
 """
-
-UNKNOWN = -1  # of a label, in whatever column: nobody has said

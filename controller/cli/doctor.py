@@ -13,7 +13,6 @@ import numpy as np
 
 from controller import folders
 from controller.bundles import bundle as bundles
-from controller.cli.options import PRINT
 from controller.diagnostics import link_check as loopback
 from controller.diagnostics import measurements as probe
 from controller.diagnostics import skin_checks as skin
@@ -22,6 +21,7 @@ from controller.diagnostics import touch_checks as guided
 from controller.diagnostics import wiring_checks as leads
 from controller.diagnostics.frame_source import Hand, OwnHand, Person, Watch
 from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.links import PRINT
 from controller.recognition.preprocess import LEAST_REST
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError, SensorOptions, VirtualSensor

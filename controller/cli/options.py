@@ -9,9 +9,9 @@ from pathlib import Path
 from controller import __version__
 from controller.bundles.inference import engines
 from controller.cli.commands import COMMANDS
+from controller.links import PRINT
 from controller.sensors import base as sensors
 
-PRINT = "-"  # the link that prints commands
 PRESETS = ("nominal", "paper-snr")  # by name: what they are takes the whole simulator to say
 
 

@@ -15,10 +15,10 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from controller import console
-from controller.cli.options import PRINT, parser
+from controller.cli.options import parser
 from controller.console import TROUBLE, complain, let_go
 from controller.errors import UserError
-from controller.links import LinkAwayError
+from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed, renew
 from controller.runtime.assemble import clerk as parts_clerk
 from controller.runtime.device import Device

@@ -1,1 +1,1 @@
-"""`controller doctor`: what is wrong with the machine, the wiring and the skin, and what to do."""
+"""Checks of computer, wiring, skin and link, and calibration. For `cli`."""

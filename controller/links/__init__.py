@@ -1,4 +1,4 @@
-"""Where commands go: one file a link, found by the URL's scheme."""
+"""Links: one module for each URL scheme, found by name. For `runtime` and `diagnostics`."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import importlib
 import importlib.util
 import re
 from dataclasses import field
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Message, ProtocolError, Welcome
 from controller.record import record
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
+
+
+PRINT: Final = "-"  # the link that prints commands
 
 
 class LinkError(UserError, OSError):

@@ -1,7 +1,8 @@
 """How values become bytes and bytes values: COBS, and the kinds of fields that a packet can have.
 
-`controller.protocol.messages` joins these kinds to messages. Reading checks everything and raises one of
-`BAD_BYTES`; nothing is read beyond the bytes given. Little endian; the standard library only.
+`controller.protocol.messages` joins these kinds to messages. Reading checks everything and raises
+one of `BAD_BYTES`; nothing is read beyond the bytes given. Little endian; the standard library
+only.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ Frame
     ``COBS(header, payload, tag, crc) 0x00``. COBS (consistent overhead byte stuffing) leaves no
     zero in a frame, so 0x00 ends it and a reader that comes in the middle is in step after the next
     zero. ``crc`` is the CRC-32 (zlib's) of all before it, u32. ``tag`` is there in sealed frames
-    only: 8 bytes over header and payload, see `controller.protocol.auth`. The payload has at most 1024
-    bytes; a run of more than 1051 bytes without a zero is no frame and is dropped as it comes.
+    only: 8 bytes over header and payload, see `controller.protocol.auth`. The payload has at most
+    1024 bytes; a run of more than 1051 bytes without a zero is no frame and is dropped as it comes.
 
     ========= === =================================================================
     header        (10 bytes)
@@ -263,7 +263,7 @@ class Bye:
 
 @record
 class Heartbeat:
-    """Device to host, ten times a second: alive; clocks as in `controller.protocol.clock_sync`; what is held."""
+    """Device to host, ten times a second: alive; clocks as in `clock_sync`; what is held."""
 
     sent_ms: int
     echo_ms: int

@@ -1,7 +1,8 @@
 """The states of a link's two ends, and every way from one to another, as one table each.
 
-`controller.protocol.device_session` and `controller.protocol.host_session` change their state through these tables and in no other
-way; docs/link.md draws them. What the events are is said in `EVENTS`.
+`controller.protocol.device_session` and `controller.protocol.host_session` change their state
+through these tables and in no other way; docs/link.md draws them. What the events are is said in
+`EVENTS`.
 """
 
 from __future__ import annotations

@@ -6,8 +6,7 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles.bundle import Bundle
-from controller.recognition.debounce import NULL, Debouncer
+from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
 from controller.recognition.mapping import Mapping
 from controller.recognition.preprocess import (
     Frame,
@@ -15,12 +14,14 @@ from controller.recognition.preprocess import (
     Known,
     Prepared,
     Preprocessor,
+    PreprocessSettings,
     State,
     Window,
 )
 from controller.recognition.sensor_health import Health
-from controller.recognition.touch_position import TouchImage
+from controller.recognition.touch_position import Spread, TouchImage
 from controller.recognition.user_id import Witness
+from controller.recognition.users import Users
 from controller.record import record
 
 Touch = tuple[float, float]  # (x, y), grid units
@@ -87,6 +88,50 @@ class Step:
     confidence: float = 0.0
 
 
+class Settings(Protocol):
+    """Settings of all stages, as a bundle holds them."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The gestures, "null" first."""
+
+    @property
+    def rows(self) -> int:
+        """Taxel rows."""
+
+    @property
+    def columns(self) -> int:
+        """Taxel columns."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second."""
+
+    @property
+    def window(self) -> int:
+        """Images in a window."""
+
+    @property
+    def preprocess(self) -> PreprocessSettings:
+        """How windows are made."""
+
+    @property
+    def debounce(self) -> DebounceSettings:
+        """When a gesture counts."""
+
+    @property
+    def spread(self) -> Spread | None:
+        """Deviation of touch positions; None if it was not measured."""
+
+    @property
+    def users(self) -> Users:
+        """Enrolled users."""
+
+    @property
+    def tells(self) -> bool:
+        """Whether there is a network that identifies users."""
+
+
 class Networks(Protocol):
     """What the pipeline asks; `controller.bundles.inference.networks.Recognizer` answers."""
 
@@ -113,7 +158,7 @@ class Pipeline:
 
     def __init__(
         self,
-        bundle: Bundle,
+        bundle: Settings,
         recognizer: Networks,
         mapping: Mapping,
         known: Known | None = None,
@@ -122,7 +167,7 @@ class Pipeline:
         """Join the stages.
 
         Args:
-            bundle: Their settings.
+            bundle: Their settings; `controller.bundles.bundle.Bundle` has them.
             recognizer: Its networks.
             mapping: The bundle's, or an override of it.
             known: What a calibration of the sensor found.
@@ -201,9 +246,9 @@ class Pipeline:
     def look(self) -> tuple[str, ...]:
         """Return what is not as it should be with the sensor, worst first.
 
-        Once a second it is looked for anew, as `controller/recognition/sensor_health.py` says, and what only the next
-        frame needs is learned. All that is for after a frame, when what it gave is on its way:
-        nobody waits for it.
+        Once a second it is looked for anew, as `controller/recognition/sensor_health.py` says, and
+        what only the next frame needs is learned. All that is for after a frame, when what it gave
+        is on its way: nobody waits for it.
         """
         self._preprocessor.settle()
         return self._health.look(self._dead, self._preprocessor.resting)

@@ -1,7 +1,7 @@
 """Turn frames into images and windows: the way every frame takes, in training and on the device.
 
-Every frame is divided by the rest image, which `controller.recognition.baseline` keeps true; taxels that feel
-nothing are filled in; and the latest images queue for the network.
+Every frame is divided by the rest image, which `controller.recognition.baseline` keeps true; taxels
+that feel nothing are filled in; and the latest images queue for the network.
 """
 
 from collections import deque

@@ -1,12 +1,11 @@
 """The disk under a journal: the one file that writes, syncs and locks one."""
 
 import contextlib
-import os
 import sys
 from pathlib import Path
 from typing import IO, Protocol
 
-from controller.files import sync_folder
+from controller.files import sync, sync_folder
 from controller.recordings.writer import write_beside
 
 _LOCK_AT = 1 << 40  # Windows locks bytes, and locked ones cannot be read: one far behind the end
@@ -99,20 +98,6 @@ def remove(path: Path) -> None:
     with contextlib.suppress(OSError):
         path.unlink()
         sync_folder(path.parent)
-
-
-def sync(handle: int) -> None:
-    """Return when the file is on the disk itself.
-
-    Raises:
-        OSError: It is not.
-    """
-    os.fsync(handle)
-    if sys.platform == "darwin":  # whose fsync leaves data in the drive's own memory
-        import fcntl
-
-        with contextlib.suppress(OSError):  # a drive that has no such thing
-            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
 
 
 def lock(file: IO[bytes], *, wait: bool = False) -> None:

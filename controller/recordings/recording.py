@@ -15,12 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import __version__
-from controller.bundles.bundle import RATE_TOLERANCE as RATE_TOLERANCE
-from controller.bundles.bundle import Bundle
-from controller.capture import UNKNOWN as UNKNOWN
 from controller.errors import UserError
 from controller.median import median
-from controller.recognition.pipeline import CommandRecord
+from controller.recognition.pipeline import CommandRecord, Settings
 from controller.recognition.preprocess import State
 from controller.record import record
 
@@ -29,6 +26,10 @@ if TYPE_CHECKING:
 
 SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
 PICOFARAD: Final = "pF"
+
+
+UNKNOWN: Final = -1  # a label that nobody gave
+RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
 
 
 class RecordingError(UserError, ValueError):
@@ -166,7 +167,7 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 LABELLERS: Final = ("label", "button", "key", "cue")
 
 
-def refuse_misfit(recording: Recording, bundle: Bundle) -> None:
+def refuse_misfit(recording: Recording, bundle: Settings) -> None:
     """Refuse a recording that the bundle's networks would misunderstand.
 
     Raises:

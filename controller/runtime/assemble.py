@@ -19,19 +19,19 @@ import numpy as np
 
 from controller import __version__
 from controller.bundles import bundle as bundles
-from controller.bundles.bundle import RATE_TOLERANCE, Bundle
+from controller.bundles import mapping_file
+from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import Shelf, name_of
 from controller.bundles.inference.networks import Recognizer
-from controller.cli.options import PRINT
 from controller.errors import UserError
-from controller.links import Link, LinkError, open_link
+from controller.links import PRINT, Link, LinkError, open_link
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
-from controller.recognition import mapping as mappings
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recognition.preprocess import Image, Known
 from controller.record import record
+from controller.recordings.recording import RATE_TOLERANCE
 from controller.runtime.device import Device, Wish, steady
 from controller.runtime.long_press import WINDOW_S
 from controller.runtime.realtime import Sweeper
@@ -242,7 +242,7 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
         proved = not installed or path.stem == name_of(bundle)
     mapping = bundle.mapping
     if options.mapping is not None:
-        own, people = mappings.read(options.mapping, bundle.labels)
+        own, people = mapping_file.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
     return bundle, engine, mapping, proved
@@ -375,7 +375,8 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     obey = None
     touched = options.link != PRINT and getattr(link, "touched", True)
     if sensor.virtual and not touched:  # nobody else touches it
-        from controller.sensors.virtual import Obedient, show
+        from controller.capture.simulated_hand import Obedient
+        from controller.sensors.virtual import show
 
         if parts.plan is None:
             told = "shows every gesture; Ctrl-C ends it"

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Final, Protocol
 
-from controller.capture import UNKNOWN
 from controller.log_limit import Hush
 from controller.protocol.messages import (
     Command,
@@ -24,6 +23,7 @@ from controller.protocol.messages import (
 )
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image
+from controller.recordings.recording import UNKNOWN
 from controller.runtime.long_press import LongPress
 from controller.sensors.base import Sensor, SensorAwayError, SensorError, VirtualSensor
 

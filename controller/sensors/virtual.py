@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.protocol.messages import Contact, Perform, Truth
 from controller.recognition.preprocess import Frame
 from controller.sensors.base import Geometry, SensorError, SensorOptions
@@ -22,7 +21,6 @@ RATE_HZ = 10.0  # paper, section 4.1
 
 _FIRST_S = 3.0  # the rest image is there, and somebody has read the first line
 _EVERY_S = (1.8, 3.2)  # from one performance to the next
-_REACTION_S = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
 def create(options: SensorOptions, model: OrbModel | None = None) -> "Virtual":
@@ -163,49 +161,11 @@ def show(
     rng = np.random.default_rng([seed, len(labels)])
     now = _FIRST_S
     for number, label in enumerate(_shuffled(known, repertoire, rng), 1):
-        yield now, Perform(number, label, *_place(label, geometry, repertoire, rng))
+        yield now, Perform(number, label, *place(label, geometry, repertoire, rng))
         now += float(rng.uniform(*_EVERY_S))
 
 
-class Obedient:
-    """A hand that does what cues ask for, a while after they do: people react."""
-
-    def __init__(
-        self,
-        geometry: Geometry,
-        seed: int,
-        gestures: Sequence[Path] = (),
-        strays: Sequence[str] = (),
-    ) -> None:
-        """Prepare.
-
-        Args:
-            geometry: Of the orb.
-            seed: Of reactions and places.
-            gestures: Files of gestures that it can do beside those that ship.
-            strays: What it does where no gesture is asked for; nothing if empty.
-        """
-        self._rng = np.random.default_rng([seed, 1])
-        self._geometry, self._repertoire = geometry, load(gestures)
-        self._strays = strays
-        self._number = 0
-
-    def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
-        """Return when the hand does what, for a cue that changed at `t_s`; None: it rests."""
-        if cue.phase is not Phase.GO or cue.paused:
-            return None
-        label = cue.label
-        if label == NULL_LABEL:
-            if not self._strays:
-                return None
-            label = str(self._rng.choice(self._strays))
-        place = cue.place or _place(label, self._geometry, self._repertoire, self._rng)
-        self._number += 1
-        at_s = t_s + float(self._rng.uniform(*_REACTION_S))
-        return at_s, Perform(self._number, label, *place)
-
-
-def _place(
+def place(
     label: str, geometry: Geometry, repertoire: Repertoire, rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return where a gesture is made: a press anywhere, those of the whole hand in the middle."""

@@ -1,4 +1,4 @@
-"""A pointer on a screen in place of a hand: rigid, exact fingers (host/ui/pointer_input.py draws the same).
+"""A pointer in place of a hand: rigid, exact fingers, drawn alike by host/ui/pointer_input.py.
 
 The shipped networks play with a mouse as well as with a hand, so a part of their training
 sessions is touched like this.

@@ -1,4 +1,4 @@
-"""Teach: examples of somebody's own gestures, gathered by cues (`controller teach`)."""
+"""Guided sessions in which users record examples of their own gestures. For `cli`."""
 
 from controller.errors import UserError
 

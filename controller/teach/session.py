@@ -22,6 +22,7 @@ from controller.capture.cues import Cues
 from controller.capture.labels import Labeller
 from controller.capture.run_files import Runs
 from controller.capture.session_recorder import Screen, Tape
+from controller.capture.simulated_hand import Obedient
 from controller.capture.terminal_keys import Keyboard
 from controller.console import count
 from controller.recognition.debounce import NULL
@@ -32,7 +33,7 @@ from controller.runtime.device import Device, steady
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorOptions
-from controller.sensors.virtual import Obedient, knows
+from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
 from controller.teach import TeachError, protocols
 from controller.teach import dataset_folder as folder

@@ -1,1 +1,1 @@
-"""The laptop's side of Bluetooth: rfcomm:// for pyserial, the channel's number, and pairing."""
+"""Bluetooth on the laptop: rfcomm:// for pyserial, channel numbers, pairing. For `cli`."""

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from host.cli.find import now
 from host.connection.device_store import Memory
 from host.connection.receiver import Connected, Received
+from host.discovery.notes import now
 from host.discovery.seek import Seeker
 from host.targets import Target
 from host.targets._keys import KeysTarget

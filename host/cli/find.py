@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -13,6 +12,7 @@ from controller.console import complain, one_line
 from controller.protocol import psk as keys
 from host.connection.device_store import Known, Memory
 from host.discovery import search
+from host.discovery.notes import claiming, note
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
@@ -62,20 +62,6 @@ def main(argv: list[str]) -> int:
     return 0 if any(row.seen == NOW for row in found) else 1
 
 
-def note(memory: Memory, answers: list[Answer]) -> None:
-    """Remember where devices are; one that two ports claim to be stays where it was."""
-    seen = now()
-    for answer in answers:
-        if answer.outcome == "orb" and len(_claims(answers, answer.device_id)) == 1:
-            memory.remember(
-                answer.device_id,
-                name=answer.name,
-                virtual=answer.virtual,
-                port=answer.url,
-                seen=seen,
-            )
-
-
 def rows(answers: list[Answer], known: list[Known]) -> list[Row]:
     """Return the devices that are here, and then those that are only remembered."""
     here = [answer for answer in answers if answer.outcome == "orb"]
@@ -93,22 +79,13 @@ def remarks(answers: list[Answer]) -> list[str]:
     """Return a sentence for every port that is no orb, and for identities that are there twice."""
     lines = [answer.why for answer in answers if answer.outcome != "orb"]
     for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
-        claims = _claims(answers, device_id)
+        claims = claiming(answers, device_id)
         if len(claims) > 1:
             lines.append(
                 f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
                 "name the one that you mean with --link"
             )
     return lines
-
-
-def now() -> str:
-    """Return the time, as settings note it."""
-    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-
-
-def _claims(answers: list[Answer], device_id: str) -> list[str]:
-    return [a.url for a in answers if a.outcome == "orb" and a.device_id == device_id]
 
 
 def _kind(virtual: bool) -> str:

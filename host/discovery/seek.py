@@ -6,11 +6,11 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
-from host.cli import find as command
 from host.connection.device_store import Memory
 from host.connection.receiver import Connected, Received
 from host.connection.transport import LinkError, Transport, open_transport
 from host.discovery import search
+from host.discovery.notes import note
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
@@ -76,7 +76,7 @@ class Seeker:
             others = search.candidates(self._memory)
             rest = [replace(port, key=key) for port in others if port.url not in first]
             answers += search.ask_all(rest)
-        command.note(self._memory, answers)
+        note(self._memory, answers)
         found = _matching(answers, self._words)
         if len(found) == 1:
             return found[0]

@@ -1,1 +1,1 @@
-"""From commands to keys: what a mapping names is pressed in the program that has the focus."""
+"""Injection of keys into other programs, behind a watchdog process. For `targets`."""

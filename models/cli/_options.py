@@ -3,11 +3,6 @@
 import argparse
 import sys
 from collections.abc import Callable
-from typing import Final
-
-STEPS: Final = (
-    15_000  # batches that CNN-3D learns from by the default recipe (models/data/recipe.py)
-)
 
 
 def say(line: str) -> None:

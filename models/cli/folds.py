@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from models.cli import _options as options
+from models.data.defaults import STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
@@ -44,7 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=options.count,
         default=0,
         metavar="N",
-        help=f"batches that each network learns from (default: the recipe's {options.STEPS:,})",
+        help=f"batches that each network learns from (default: the recipe's {STEPS:,})",
     )
     add(
         "--window",

@@ -163,7 +163,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _people(arguments: argparse.Namespace) -> int:
     """Train a network that tells people apart, and print what it is worth."""
-    from models.results import users as result
+    from models.reports import users_page
     from models.training.train_users import Request, train
 
     for name in ("bare", "window", "auxiliary"):
@@ -186,7 +186,7 @@ def _people(arguments: argparse.Namespace) -> int:
         mapping=arguments.mapping,
     )
     found = train(request, options.say)
-    print(result.card(found))
+    print(users_page.card(found))
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: controller install {request.out}, or controller --bundle {request.out}")
     return 0

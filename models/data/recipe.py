@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from controller.recognition.preprocess import PreprocessSettings
-from models.cli._options import STEPS
 from models.data.augment import Augmentation
+from models.data.defaults import STEPS
 
 VARIED: Final = Augmentation()
 UNTOUCHED: Final = Augmentation(
@@ -99,7 +99,8 @@ class Recipe:
         name: What it is called.
         gesture: CNN-3D.
         location: CNN-2D.
-        averaged: CNN-2D sees the image of a touch so far (controller/recognition/touch_position.py), not each frame's.
+        averaged: CNN-2D sees the image of a touch so far
+            (controller/recognition/touch_position.py), not each frame's.
         repair: Labels that people gave are moved to where the touch was.
         truth: The truth is learned from where it is known; else what the label button said.
         scaled: Probabilities are calibrated on held-out sessions.

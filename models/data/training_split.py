@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from models.data import splits
 from models.data.load import Data
 from models.data.touch_images import Touches
-from models.training.tasks import Parts
 
 SHARE: Final = 1 / 6  # of sessions or users, held out
 MOST: Final = 16  # sessions held out
@@ -20,6 +19,23 @@ BLOCKS: Final = 6  # of a session, where time is what is split by; the last one 
 RANDOM_SHARE: Final = 0.02
 RANDOM_LEAST: Final = 500
 RANDOM_MOST: Final = 0.1  # share; of very few windows fewer are taken
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """Which examples are for what, by their positions.
+
+    Attributes:
+        train: To learn from.
+        check: Held out.
+        random: Taken from among those to learn from, as the paper does.
+        words: What is held out, where that is not what the whole split says.
+    """
+
+    train: NDArray[np.int64]
+    check: NDArray[np.int64]
+    random: NDArray[np.int64]
+    words: str = ""
 
 
 @dataclass(frozen=True, slots=True)

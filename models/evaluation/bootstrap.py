@@ -6,37 +6,17 @@ is the one below which so long a silence has a probability of 5 % (3 / n, the ru
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from models.results.figure import Figure
+
 LEVEL: Final = 0.95
 DRAWS: Final = 2000
 _Of = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 _SILENT: Final = 3.0  # -ln 0.05, about: events of which a silence of one has p = 0.05
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A figure and its 95 % interval; the bounds are NaN where there is but one session.
-
-    Attributes:
-        value: The figure over all sessions.
-        low: Lower bound.
-        high: Upper bound.
-    """
-
-    value: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        """Return it for a table, such as "0.9977 (0.9961–0.9989)"."""
-        if np.isnan(self.low):
-            return f"{self.value:.4f}"
-        return f"{self.value:.4f} ({self.low:.4f}–{self.high:.4f})"
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:

@@ -81,7 +81,7 @@ class Tally:
 
 
 def attach(events: Sequence[Event], answers: Sequence[Answer]) -> list[int]:
-    """Return which event each answer belongs to, -1 none, as `controller.recognition.event_metric.judge` does."""
+    """Return which event each answer belongs to, -1 none, as `event_metric.judge` does."""
     onsets = [event.onset_s for event in events]
     owners = []
     for answer in answers:

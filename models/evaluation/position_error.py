@@ -1,8 +1,9 @@
 """How far off the places that a bundle tells are: measured once, told with every touch after it.
 
 A place is the less sure the noisier the image is that it was told from, and how noisy that is the
-device knows (controller/recognition/touch_position.py). Two figures make a deviation in grid units of it; they are those
-under which the errors that were measured are most likely, were they normal ones.
+device knows (controller/recognition/touch_position.py). Two figures make a deviation in grid units
+of it; they are those under which the errors that were measured are most likely, were they normal
+ones.
 """
 
 from typing import Final

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.evaluation.bootstrap import LEVEL, Figure
+from models.evaluation.bootstrap import LEVEL
+from models.results.figure import Figure
 
 DRAWS: Final = 400
 

@@ -29,6 +29,7 @@ from models.evaluation import position_error as surely
 from models.evaluation.event_counts import tally, told
 from models.evaluation.replay import Stream, debounced, fire, smoothed
 from models.results.evaluation import Point, Tuning
+from models.results.figure import Figure
 
 SMOOTHING: Final = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
 ON: Final = (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95)
@@ -255,7 +256,7 @@ def _point(
 
 def _figures(
     streams: Sequence[Stream], labels: Sequence[str], settings: DebounceSettings
-) -> dict[str, intervals.Figure]:
+) -> dict[str, Figure]:
     """Return the chosen point's figures with intervals; they flatter, being chosen."""
     tallies = [
         tally(dataclasses.replace(s, answers=tuple(debounced(s, labels, settings))), labels)

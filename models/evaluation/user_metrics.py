@@ -5,7 +5,7 @@ What is chosen by it as well: the temperature, and how probable somebody must be
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,8 +16,8 @@ from controller.recognition.users import ANYBODY, Users
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap as intervals
 from models.evaluation import scores
-from models.evaluation.bootstrap import Figure
-from models.training.user_windows import Index
+from models.results.figure import Figure
+from models.results.users import Open
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
@@ -28,25 +28,7 @@ FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
 JUDGED: Final = 3  # after so many gestures
 
 Said = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
-
-
-@dataclass(frozen=True, slots=True)
-class Open:
-    """How enrolled people and strangers are told apart after so many gestures.
-
-    Attributes:
-        seen: Gestures in a row.
-        auroc: Probability that somebody enrolled is believed more than a stranger.
-        false_accepts: Share of strangers who are taken for somebody.
-        right: Share of enrolled people who are named, rightly.
-        wrong: Share of enrolled people who are taken for somebody else.
-    """
-
-    seen: int
-    auroc: float
-    false_accepts: float
-    right: float
-    wrong: float
+Index = NDArray[np.intp]
 
 
 def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief, Index]:

@@ -1,1 +1,1 @@
-"""The report of a training, a tuning, an evaluation: one HTML file that needs nothing else."""
+"""HTML reports and Markdown cards of trainings and evaluations. For `training` and `cli`."""

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from models.evaluation.bootstrap import Figure
 from models.results import missed_gestures as missed
 from models.results.evaluation import Broken, Evaluation, Result, Row
+from models.results.figure import Figure
 
 
 def text(found: Evaluation) -> str:

@@ -1,7 +1,8 @@
 """What an evaluation and a tuning found out, as plain values: what cards, reports and JSON show.
 
-Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure that could
-not be had; in JSON it is null. Locations are in grid units, errors are means over the two axes.
+Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure
+that could not be had; in JSON it is null. Locations are in grid units, errors are means over the
+two axes.
 """
 
 import math
@@ -9,7 +10,7 @@ from dataclasses import asdict, dataclass, field, is_dataclass
 from typing import Any
 
 from models import json_values as plain
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,13 +27,14 @@ from models.data.examples import refuse_test_seed
 from models.data.load import Choice, Data
 from models.data.recipe import DEFAULT, Course, Recipe
 from models.data.splits import Fold
+from models.data.training_split import Parts
 from models.evaluation import scores
 from models.studies import fold_statistics as folds
 from models.studies import trajectory_baseline as trajectory
 from models.studies.fold_statistics import Crossed, Rowed
 from models.training import checkpoint
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures, Parts
+from models.training.tasks import Gestures
 
 Say = Callable[[str], None]
 

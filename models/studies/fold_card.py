@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 from models.studies.fold_statistics import TOUCHED, Crossed, Gain, Model
 
 

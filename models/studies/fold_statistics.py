@@ -17,7 +17,7 @@ from models import json_values as plain
 from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap as intervals
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 
 BY: Final = ("user", "session")
 # How much of a window something touches: what it is judged by beside people and sessions.

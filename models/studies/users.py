@@ -23,8 +23,8 @@ from controller.simulator.hand import GESTURES
 from models import user_files
 from models.data.recipe import Course
 from models.evaluation import user_metrics as judge
-from models.evaluation.bootstrap import Figure
 from models.evaluation.user_metrics import SEEN
+from models.results.figure import Figure
 from models.training import user_task as lesson
 from models.training.networks import GestureNet
 from models.training.simulated_users import Anew, Town

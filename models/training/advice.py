@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import Course
-from models.data.training_split import Split
+from models.data.training_split import Parts, Split
 from models.evaluation import scores
 from models.results import missed_gestures as missed
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 from models.training.loop import fit
-from models.training.tasks import Gestures, Parts
+from models.training.tasks import Gestures
 from models.training.train_networks import Work
 
 SHARES: Final = (0.25, 0.5, 1.0)  # of the examples

@@ -1,7 +1,6 @@
 """What the two networks learn from: windows and their classes, touches and their places."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -12,28 +11,12 @@ from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import Course
 from models.data.touch_images import Touches
+from models.data.training_split import Parts
 from models.results.training import Epoch
 from models.training.networks import GestureNet, LocationNet
 
 AT_ONCE = 2000  # windows judged together
 Index = NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """Which examples are for what, by their positions.
-
-    Attributes:
-        train: To learn from.
-        check: Held out.
-        random: Taken from among those to learn from, as the paper does.
-        words: What is held out, where that is not what the whole split says.
-    """
-
-    train: Index
-    check: Index
-    random: Index
-    words: str = ""
 
 
 class Gestures:

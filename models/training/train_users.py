@@ -8,9 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles import bundle
+from controller.bundles import bundle, mapping_file
 from controller.bundles.bundle import Bundle
-from controller.recognition import mapping as mappings
 from controller.recognition.users import Users
 from models import text as words
 from models import user_files
@@ -21,7 +20,7 @@ from models.data.load import Choice, Data
 from models.data.recipe import RECIPES
 from models.evaluation import user_metrics as judge
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
-from models.results import users as result
+from models.reports import users_page
 from models.results.training import SessionRow
 from models.results.users import Enrolled, Telling
 from models.training import enroll as enrol
@@ -102,7 +101,7 @@ def train(request: Request, say: Say) -> Telling:
     refuse_test_seed(request.seed, "this training")
     user_files.bundle_target(request.out)
     base = bundle.read(request.base or bundle.default_path())
-    rules = mappings.read(request.mapping, base.labels) if request.mapping is not None else None
+    rules = mapping_file.read(request.mapping, base.labels) if request.mapping is not None else None
     prepare_torch(request.seed)
     data = reading.read(
         (*request.paths, *request.others), RECIPES["default"], request.labels, say,
@@ -125,7 +124,7 @@ def train(request: Request, say: Say) -> Telling:
     said = f"{count}, {request.command}; single gestures named rightly, unseen: "
     said += f"{found.seen[1].value:.1%}"
     enrol.write(path, request.out, whole, known, said, request.mapping)
-    result.write(request.out, found)
+    users_page.write(request.out, found)
     return found
 
 

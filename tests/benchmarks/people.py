@@ -35,12 +35,13 @@ from models.data import splits
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT
+from models.data.training_split import Parts
 from models.studies import cross_validation as cross
 from models.studies import fold_card
 from models.studies.cross_validation import Request
 from models.studies.fold_statistics import Crossed
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures, Parts
+from models.training.tasks import Gestures
 
 BESIDE: Final = Path(__file__).parents[2] / "docs" / "people"
 STEPS: Final = 1600

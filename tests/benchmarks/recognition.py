@@ -36,9 +36,9 @@ from controller.bundles.bundle import Bundle
 from controller.simulator.presets import PRESETS
 from models.data import faults as faulty
 from models.data.test_sessions import BENCHMARK_SEED, People
-from models.evaluation.bootstrap import Figure
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Result
+from models.results.figure import Figure
 from models.studies import users as study
 
 from . import recognition_few, recognition_users

@@ -35,9 +35,9 @@ from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap as intervals
-from models.evaluation.bootstrap import Figure
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, answered, feel
+from models.results.figure import Figure
 
 KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")

@@ -33,9 +33,9 @@ from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap as intervals
-from models.evaluation.bootstrap import Figure
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, answered, feel
+from models.results.figure import Figure
 
 from .recognition_few import examples
 

@@ -31,9 +31,10 @@ from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import DEFAULT, Course
 from models.data.simulate import DataSet
+from models.data.training_split import Parts
 from models.results.training import Epoch
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures, Parts, gesture_net
+from models.training.tasks import Gestures, gesture_net
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau

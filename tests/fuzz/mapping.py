@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Final
 
 import host.targets as targets
+from controller.bundles import mapping_file
 from controller.errors import UserError
 from controller.keymap import keymap_file as reading
 from controller.keymap.key_state import Pressed
 from controller.keymap.keymap import KeyMap, KeyMapError, Kind
-from controller.recognition import mapping as gestures
 from controller.recognition.users import Users
 
 from .choices import Choices
@@ -75,7 +75,7 @@ def one(data: bytes) -> None:
     _FILE.write_bytes(content)
     try:
         if kind == len(KINDS):
-            table, people = gestures.read(_FILE, LABELS)
+            table, people = mapping_file.read(_FILE, LABELS)
             TWO.overridden(table, people)
             for own in (table, *people.values()):
                 for label in LABELS:

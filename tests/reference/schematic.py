@@ -2,7 +2,8 @@
 
 python -m tests.reference.schematic [--out docs/pictures/schematic.svg]
 
-The pins and channels are those of `controller/sensors/hardware/default.toml`, so the picture follows it.
+The pins and channels are those of `controller/sensors/hardware/default.toml`, so the picture
+follows it.
 """
 
 import argparse

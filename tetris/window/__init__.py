@@ -1,4 +1,4 @@
-"""The game on a pygame surface."""
+"""The game in a pygame window: screens, menus, themes, sounds."""
 
 import os
 

@@ -5,8 +5,7 @@ import os
 from pathlib import Path
 from typing import Protocol
 
-from controller.files import sync_folder
-from controller.recordings.journal_disk import sync
+from controller.files import sync, sync_folder
 
 
 class Files(Protocol):

@@ -1,8 +1,8 @@
 """Prove a bundle on this device: golden vectors, then a control step timed, engine by engine.
 
 Each engine is tried in a process of its own with a deadline, since a library that was built for
-another processor does not raise but kills. `python -m controller.bundles.deploy.selftest FILE ENGINE` is that
-process.
+another processor does not raise but kills. `python -m controller.bundles.deploy.selftest FILE
+ENGINE` is that process.
 """
 
 import json

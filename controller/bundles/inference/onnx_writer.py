@@ -1,4 +1,4 @@
-"""Write a network as an ONNX file: the inverse of `controller/bundles/inference/onnx_reader.py`, field by field.
+"""Write a network as an ONNX file, field by field: the inverse of `onnx_reader`.
 
 A device has no `onnx` package, and needs none to keep what it has learned: what `read` finds
 harmless is written in the few fields that it was read from, always as the same bytes.
@@ -20,7 +20,7 @@ _VARINT, _BYTES, _FIXED32 = 0, 2, 5  # the wire types of protocol buffers
 
 
 def write(graph: Graph, title: str = "gesture", width: int | None = None) -> bytes:
-    """Return the ONNX file of a network; `controller.bundles.inference.onnx_reader.read` gives the same network back.
+    """Return the ONNX file of a network; `onnx_reader.read` gives the same network back.
 
     Args:
         graph: The network; its batch is left open.

@@ -1,8 +1,8 @@
 """The D-Bus edge: one connection to the system bus, and BlueZ's objects as plain Python values.
 
-Everything here runs on one asyncio loop; `controller.links.bluetooth.registration` owns that loop's thread.
-Calls are written out by signature instead of asking every object what it can do: BlueZ's interface
-is fixed, and an answer less is a delay less.
+Everything here runs on one asyncio loop; `controller.links.bluetooth.registration` owns that loop's
+thread. Calls are written out by signature instead of asking every object what it can do: BlueZ's
+interface is fixed, and an answer less is a delay less.
 """
 
 from __future__ import annotations

@@ -45,7 +45,8 @@ def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[
         say: Takes lines of progress.
 
     Returns:
-        Plain data, as `gestures` in models/studies/figure7/study.py; "day" is another session of each.
+        Plain data, as `gestures` in models/studies/figure7/study.py; "day" is another session of
+        each.
     """
     how, mood, tracked = course(name, recipe)
     town = Town(preset, seed, MINUTES, (GESTURE,), shared=SHARED)

@@ -33,11 +33,12 @@ from models.data.augment import Symmetry
 from models.data.examples import Source, prepare
 from models.data.recipe import RECIPES, Recipe
 from models.data.simulate import DataSet
+from models.data.training_split import Parts
 from models.studies.figure7 import people as ten
 from models.studies.figure7.curves import Row, Say, curve, error, events, first, share, study
 from models.studies.figure7.pressing import RATE_HZ, pressing
 from models.training import train_networks as learn
-from models.training.tasks import Gestures, Parts, Places
+from models.training.tasks import Gestures, Places
 
 WINDOW: Final = 10  # images: likewise
 RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say

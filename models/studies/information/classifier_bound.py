@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from controller.bundles import vocabulary
 from models.data.augment import Augmentation, Symmetry
 from models.evaluation import resample, scores
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 from models.studies.information.windows import GAIN, Taken
 
 HIDDEN: Final = (96, 48)

@@ -2,8 +2,8 @@
 
 A game is what `host --demo --json` prints: its "events" are what the hand meant, its "commands"
 what was understood. One gesture is one use of the channel, and what comes out of it is the first
-command that answers it (controller/recognition/event_metric.py), or nothing. A further command for the same gesture,
-or one for none, is counted beside it.
+command that answers it (controller/recognition/event_metric.py), or nothing. A further command for
+the same gesture, or one for none, is counted beside it.
 """
 
 import itertools
@@ -20,8 +20,9 @@ from controller.config import ConfigError, parse_json
 from controller.errors import UserError
 from controller.recognition.event_metric import Answer, Event
 from models import user_files
-from models.evaluation.bootstrap import LEVEL, Figure
+from models.evaluation.bootstrap import LEVEL
 from models.evaluation.event_counts import attach
+from models.results.figure import Figure
 from models.studies.information import channel
 
 NOTHING: Final = "nothing"

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle
 from models.evaluation import resample
-from models.evaluation.bootstrap import Figure
 from models.evaluation.replay import Batched
+from models.results.figure import Figure
 from models.studies.information import classifier_bound as heldout
 from models.studies.information import histogram, vocabulary
 from models.studies.information import infonce as contrast

@@ -1,7 +1,7 @@
 """What a study found, as plain data that a file keeps.
 
-"settings" of each set; "parts": under "SET|PART" what models/studies/information/parts.py returns, in nats;
-"games": under a name what games.py returns; "check": rows of check.py.
+"settings" of each set; "parts": under "SET|PART" what models/studies/information/parts.py returns,
+in nats; "games": under a name what games.py returns; "check": rows of check.py.
 """
 
 import json

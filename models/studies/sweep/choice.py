@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.evaluation.bootstrap import LEVEL, Figure
+from models.evaluation.bootstrap import LEVEL
+from models.results.figure import Figure
 from models.studies.sweep.figures import Measure, Point, columns
 
 DRAWS: Final = 2000

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.evaluation import bootstrap as intervals
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 
 Counts = dict[str, tuple[float, float]]  # unit -> what was counted, of how much
 

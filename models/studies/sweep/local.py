@@ -5,7 +5,6 @@ from contextlib import suppress
 from typing import Final
 
 from models import processes
-from models.cli import _options as options
 from models.studies.sweep.perform import perform
 
 DEATHS: Final = 3  # in a row without a finished job between them
@@ -13,7 +12,7 @@ DEATHS: Final = 3  # in a row without a finished job between them
 Say = Callable[[str], None]
 
 
-def run(orders: Sequence[str], workers: int, say: Say = options.say) -> Iterator[str]:
+def run(orders: Sequence[str], workers: int, say: Say) -> Iterator[str]:
     """Yield the answer to each order, as they come; one whose process keeps dying has none.
 
     Args:

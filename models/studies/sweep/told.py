@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from controller.console import count
-from models.evaluation.bootstrap import Figure
+from models.results.figure import Figure
 from models.studies.sweep import figures
 from models.studies.sweep.choice import FEWEST, Choice, choose
 from models.studies.sweep.figures import MEASURES, Measure, Point

@@ -57,8 +57,10 @@ SEED: Final = 0
 TREES: Final = 100
 # Whose change changes what is learned.
 CODE: Final = (
-    "controller.recognition.preprocess", "controller.recognition.touch_position", "models.data.augment", "models.data.examples", "models.training.loop",
-    "tests.benchmarks.baselines.forest", "models.training.tasks", "models.training.networks", "tests.benchmarks.baselines.peer_nets", "tests.benchmarks.baselines.peers",
+    "controller.recognition.preprocess", "controller.recognition.touch_position",
+    "models.data.augment", "models.data.examples", "models.training.loop",
+    "tests.benchmarks.baselines.forest", "models.training.tasks", "models.training.networks",
+    "tests.benchmarks.baselines.peer_nets", "tests.benchmarks.baselines.peers",
     "models.data.touch_images",
 )  # fmt: skip
 

@@ -1,0 +1,53 @@
+"""The virtual orb's own hand as a person who follows cues, for sessions without one."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from controller.capture.cues import NULL_LABEL, Cue, Phase
+from controller.protocol.messages import Perform
+from controller.sensors.base import Geometry
+from controller.sensors.virtual import place
+from controller.simulator.gesture_file import load
+
+_REACTION_S: Final = (0.2, 0.6)  # from a cue to the hand's first movement
+
+
+class Obedient:
+    """A hand that does what cues ask for, a while after they do: people react."""
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        seed: int,
+        gestures: Sequence[Path] = (),
+        strays: Sequence[str] = (),
+    ) -> None:
+        """Prepare.
+
+        Args:
+            geometry: Of the orb.
+            seed: Of reactions and places.
+            gestures: Files of gestures that it can do beside those that ship.
+            strays: What it does where no gesture is asked for; nothing if empty.
+        """
+        self._rng = np.random.default_rng([seed, 1])
+        self._geometry, self._repertoire = geometry, load(gestures)
+        self._strays = strays
+        self._number = 0
+
+    def obey(self, cue: Cue, t_s: float) -> tuple[float, Perform] | None:
+        """Return when the hand does what, for a cue that changed at `t_s`; None: it rests."""
+        if cue.phase is not Phase.GO or cue.paused:
+            return None
+        label = cue.label
+        if label == NULL_LABEL:
+            if not self._strays:
+                return None
+            label = str(self._rng.choice(self._strays))
+        at = cue.place or place(label, self._geometry, self._repertoire, self._rng)
+        self._number += 1
+        at_s = t_s + float(self._rng.uniform(*_REACTION_S))
+        return at_s, Perform(self._number, label, *at)
