@@ -39,7 +39,7 @@ def environment(home: Path, temporary: Path) -> dict[str, str]:
     kept = {
         name: value
         for name, value in os.environ.items()
-        if not name.startswith(("XDG_", "ORT_", "SDL_")) and name not in ("CI", "DISPLAY")
+        if not name.startswith(("XDG_", "ORT_", "SDL_", "TORCH")) and name not in ("CI", "DISPLAY")
     }
     return {
         **kept,

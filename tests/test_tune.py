@@ -154,7 +154,7 @@ def test_a_tuned_bundle_differs_in_its_thresholds_only(folder: Path, tmp_path: P
     old, new = (bundle.unpack(path.read_bytes()) for path in (PATH, out))
     changed = {name for name in old if old[name] != new[name]}
     assert changed == {bundle.MANIFEST, bundle.SUMS}
-    assert "1 recordings" in tuned.card["tuned"]
+    assert "1 recording" in tuned.card["tuned"]
     same = replace(tuned, debounce=SHIPPED.debounce, card=SHIPPED.card, hash=SHIPPED.hash)
     assert same.mapping == SHIPPED.mapping
     assert same.preprocess == SHIPPED.preprocess
