@@ -21,8 +21,10 @@ def load(path: Path | None) -> Found:
     """Return what was found so far.
 
     Raises:
-        UserFileError: The file cannot be read, or holds something else.
+        UserFileError: The file cannot be read or written, or holds something else.
     """
+    if path is not None:
+        user_files.target(path)  # refused now, not when the first estimate is to be written
     if path is None or not path.exists():
         return {"parts": {}, "games": {}, "check": []}
     found = user_files.read_json(path)
