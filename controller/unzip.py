@@ -11,9 +11,8 @@ from __future__ import annotations
 import io
 import struct
 import zlib
+from dataclasses import dataclass
 from typing import IO, Final
-
-from controller.record import record
 
 STORED, DEFLATED = 0, 8
 PIECE: Final = 128 << 10  # bytes that the directory may have, and that are unpacked at once
@@ -32,7 +31,7 @@ class ZipError(ValueError):
     """The bytes are no whole zip file of the plain kind."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Member:
     """One entry of the directory; all of it is a claim until the member was read."""
 

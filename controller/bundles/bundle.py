@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
@@ -31,7 +31,6 @@ from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import Spread
 from controller.recognition.users import NOBODY, Users, UsersError
-from controller.record import record
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 # Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
@@ -68,7 +67,7 @@ class BundleError(UserError, ValueError):
     """The bundle cannot be used; the message says why, in one sentence."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Bundle:
     """A bundle that was read and found whole.
 

@@ -1,14 +1,13 @@
 """What a bundle's networks answered when they were made: `golden.npz`."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
 from controller.recognition.users import Users
-from controller.record import record
 
 _HEAD = "head."  # before a user's name: the answers of that user's own gesture network
 _PEOPLE = "people"
@@ -25,7 +24,7 @@ def _none() -> Answers:
     return np.zeros((0, 0), dtype=np.float32)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Golden:
     """What the networks answered when they were made; the device asks them again.
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, Final, Protocol
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Message, ProtocolError, Welcome
-from controller.record import record
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 
@@ -26,7 +25,7 @@ class LinkAwayError(LinkError, TroubleError):
     """What a link needs is not there now: a port, a library, an adapter, a free address."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Access:
     """Who is let in; a link passes it on to its sessions.
 

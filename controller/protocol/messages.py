@@ -144,13 +144,13 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from controller.protocol import codec as wire
 from controller.protocol.auth import SIZE as TAG
 from controller.protocol.auth import Seal
 from controller.protocol.codec import ProtocolError as ProtocolError
-from controller.record import record
 
 VERSION = 2  # of the payloads: the upper nibble of every packet
 MAX_PAYLOAD = 1024  # bytes
@@ -166,7 +166,7 @@ WANTED, PROVING, IN_USE, DECLINED = range(4)  # states of a Delivery
 RESEND_MS = 50  # until a command that is not acknowledged is sent again, at least
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Hello:
     """Host to device, first: who connects. Sent again at any time, it starts a new session.
 
@@ -181,7 +181,7 @@ class Hello:
     granted: bool  # "I shall grant time": virtual devices only
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Offer:
     """Device to host: the answer to Hello; the session in its header is the number from here on."""
 
@@ -190,7 +190,7 @@ class Offer:
     keyed: bool  # every frame from here on is to be sealed
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Deliver:
     """Host to device: there is a bundle for you."""
 
@@ -199,7 +199,7 @@ class Deliver:
     name: str  # of the file, for the log
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Piece:
     """Host to device: some bytes of the bundle."""
 
@@ -207,14 +207,14 @@ class Piece:
     data: bytes  # at most PIECE of them
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Correct:
     """Host to device: what the latest touch was, as its player says; learn it."""
 
     label: str  # of Welcome.labels; "": take the last correction back
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Join:
     """Host to device: who it is, and how far it is with the device's commands."""
 
@@ -226,7 +226,7 @@ class Join:
     done: int  # number of the last command that it knows of that one
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Welcome:
     """Device to host: the answer to Join, and what the device is and can do."""
 
@@ -247,21 +247,21 @@ class Welcome:
     done: int = 0  # number of the newest command that will not be sent (again)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Refuse:
     """Device to host, in place of Offer or Welcome: why not, in one sentence."""
 
     reason: str
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Bye:
     """Either side, before it closes: why."""
 
     reason: str
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Heartbeat:
     """Device to host, ten times a second: alive; clocks as in `clock_sync`; what is held."""
 
@@ -272,7 +272,7 @@ class Heartbeat:
     pressed: tuple[str, ...]  # as in State
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Alive:
     """Host to device, ten times a second and after commands: alive, and what has been taken."""
 
@@ -283,7 +283,7 @@ class Alive:
     missed: int  # how many were missed, since this host first met this device
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Command:
     """The player asked for something. Delivered once, or reported as missed."""
 
@@ -294,7 +294,7 @@ class Command:
     frame: int
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Numbered(Command):
     """Device to host: a command as it travels."""
 
@@ -303,14 +303,14 @@ class Numbered(Command):
     sent_ms: int  # the device's link clock when it was sent first
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class State:
     """Device to host: everything that is held now; () right after Welcome."""
 
     pressed: tuple[str, ...]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Telemetry:
     """Device to host, one per frame: what the device feels and believes."""
 
@@ -323,7 +323,7 @@ class Telemetry:
     rate_hz: float  # measured
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Truth:
     """Virtual device to host, when a performance has ended: what its hand really did, and when."""
 
@@ -333,14 +333,14 @@ class Truth:
     release_ms: int
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Granted:
     """Virtual device to host: every packet up to here has been sent before this one."""
 
     until_ms: int
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Health:
     """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
 
@@ -350,7 +350,7 @@ class Health:
     found: tuple[str, ...]  # sentences, worst first
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Delivery:
     """Device to host: how it stands with the bundle that the host sends."""
 
@@ -359,7 +359,7 @@ class Delivery:
     told: str  # a sentence, or ""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Hop:
     """One part of a frame's way through the device, and how long it took, milliseconds."""
 
@@ -369,7 +369,7 @@ class Hop:
     p99_ms: float
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Pace:
     """Device to host, every second: where the time of the latest frames went, milliseconds."""
 
@@ -378,7 +378,7 @@ class Pace:
     hops: tuple[Hop, ...]  # in their order, the last one all of them together
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Who:
     """Device to host: who touches, as far as their touch tells; a convenience, never a proof.
 
@@ -390,7 +390,7 @@ class Who:
     confidence: float  # how probable that is; without a user, of the most probable one
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Spot:
     """Device to host, before what else it says of a frame: how sure the place of its touch is."""
 
@@ -398,7 +398,7 @@ class Spot:
     sigma: float  # deviation from where it truly is, of each axis, grid units
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One finger on the membrane: where (grid units), how deep and how wide (mm)."""
 
@@ -409,14 +409,14 @@ class Contact:
     radius_mm: float
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Contacts:
     """Host to virtual device: all fingers that touch now; () lifts them all."""
 
     contacts: tuple[Contact, ...]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Perform:
     """Host to virtual device: let your own hand do this gesture, or "brush" or "rest", now."""
 
@@ -426,7 +426,7 @@ class Perform:
     y: float
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Grant:
     """Host to virtual device: step exactly to here."""
 

@@ -7,6 +7,7 @@ noticed when it leaves.
 """
 
 from collections import deque
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,7 +24,6 @@ from controller.recognition.frames import (
     z_image,
 )
 from controller.recognition.rebaseline import Returns, still_frames
-from controller.record import record
 
 # Fewer frames than this say too little of how much a noisy sensor scatters at rest.
 _LEAST: Final = 6
@@ -39,7 +39,7 @@ _WARY: Final = 0.5  # of the usual pace
 Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Known:
     """What an earlier calibration found.
 

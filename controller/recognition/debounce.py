@@ -6,17 +6,17 @@ The paper names a debouncing filter (section 5) without describing it.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.preprocess import State
-from controller.record import record
 
 NULL = 0  # the class "null" comes first in every bundle
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class DebounceSettings:
     """When a gesture counts; chosen on development streams, kept in the bundle.
 

@@ -5,13 +5,13 @@ and a finger that was taken into rest and has left. A finger squeezes the skin u
 capacitance from few taxels and much; nothing that drifts does that.
 """
 
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.median import mean, median
-from controller.record import record
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
@@ -77,7 +77,7 @@ def shape(change: Change) -> Shape:
     return "touch" if lopsided < 0.0 else "lifted"
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Causes:
     """A drift of rest taken apart: ln C' / C = common + row + column + film, taxel by taxel.
 

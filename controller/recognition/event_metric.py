@@ -9,12 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from controller.record import record
-
 TAIL_S: Final = 0.5  # a command may come this long after the last finger has left
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Event:
     """What truly happened.
 
@@ -29,7 +27,7 @@ class Event:
     kind: str
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What was recognised: the time of the newest frame used, and the class."""
 

@@ -3,13 +3,13 @@
 The names that frames, images and windows go by, and the settings that say how they are made.
 """
 
+from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.median import mean
-from controller.record import record
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
@@ -22,7 +22,7 @@ Normalise = Literal["ratio", "difference"]
 LEAST_REST: Final = 0.2
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PreprocessSettings:
     """How images and windows are made; travels inside the bundle.
 

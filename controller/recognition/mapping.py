@@ -17,12 +17,11 @@ The command "none" does nothing on purpose.
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 from controller.errors import UserError
 from controller.protocol.messages import COMMANDS
-from controller.record import record
 
 NONE = "none"  # the command that does nothing
 ALWAYS = COMMANDS[:6]  # announced whether or not the table uses them
@@ -44,7 +43,7 @@ class MappingError(UserError, ValueError):
         self.label, self.rule = label, rule
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Rule:
     """A command, and the region of the touch in which it is meant; grid units.
 
@@ -75,7 +74,7 @@ class Rule:
         return self.right_of <= x < self.left_of and self.above <= y < self.below
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Mapping:
     """What each gesture asks for. Labels without rules ask for nothing."""
 

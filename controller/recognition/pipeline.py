@@ -1,6 +1,7 @@
 """From frame to command: the pure stages joined, and nothing else."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,7 +23,6 @@ from controller.recognition.sensor_health import Health
 from controller.recognition.touch_position import Spread, TouchImage
 from controller.recognition.user_id import Witness
 from controller.recognition.users import Users
-from controller.record import record
 
 Touch = tuple[float, float]  # (x, y), grid units
 
@@ -31,7 +31,7 @@ LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
 _TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class CommandRecord:
     """What the player asked for, and why we think so.
 
@@ -52,7 +52,7 @@ class CommandRecord:
     command: str
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Step:
     """What one frame gave.
 

@@ -5,6 +5,7 @@ that feel nothing are filled in; and the latest images queue for the network.
 """
 
 from collections import deque
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,6 @@ from controller.recognition.frames import (
     leadless,
     z_image,
 )
-from controller.record import record
 
 __all__ = [
     "LEAST_REST",
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Prepared:
     """What one frame became.
 

@@ -11,13 +11,13 @@ place may be: `Spread` makes of that a deviation in grid units.
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.preprocess import Image, State
-from controller.record import record
 
 _LEAD: Final = 1  # image just before the networks notice: the finger arrives in it
 _BEFORE: Final = 4  # images before that, of the sensor untouched
@@ -30,7 +30,7 @@ _TO_SIGMA: Final = float(np.sqrt(np.pi / 2.0))  # of a normal deviate's mean mag
 Signal = NDArray[np.float64]  # z - 1, (rows, columns)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Spread:
     """How far off the places that a network tells are: `models tune` measures it.
 

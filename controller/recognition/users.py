@@ -19,12 +19,11 @@ who plays. It is a convenience, never a lock: docs/users.md.
 import re
 from collections.abc import Mapping as AbstractMapping
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
-from controller.record import record
 
 NETWORK: Final = "user.onnx"  # a part of the bundle
 MOST: Final = 32  # people in a bundle
@@ -44,7 +43,7 @@ class UsersError(ValueError):
     """The table cannot be used; the message says why, without a subject."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Users:
     """The people of a bundle; without names it knows nobody.
 

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from controller import npz
 from controller.recognition.pipeline import CommandRecord, Touch
-from controller.record import record
 from controller.recordings import meta
 from controller.recordings.recording import (
     LABELLERS,
@@ -44,7 +44,7 @@ TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' co
 _T = TypeVar("_T")
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Survey:
     """What a recording says of itself.
 

@@ -8,7 +8,7 @@ and `cue` are what the label button, the keyboard and the cues said at the time.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,7 +19,6 @@ from controller.errors import UserError
 from controller.median import median
 from controller.recognition.pipeline import CommandRecord, Settings
 from controller.recognition.preprocess import State
-from controller.record import record
 
 if TYPE_CHECKING:
     from controller.recognition.event_metric import Event
@@ -36,7 +35,7 @@ class RecordingError(UserError, ValueError):
     """The recording cannot be read, used or written; the message says why, in one sentence."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Origin:
     """Where a recording comes from.
 
@@ -83,7 +82,7 @@ class Origin:
     schema: int = SCHEMA
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Mark:
     """Something that happened at a time: a cue, a key, a pause, a lost sensor.
 
@@ -98,7 +97,7 @@ class Mark:
     text: str
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Truth:
     """What a simulation knows beside every frame.
 
@@ -113,7 +112,7 @@ class Truth:
     events: tuple[Event, ...]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Recording:
     """A whole recording of n frames.
 

@@ -10,7 +10,7 @@ import logging
 import os
 import platform
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TextIO, runtime_checkable
@@ -30,7 +30,6 @@ from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welc
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
 from controller.recognition.preprocess import Image, Known
-from controller.record import record
 from controller.recordings.recording import RATE_TOLERANCE
 from controller.runtime.device import Device, Wish, steady
 from controller.runtime.long_press import WINDOW_S
@@ -68,7 +67,7 @@ class Renewable(Protocol):
         """Say Bye to the host, and Welcome when it comes back."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Parts:
     """Everything that a run needs, checked.
 

@@ -5,12 +5,11 @@ clock; whoever has one stamps. `Digest` is what people are told.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from controller.record import record
 
 # The device's hops, in their order: what ends with each of them.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")
@@ -18,7 +17,7 @@ LINES: Final = 4096  # frames that count: seven minutes at 10 a second
 _SHARES: Final = (50.0, 95.0, 99.0)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Digest:
     """How long one hop took, milliseconds."""
 

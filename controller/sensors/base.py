@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -10,7 +11,6 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, Truth
 from controller.recognition.preprocess import Frame
-from controller.record import record
 
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
@@ -28,7 +28,7 @@ class SensorAwayError(SensorError, TroubleError):
     """The sensor gives no frame now, and may again: it is worth asking for the next one."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Geometry:
     """The grid of taxels; the pitch is the distance of two."""
 
@@ -37,7 +37,7 @@ class Geometry:
     pitch_mm: float
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class SensorOptions:
     """What the command line says about the sensor; each takes what concerns it.
 

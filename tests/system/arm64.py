@@ -34,7 +34,7 @@ ROOT: Final = Path(__file__).parents[2]
 # The device's rooms. What opens windows or needs SciPy is another machine's part.
 TESTS: Final = """
     bundle debounce engines graph journal labelling labelling_cues links loop mapping median
-    pipeline preprocess protocol record recorder recording recovery shelf start tape touch_image
+    pipeline preprocess protocol recorder recording recovery shelf start tape touch_image
     vocabulary controller_cli
 """
 ANSWERS: Final = """

@@ -11,7 +11,7 @@ has the old bundle or the new one.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -22,7 +22,6 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.config import parse_toml
 from controller.errors import reason
 from controller.files import read_text
-from controller.record import record
 
 if TYPE_CHECKING:
     from controller.bundles.deploy.disk import Files
@@ -34,7 +33,7 @@ _MAX_BYTES: Final = 64 << 10  # of the record; its eight entries have some hundr
 _MAX_MESSAGE: Final = 200  # characters of what is wrong with it
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Entry:
     """One bundle on the shelf.
 
@@ -53,7 +52,7 @@ class Entry:
     corrects: str | None = None
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Record:
     """What `installed.toml` says.
 

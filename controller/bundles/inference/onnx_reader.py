@@ -13,12 +13,11 @@ for the bytes.
 import math
 import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from controller.record import record
 
 MAX_NODES: Final = 100
 MAX_ARRAYS: Final = 200
@@ -64,7 +63,7 @@ class GraphError(ValueError):
     """The file is no network that a device runs; the message says why, without a subject."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Node:
     """One operator of the graph.
 
@@ -81,7 +80,7 @@ class Node:
     attributes: dict[str, Attribute]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Graph:
     """A network: one array in, one out.
 
@@ -130,7 +129,7 @@ def read(data: bytes) -> Graph:
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5  # the wire types of protocol buffers
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class _Form:
     """A message: the wire type of each field, and which may come more than once."""
 

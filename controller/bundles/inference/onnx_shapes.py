@@ -8,10 +8,10 @@ far below.
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 from controller.bundles.inference.onnx_reader import MAX_RANK, Array, Graph, GraphError, Node
-from controller.record import record
 
 MAX_ELEMENTS: Final = 16 << 20  # numbers in all arrays between operators together: 64 MiB
 MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second on a small board
@@ -19,7 +19,7 @@ MAX_MACS: Final = 2_000_000_000  # multiplications of one answer: about a second
 Shape = tuple[int, ...]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Sizes:
     """The cost of one answer.
 
@@ -72,7 +72,7 @@ _Weights = dict[str, Array]
 _Rule = Callable[[Node, list[Shape], _Weights], tuple[Shape, int]]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Sliding:
     """How a kernel slides: sizes along each axis after batch and channel."""
 
