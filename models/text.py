@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Final
 
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 from models.results.figure import Figure
 
 NONE: Final = "–"  # a figure that could not be had
@@ -153,7 +153,7 @@ def card(value: str, meaning: str, below: str = "") -> str:
     return f'<div class="card"><b>{value}</b><span>{meaning}</span>{small}</div>'
 
 
-def answered(labels: Sequence[str], table: missed.Table, on: str) -> str:
+def answered(labels: Sequence[str], table: missed_gestures.Table, on: str) -> str:
     """Return the headline figure of what is answered rightly, with each gesture that fails.
 
     Args:
@@ -161,8 +161,10 @@ def answered(labels: Sequence[str], table: missed.Table, on: str) -> str:
         table: Events by what was answered.
         on: What it was measured on.
     """
-    right, events = missed.right(table)
-    worst = [missed.counts(labels, table, number) for number in missed.failing(table)]
+    right, events = missed_gestures.right(table)
+    worst = [
+        missed_gestures.counts(labels, table, number) for number in missed_gestures.failing(table)
+    ]
     below = "; ".join([f"{count(right)} of {count(events)} {on}", *worst])
     share = right / events if events else math.nan
     return card(percent(share), "of gestures answered rightly", escape(below))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from fake_device import welcome
 
-from controller.protocol import codec as wire
+from controller.protocol import codec
 from controller.protocol.device_session import BACKLOG, DeviceSession
 from controller.protocol.host_session import (
     Connected,
@@ -394,7 +394,7 @@ def _is_command(item: Received) -> bool:
 def _is_intact(run: bytes) -> bool:
     """Return whether a run of bytes is a frame with the right checksum."""
     try:
-        frame = wire.cobs_decode(run)
-    except wire.BAD_BYTES:
+        frame = codec.cobs_decode(run)
+    except codec.BAD_BYTES:
         return False
     return len(frame) > 4 and zlib.crc32(frame[:-4]) == int.from_bytes(frame[-4:], "little")

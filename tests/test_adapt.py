@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from controller import adapt
-from controller.adapt import AdaptError, Example, rehearsal
-from controller.adapt import few_shot as lesson
-from controller.adapt import head as network
+from controller.adapt import AdaptError, Example, few_shot, head, rehearsal
 from controller.adapt.examples import paced, touched, vary
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.preprocess import Preprocessor
 from controller.simulator.presets import preset
@@ -30,8 +27,8 @@ DATA = SHIPPED.read_bytes()
 @pytest.fixture(autouse=True)
 def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rehearse once, not as often as a device does: seconds are enough there, not here."""
-    monkeypatch.setattr(lesson, "REHEARSED", 1)
-    monkeypatch.setattr(lesson, "COPIES", 60)
+    monkeypatch.setattr(few_shot, "REHEARSED", 1)
+    monkeypatch.setattr(few_shot, "COPIES", 60)
 
 
 @cache
@@ -68,7 +65,7 @@ def written(made: adapt.Taught) -> bytes:
 
 
 def named(loaded: Bundle, windows: np.ndarray, engine: str = "numpy") -> list[str]:
-    run = engines.open_network(engine, loaded.gesture_onnx, graph.read(loaded.gesture_onnx))
+    run = engines.open_network(engine, loaded.gesture_onnx, onnx_reader.read(loaded.gesture_onnx))
     return [loaded.labels[int(run(window[None])[0].argmax())] for window in windows]
 
 
@@ -100,10 +97,10 @@ def test_the_same_lesson_makes_the_same_bundle() -> None:
 
 
 def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
-    part = lesson.GESTURE
+    part = few_shot.GESTURE
     kept = rehearsal.read(bundles.unpack(taught())[rehearsal.PART], (5, 5), 6)
-    base = network.take_apart(bundles.parse(taught()).gesture_onnx, kept.base[part])
-    trained = network.take_apart(LOADED.gesture_onnx)
+    base = head.take_apart(bundles.parse(taught()).gesture_onnx, kept.base[part])
+    trained = head.take_apart(LOADED.gesture_onnx)
     assert (base.hidden, base.classes) == (trained.hidden, trained.classes)
     for name, weights in trained.graph.weights.items():
         assert np.array_equal(base.graph.weights[name], weights), name
@@ -166,7 +163,7 @@ def test_a_lesson_that_would_cost_the_old_gestures_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Presses of another name that count more than all else cannot be told from presses."""
-    monkeypatch.setattr(lesson, "SHARE", 5.0)
+    monkeypatch.setattr(few_shot, "SHARE", 5.0)
     same = [Example("poke", one.images, rotations="all") for one in examples("press", 4)]
     with pytest.raises(AdaptError, match="the other gestures would suffer"):
         adapt.teach(DATA, same)
@@ -238,11 +235,11 @@ def test_examples_of_a_noisy_orb_weigh_less() -> None:
     def weight(noise: float) -> float:
         rng = np.random.default_rng(0)
         images = images_touched((10, 16)) + noise * rng.normal(size=(40, 5, 5))
-        return lesson.weight_of(Example("tap", images.astype(np.float32)))
+        return few_shot.weight_of(Example("tap", images.astype(np.float32)))
 
-    assert weight(0.0) == pytest.approx(lesson.SHARE)
+    assert weight(0.0) == pytest.approx(few_shot.SHARE)
     # Normal noise changes by 2/sqrt(pi) of its deviation from frame to frame, on average.
-    assert weight(lesson.NOISY * np.sqrt(np.pi) / 2) == pytest.approx(lesson.SHARE / 2, rel=0.1)
+    assert weight(few_shot.NOISY * np.sqrt(np.pi) / 2) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
 
 
 def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
@@ -271,5 +268,5 @@ def test_examples_are_turned_only_as_they_declare() -> None:
 
 
 def test_a_network_of_another_form_is_refused() -> None:
-    with pytest.raises(network.FormError, match="another form than ours"):
-        network.take_apart(LOADED.location_onnx)
+    with pytest.raises(head.FormError, match="another form than ours"):
+        head.take_apart(LOADED.location_onnx)

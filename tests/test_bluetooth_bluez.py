@@ -16,7 +16,7 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.links import LinkError, open_link
-from controller.links.bluetooth import registration as keeper
+from controller.links.bluetooth import registration
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
 from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
@@ -36,7 +36,7 @@ def bus() -> Iterator[FakeBluez]:
 @pytest.fixture
 def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
-    monkeypatch.setattr(keeper, "RETRY_S", 0.02)
+    monkeypatch.setattr(registration, "RETRY_S", 0.02)
     bus.fresh()
     return bus
 

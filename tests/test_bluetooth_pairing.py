@@ -13,9 +13,8 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.__main__ import main as controller
-from controller.cli import pair as orb_pair
-from controller.cli import status
-from controller.diagnostics import bluetooth as doctor
+from controller.cli import pair, status
+from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
 from controller.links.bluetooth.identifiers import SERVICE_UUID
@@ -51,7 +50,7 @@ def test_the_orb_waits_for_a_time_and_says_who_has_paired(
 
     thread = threading.Thread(target=stranger)
     thread.start()
-    assert orb_pair.main(["--yes", "--seconds", "20"]) == 0
+    assert pair.main(["--yes", "--seconds", "20"]) == 0
     thread.join()
     told = capsys.readouterr().out
     assert "look for OrbTouch (00:01:02:03:04:05)" in told
@@ -63,7 +62,7 @@ def test_the_orb_waits_for_a_time_and_says_who_has_paired(
 def test_the_orb_gives_up_when_nobody_comes(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert orb_pair.main(["--yes", "--seconds", "1"]) == 1
+    assert pair.main(["--yes", "--seconds", "1"]) == 1
     assert "nobody paired" in capsys.readouterr().out
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
 
@@ -71,7 +70,7 @@ def test_the_orb_gives_up_when_nobody_comes(
 @pytest.mark.parametrize("seconds", ["0", "601", "x", "-5"])
 def test_a_window_has_a_sensible_length(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        orb_pair.main(["--seconds", seconds])
+        pair.main(["--seconds", seconds])
     assert ended.value.code == 2
     assert "must be a whole number from 1 to 600" in capsys.readouterr().err
 
@@ -148,13 +147,13 @@ def test_status_names_adapters_and_hosts(
 
 
 def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
-    found = {row.code: row for row in doctor.rows() if row.code}
+    found = {row.code: row for row in bluetooth.rows() if row.code}
     assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
     assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
     fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
-    assert "bluetoothctl power on" in {row.advice for row in doctor.rows()}
+    assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}
     fake.unplug()
-    assert "no_adapter" in {row.code for row in doctor.rows()}
+    assert "no_adapter" in {row.code for row in bluetooth.rows()}
     fake.stop()
-    (bluez,) = [row for row in doctor.rows() if row.code == "no_bluez"]
+    (bluez,) = [row for row in bluetooth.rows() if row.code == "no_bluez"]
     assert bluez.verdict is Verdict.FAULT

@@ -19,7 +19,7 @@ from bumble_air import ORB, Air, attributes
 from fake_bluez import until
 
 from controller.links import open_link
-from controller.links.bluetooth import registration as keeper
+from controller.links.bluetooth import registration
 from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID, record
 from controller.links.rfcomm import RfcommLink
 from controller.protocol.messages import Bye, Command, Hello, Message, Perform
@@ -62,7 +62,7 @@ def wired(air: Air, monkeypatch: pytest.MonkeyPatch) -> Air:
 
 @pytest.fixture
 def link(wired: Air, monkeypatch: pytest.MonkeyPatch) -> Iterator[RfcommLink]:
-    monkeypatch.setattr(keeper, "Keeper", NoBluez)
+    monkeypatch.setattr(registration, "Keeper", NoBluez)
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
 

@@ -14,8 +14,7 @@ import pytest
 from controller import npz
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
-from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_writer as graph_writer
+from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.networks import A_FEW, Recognizer
 from controller.recognition.touch_position import Spread
 
@@ -248,10 +247,10 @@ def test_a_model_that_is_none_is_refused() -> None:
 
 def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
     shipped = bundle.read(bundle.default_path())
-    whole = graph.read(shipped.gesture_onnx)
+    whole = onnx_reader.read(shipped.gesture_onnx)
     cut = dataclasses.replace(whole, nodes=whole.nodes[:-1], output=whole.nodes[-2].output)
     with pytest.raises(BundleError, match="gesture network does not end in Softmax"):
-        Recognizer(dataclasses.replace(shipped, gesture_onnx=graph_writer.write(cut)))
+        Recognizer(dataclasses.replace(shipped, gesture_onnx=onnx_writer.write(cut)))
 
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

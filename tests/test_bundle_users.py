@@ -12,7 +12,7 @@ import pytest
 from controller import npz
 from controller.bundles import archive, bundle
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy import selftest as proof
+from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition import users
 from controller.recognition.mapping import Rule
@@ -64,7 +64,7 @@ def test_every_engine_asks_the_user_network_and_the_head_of_whom_it_is_told(
 
 
 def test_the_proof_of_the_shelf_includes_the_networks_of_people(path: Path) -> None:
-    assert not proof.measure(bundle.read(path), "numpy").problem
+    assert not selftest.measure(bundle.read(path), "numpy").problem
 
 
 def test_a_user_network_that_answers_differently_than_when_it_was_made_is_refused(

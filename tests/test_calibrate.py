@@ -11,7 +11,7 @@ from controller.__main__ import main
 from controller.diagnostics.calibrate import judge
 from controller.diagnostics.report import Verdict, faulty
 from controller.diagnostics.touch_checks import pressed
-from controller.sensors import calibration_store as calibration
+from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
@@ -94,24 +94,24 @@ def test_a_sensor_of_which_too_much_is_lost_is_refused() -> None:
 def kept(folder: Path, device_id: str = "orb-1") -> Path:
     rest = REST_PF.astype(np.float32)
     made = Calibration(device_id, rest, 0.003, "2026-11-21T10:00:00+00:00", "good")
-    return calibration.save(made, folder)
+    return calibration_store.save(made, folder)
 
 
 def test_what_was_kept_is_there_again(tmp_path: Path) -> None:
     kept(tmp_path)
-    again = calibration.load("orb-1", tmp_path)
+    again = calibration_store.load("orb-1", tmp_path)
     assert again is not None
     assert again.rest == pytest.approx(REST_PF, abs=1e-3)
     assert (again.idle, again.verdict) == (0.003, "good")
-    assert calibration.load("orb-2", tmp_path) is None
-    assert calibration.forget("orb-1", tmp_path)
-    assert calibration.load("orb-1", tmp_path) is None
+    assert calibration_store.load("orb-2", tmp_path) is None
+    assert calibration_store.forget("orb-1", tmp_path)
+    assert calibration_store.load("orb-1", tmp_path) is None
 
 
 def test_no_device_can_name_a_file_elsewhere(tmp_path: Path) -> None:
     file = kept(tmp_path, "../../etc/orb\0")
     assert file.parent == tmp_path
-    assert calibration.load("../../etc/orb\0", tmp_path) is not None
+    assert calibration_store.load("../../etc/orb\0", tmp_path) is not None
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_no_device_can_name_a_file_elsewhere(tmp_path: Path) -> None:
 )
 def test_a_file_that_is_no_calibration_counts_for_nothing(tmp_path: Path, text: str) -> None:
     kept(tmp_path).write_text(text)
-    assert calibration.load("orb-1", tmp_path) is None
+    assert calibration_store.load("orb-1", tmp_path) is None
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_a_calibration_with_impossible_values_counts_for_nothing(
 ) -> None:
     file = kept(tmp_path)
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
-    assert calibration.load("orb-1", tmp_path) is None
+    assert calibration_store.load("orb-1", tmp_path) is None
 
 
 # --- the command ----------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ def test_a_calibration_with_impossible_values_counts_for_nothing(
 def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(calibration, "folder", lambda: tmp_path)
+    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
     assert main(["calibrate", "--sensor", "virtual", "--seed", "5", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["verdict"] == "good"
@@ -156,7 +156,7 @@ def test_the_command_keeps_a_calibration_and_the_controller_uses_it(
 def test_a_refused_calibration_leaves_the_old_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(calibration, "folder", lambda: tmp_path)
+    monkeypatch.setattr(calibration_store, "folder", lambda: tmp_path)
     kept(tmp_path, "virtual-5")
     before = (tmp_path / "virtual-5.json").read_bytes()
     assert main(["calibrate", "--seed", "5", "--fault", "air_leak=0.6"]) == 1

@@ -5,11 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from controller.links import byte_link as stream
-from controller.protocol import device_session as session
+from controller.links import byte_link
+from controller.protocol import device_session, messages, states
 from controller.protocol import host_session as host_session
-from controller.protocol import messages as protocol
-from controller.protocol import states as conversation
 from controller.protocol.host_session import BACKOFF_S
 from controller.protocol.states import DEVICE, EVENTS, HOST, Way, drawn, listed, next_states
 from host.connection import receiver
@@ -34,16 +32,16 @@ def test_the_page_explains_every_event() -> None:
 @pytest.mark.parametrize(
     ("sentence", "value"),
     [
-        ("a command is sent again after {} ms, or two round trips", protocol.RESEND_MS),
-        ("is silent for {} ms | everything is released", protocol.DEADMAN_MS),
-        ("is silent for {:g} s | lost", protocol.LOST_MS / 1000),
+        ("a command is sent again after {} ms, or two round trips", messages.RESEND_MS),
+        ("is silent for {} ms | everything is released", messages.DEADMAN_MS),
+        ("is silent for {:g} s | lost", messages.LOST_MS / 1000),
         ("tries again after {0[0]:g} s, then {0[1]:g}, {0[2]:g}, {0[3]:g}, 2", BACKOFF_S),
-        ("commands that are {} ms old", protocol.LATE_MS),
-        ("forgets a silent host after {:g} s", protocol.SILENCE_MS / 1000),
-        ("({} requests waiting)", stream.REQUESTS),
+        ("commands that are {} ms old", messages.LATE_MS),
+        ("forgets a silent host after {:g} s", messages.SILENCE_MS / 1000),
+        ("({} requests waiting)", byte_link.REQUESTS),
         ("whose news nobody takes ({:,})", receiver.INBOX),
-        ("dropped at {:g} KiB", session.BACKLOG / 1024),
-        ("made up for within {} ms", protocol.HEARTBEAT_MS),
+        ("dropped at {:g} KiB", device_session.BACKLOG / 1024),
+        ("made up for within {} ms", messages.HEARTBEAT_MS),
     ],
 )
 def test_the_page_names_the_limits_that_are_kept(sentence: str, value: object) -> None:
@@ -75,7 +73,7 @@ def test_two_ways_for_one_event_are_a_mistake() -> None:
         next_states((Way(("a", "b"), "x", "b", ""), Way(("a",), "x", "a", "")))
 
 
-@pytest.mark.parametrize(("module", "table"), [(session, DEVICE), (host_session, HOST)])
+@pytest.mark.parametrize(("module", "table"), [(device_session, DEVICE), (host_session, HOST)])
 def test_the_sessions_change_their_state_through_the_table_only(
     module: object, table: tuple[Way, ...]
 ) -> None:
@@ -94,4 +92,4 @@ def test_the_sessions_change_their_state_through_the_table_only(
 
 def test_the_module_says_what_the_events_are() -> None:
     used = {row.event for table in (DEVICE, HOST) for row in table}
-    assert used == set(conversation.EVENTS)
+    assert used == set(states.EVENTS)

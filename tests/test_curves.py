@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("torch", reason="needs the [train] extra")
 
 from models.results.training import Epoch
-from models.training import progress as curves
+from models.training import progress
 
 pytestmark = pytest.mark.train
 
@@ -27,7 +27,7 @@ def epochs(count: int) -> list[Epoch]:
 def play(stream: io.StringIO) -> str:
     """Two epochs of two batches, a second each."""
     clock = iter(range(100))
-    show = curves.watch("CNN", 2, lambda e: f"loss {e.loss:.2f}", stream, lambda: next(clock))
+    show = progress.watch("CNN", 2, lambda e: f"loss {e.loss:.2f}", stream, lambda: next(clock))
     for number in range(2):
         show(epochs(number), 0.5)
         show(epochs(number), 1.0)
@@ -36,14 +36,14 @@ def play(stream: io.StringIO) -> str:
 
 
 def test_a_curve_is_as_high_as_its_numbers() -> None:
-    assert curves.sparkline([0, 1, 2, 3, 4, 5, 6, 7]) == "▁▂▃▄▅▆▇█"
-    assert curves.sparkline([3.0, 3.0]) == "▁▁"
-    assert curves.sparkline([0.0, math.nan, 1.0]) == "▁ █"
-    assert curves.sparkline([math.nan]) == ""
+    assert progress.sparkline([0, 1, 2, 3, 4, 5, 6, 7]) == "▁▂▃▄▅▆▇█"
+    assert progress.sparkline([3.0, 3.0]) == "▁▁"
+    assert progress.sparkline([0.0, math.nan, 1.0]) == "▁ █"
+    assert progress.sparkline([math.nan]) == ""
 
 
 def test_a_long_curve_is_thinned_out_and_keeps_its_ends() -> None:
-    drawn = curves.sparkline([float(i) for i in range(1000)], 10)
+    drawn = progress.sparkline([float(i) for i in range(1000)], 10)
     assert len(drawn) == 10
     assert (drawn[0], drawn[-1]) == ("▁", "█")
 

@@ -11,10 +11,7 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle
-from controller.diagnostics import link_check as loopback
-from controller.diagnostics import skin_checks as skin
-from controller.diagnostics import system_checks as machine
-from controller.diagnostics import touch_checks as guided
+from controller.diagnostics import link_check, skin_checks, system_checks, touch_checks
 from controller.diagnostics.frame_source import Person, Watch
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.diagnostics.skin_checks import Air
@@ -52,31 +49,33 @@ def child(tmp_path: Path, script: str) -> str:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to die of")
 def test_an_engine_that_crashes_takes_nobody_along(tmp_path: Path) -> None:
-    row = machine.runtime(bundle.default_path(), child(tmp_path, "kill -ILL $$"))
+    row = system_checks.runtime(bundle.default_path(), child(tmp_path, "kill -ILL $$"))
     assert (row.verdict, row.found, row.code) == (
         Verdict.FAULT, "crashes (signal 4)", "runtime_crashes",
     )  # fmt: skip
-    row = machine.runtime(bundle.default_path(), child(tmp_path, "echo no module >&2; exit 1"))
+    row = system_checks.runtime(
+        bundle.default_path(), child(tmp_path, "echo no module >&2; exit 1")
+    )
     assert (row.found, row.code) == ("no module", "runtime_fails")
 
 
 def test_the_engine_that_is_installed_gives_the_golden_answers() -> None:
-    row = machine.runtime(bundle.default_path())
+    row = system_checks.runtime(bundle.default_path())
     assert row.verdict is Verdict.GOOD
     assert "gives orbtouch.orb's golden answers" in row.found
 
 
 def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert machine.disk(tmp_path / "not" / "there").verdict is Verdict.GOOD
+    assert system_checks.disk(tmp_path / "not" / "there").verdict is Verdict.GOOD
     usage = type("Usage", (), {"free": 50e6})
     monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
-    assert machine.disk(tmp_path).verdict is Verdict.DOUBTFUL
+    assert system_checks.disk(tmp_path).verdict is Verdict.DOUBTFUL
     assert list(tmp_path.iterdir()) == []
 
 
 def test_devices_that_are_missing_are_named_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "gpiochip0").touch()
-    bus, pins = machine.permissions(tmp_path)
+    bus, pins = system_checks.permissions(tmp_path)
     assert (bus.verdict, bus.code) == (Verdict.FAULT, "no_device")
     assert "raspi-config" in bus.advice
     assert pins.verdict is Verdict.GOOD
@@ -92,12 +91,15 @@ def test_a_clock_that_wakes_late_is_told(late_s: float, verdict: Verdict) -> Non
     def sleep(seconds: float) -> None:
         now[0] += seconds + late_s
 
-    assert machine.clock(lambda: now[0], sleep).verdict is verdict
+    assert system_checks.clock(lambda: now[0], sleep).verdict is verdict
 
 
 def test_a_host_on_this_machine_is_welcomed() -> None:
-    assert loopback.link("-").verdict in (Verdict.GOOD, Verdict.DOUBTFUL)  # a busy machine is slow
-    row = loopback.link("/dev/there-is-no-such-port")
+    assert link_check.link("-").verdict in (
+        Verdict.GOOD,
+        Verdict.DOUBTFUL,
+    )  # a busy machine is slow
+    row = link_check.link("/dev/there-is-no-such-port")
     assert (row.verdict, row.code) == (Verdict.FAULT, "link")
 
 
@@ -110,12 +112,12 @@ def air(*kpa: float, pumping: bool = False) -> list[Air]:
 
 def test_what_the_pressure_says_of_pump_and_hose() -> None:
     steady = [2.2] * 20
-    assert codes(skin.air(air(*steady), "")) == []
-    assert codes(skin.air(air(*steady, pumping=True), "")) == ["pump_dead"]
-    assert codes(skin.air(air(*np.linspace(2.2, 2.6, 20)), "")) == ["pump_stuck"]
-    assert codes(skin.air(air(*np.linspace(2.2, 2.0, 20)), "")) == ["air_leak"]
-    assert codes(skin.air(air(*[-0.7] * 20), "")) == ["no_pressure_sensor"]
-    assert codes(skin.air(air(*steady), "refused")) == ["pump"]
+    assert codes(skin_checks.air(air(*steady), "")) == []
+    assert codes(skin_checks.air(air(*steady, pumping=True), "")) == ["pump_dead"]
+    assert codes(skin_checks.air(air(*np.linspace(2.2, 2.6, 20)), "")) == ["pump_stuck"]
+    assert codes(skin_checks.air(air(*np.linspace(2.2, 2.0, 20)), "")) == ["air_leak"]
+    assert codes(skin_checks.air(air(*[-0.7] * 20), "")) == ["no_pressure_sensor"]
+    assert codes(skin_checks.air(air(*steady), "refused")) == ["pump"]
 
 
 # --- presses --------------------------------------------------------------------------------------
@@ -127,55 +129,55 @@ def test_what_the_pressure_says_of_pump_and_hose() -> None:
 def test_the_noisier_the_orb_the_longer_a_press_is_held(scatter: float, seconds: float) -> None:
     noise = np.random.default_rng(3).standard_normal((600, 5, 5))
     idle = (40.0 * (1.0 + scatter * noise)).astype(np.float32)
-    assert skin.hold_s(idle, 10.0) == pytest.approx(seconds, rel=0.1)
+    assert skin_checks.hold_s(idle, 10.0) == pytest.approx(seconds, rel=0.1)
 
 
 def felt(noise: float = 0.01) -> np.ndarray:
     """What is felt of every press that the doctor asks for, by somebody who misses a little."""
     rng = np.random.default_rng(3)
     changes = [
-        guided.pressed(5, 5, 10.0, place, off_mm=complex(*rng.normal(0.0, 1.5, 2)))
-        for place in guided.places(5, 5)
+        touch_checks.pressed(5, 5, 10.0, place, off_mm=complex(*rng.normal(0.0, 1.5, 2)))
+        for place in touch_checks.places(5, 5)
     ]
     return np.array(changes) + noise * rng.standard_normal((len(changes), 5, 5))
 
 
 def test_presses_on_both_diagonals_touch_every_line_twice() -> None:
     for rows, columns in ((5, 5), (3, 7), (4, 4), (1, 6)):
-        places = guided.places(rows, columns)
+        places = touch_checks.places(rows, columns)
         assert {row for row, _ in places} == set(range(rows))
         assert {column for _, column in places} == set(range(columns))
 
 
 def test_a_sound_skin_is_accused_of_nothing() -> None:
-    assert codes(guided.judge(felt(), 10.0, SOUND)) == []
+    assert codes(touch_checks.judge(felt(), 10.0, SOUND)) == []
 
 
 @pytest.mark.parametrize("pair", [(0, 1), (2, 3), (1, 4)])
 def test_lines_that_are_swapped_are_named(pair: tuple[int, int]) -> None:
     order = list(range(5))
     order[pair[0]], order[pair[1]] = order[pair[1]], order[pair[0]]
-    [row] = guided.judge(felt()[:, order], 10.0, SOUND)
+    [row] = touch_checks.judge(felt()[:, order], 10.0, SOUND)
     assert (row.code, row.name) == ("swapped_rows", f"row {pair[0]}")
     assert f"row {pair[1]}" in row.found
-    [row] = guided.judge(felt()[:, :, order], 10.0, SOUND)
+    [row] = touch_checks.judge(felt()[:, :, order], 10.0, SOUND)
     assert (row.code, row.name) == ("swapped_columns", f"column {pair[0]}")
 
 
 def test_plugs_the_wrong_way_round_are_told() -> None:
     changes = felt()
-    assert codes(guided.judge(changes[:, ::-1], 10.0, SOUND)) == ["mirrored"]
-    assert codes(guided.judge(changes[:, :, ::-1], 10.0, SOUND)) == ["mirrored"]
-    assert codes(guided.judge(changes.transpose(0, 2, 1), 10.0, SOUND)) == ["turned"]
+    assert codes(touch_checks.judge(changes[:, ::-1], 10.0, SOUND)) == ["mirrored"]
+    assert codes(touch_checks.judge(changes[:, :, ::-1], 10.0, SOUND)) == ["mirrored"]
+    assert codes(touch_checks.judge(changes.transpose(0, 2, 1), 10.0, SOUND)) == ["turned"]
 
 
 def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
     changes = felt()
     changes[:, 1, 3] = 0.0
-    [row] = guided.judge(changes, 10.0, SOUND)
+    [row] = touch_checks.judge(changes, 10.0, SOUND)
     assert (row.code, row.name) == ("stiff", "taxel (1,3)")
     swapped = changes[:, [1, 0, 2, 3, 4]]
-    names = [row.name for row in guided.judge(swapped, 10.0, SOUND)]
+    names = [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)]
     assert names == ["row 0", "taxel (0,3)"]
 
 
@@ -205,8 +207,10 @@ def doctor(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict[s
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what has tests of its own and takes its time."""
-    monkeypatch.setattr(machine, "runtime", lambda path: Row("engine", Verdict.GOOD, "left out"))
-    monkeypatch.setattr(machine, "clock", lambda: Row("clock", Verdict.GOOD, "left out"))
+    monkeypatch.setattr(
+        system_checks, "runtime", lambda path: Row("engine", Verdict.GOOD, "left out")
+    )
+    monkeypatch.setattr(system_checks, "clock", lambda: Row("clock", Verdict.GOOD, "left out"))
 
 
 @pytest.mark.usefixtures("quick")

@@ -9,9 +9,7 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 from benchmarks.wired import Wired
 
 from controller.__main__ import main
-from controller.diagnostics import measurements as probe
-from controller.diagnostics import system_checks as machine
-from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics import measurements, system_checks, wiring_checks
 from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.board import Bench
@@ -21,7 +19,7 @@ from controller.sensors.hardware.emulated.faults import WiringFault
 def found(*faults: str, seed: int = 3) -> list[tuple[str, str]]:
     """What the measurements of a board say is wrong: (code, where)."""
     bench = Bench(seed=seed, faults=[WiringFault.parse(fault) for fault in faults])
-    rows = leads.judge(probe.measure(bench.board), 10.0)
+    rows = wiring_checks.judge(measurements.measure(bench.board), 10.0)
     bench.board.close()
     return [(row.code, row.name) for row in rows]
 
@@ -94,7 +92,7 @@ def test_two_faults_are_told_apart() -> None:
 )
 def test_a_converter_that_lies_is_caught(spoil: object, code: str) -> None:
     sensor = Wired(5, "nominal", spoil=spoil)  # type: ignore[arg-type]
-    rows = leads.judge(probe.measure(sensor.board), 10.0)
+    rows = wiring_checks.judge(measurements.measure(sensor.board), 10.0)
     sensor.close()
     assert rows[0].code == code
 
@@ -102,8 +100,10 @@ def test_a_converter_that_lies_is_caught(spoil: object, code: str) -> None:
 def test_swapped_leads_are_found_by_presses(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine, "runtime", lambda path: Row("engine", Verdict.GOOD, "left out"))
-    monkeypatch.setattr(machine, "clock", lambda: Row("clock", Verdict.GOOD, "left out"))
+    monkeypatch.setattr(
+        system_checks, "runtime", lambda path: Row("engine", Verdict.GOOD, "left out")
+    )
+    monkeypatch.setattr(system_checks, "clock", lambda: Row("clock", Verdict.GOOD, "left out"))
     words = ["doctor", "--sensor", "emulated", "--json", "--fault", "swapped_columns:2"]
     assert main(words) == 1
     rows = json.loads(capsys.readouterr().out)["rows"]

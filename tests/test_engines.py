@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.networks import Recognizer
 
@@ -17,7 +16,7 @@ GRAPHS = {"gesture": SHIPPED.gesture_onnx, "location": SHIPPED.location_onnx}
 
 def opened(engine: str, name: str = "gesture") -> Network:
     model = GRAPHS[name]
-    return engines.open_network(engine, model, graph.read(model))
+    return engines.open_network(engine, model, onnx_reader.read(model))
 
 
 def sliding(frames: int, seed: int) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:

@@ -15,7 +15,7 @@ from models.data.ground_truth import Known
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, attach, tally
 from models.evaluation.replay import Stream
-from models.reports import model_card as card
+from models.reports import model_card
 from models.results.evaluation import Evaluation
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -165,7 +165,7 @@ def test_a_result_becomes_a_card_and_json_in_which_the_unknown_is_null(
 ) -> None:
     result = summarise("nominal", SHIPPED.labels, shipped[:1])
     found = Evaluation("x.orb", SHIPPED.hash, {}, "models", SHIPPED.labels, {}, (result,))
-    text = card.text(found)
+    text = model_card.text(found)
     assert "| **nothing** |" in text
     assert "false alarms per idle minute" in text
     assert "nan" not in text

@@ -11,13 +11,13 @@ from controller.recordings import writer
 from controller.recordings.quality.response import respond
 from controller.simulator.faults import KINDS, Fault
 from models.__main__ import main
-from models.data import faults as faulty
+from models.data import faults
 
 
 def test_a_dead_taxel_reads_as_if_nothing_touched_and_no_other_taxel_changes() -> None:
     recording = played()
     touched = respond(recording).touched
-    dead = faulty.broken(recording, Fault.parse("dead:2,2"))
+    dead = faults.broken(recording, Fault.parse("dead:2,2"))
     others = np.ones((5, 5), dtype=np.bool_)
     others[2, 2] = False
     assert (dead.frames[:, others] == recording.frames[:, others]).all()
@@ -31,7 +31,7 @@ def test_a_dead_taxel_reads_as_if_nothing_touched_and_no_other_taxel_changes() -
 
 def test_it_reads_as_the_simulated_fault_does() -> None:
     simulated = broken("dead:1,3")
-    edited = faulty.broken(broken(), Fault.parse("dead:1,3"))
+    edited = faults.broken(broken(), Fault.parse("dead:1,3"))
     spread = [np.abs(respond(r).change[:, 1, 3]).mean() for r in (simulated, edited, broken())]
     assert abs(spread[1] - spread[0]) < 0.1 * (spread[2] - spread[0])
 
@@ -39,33 +39,33 @@ def test_it_reads_as_the_simulated_fault_does() -> None:
 def test_a_dead_electrode_takes_its_whole_line_with_it() -> None:
     recording = played()
     touched = respond(recording).touched
-    row = faulty.broken(recording, Fault.parse("open_row:1"))
+    row = faults.broken(recording, Fault.parse("open_row:1"))
     assert (row.frames[:, [0, 2, 3, 4]] == recording.frames[:, [0, 2, 3, 4]]).all()
     assert (row.frames[touched][:, 1] != recording.frames[touched][:, 1]).mean() > 0.9
-    column = faulty.broken(recording, Fault.parse("open_column:4"))
+    column = faults.broken(recording, Fault.parse("open_column:4"))
     assert (column.frames[:, :, :4] == recording.frames[:, :, :4]).all()
 
 
 def test_nothing_is_touched_nothing_changes() -> None:
     still = of(np.full((40, 2, 2), 40.0))
-    assert (faulty.broken(still, Fault.parse("dead:0,0", 2, 2)).frames == still.frames).all()
+    assert (faults.broken(still, Fault.parse("dead:0,0", 2, 2)).frames == still.frames).all()
 
 
 def test_what_frames_cannot_tell_is_refused() -> None:
     with pytest.raises(ValueError, match="mains"):
-        faulty.broken(played(), Fault.parse("mains"))
+        faults.broken(played(), Fault.parse("mains"))
 
 
 @pytest.mark.parametrize("grid", [(5, 5), (2, 3), (8, 4)])
 def test_every_fault_is_tried_once_and_is_on_the_grid(grid: tuple[int, int]) -> None:
     rows, columns = grid
-    every = [*faulty.taxels(*grid), *faulty.electrodes(*grid), *faulty.others(*grid)]
-    assert len(faulty.taxels(*grid)) == rows * columns
-    assert len(faulty.electrodes(*grid)) == rows + columns
+    every = [*faults.taxels(*grid), *faults.electrodes(*grid), *faults.others(*grid)]
+    assert len(faults.taxels(*grid)) == rows * columns
+    assert len(faults.electrodes(*grid)) == rows + columns
     parsed = [Fault.parse(fault, *grid) for fault in every]
     assert {fault.kind for fault in parsed} == set(KINDS)
     assert len(set(every)) == len(every)
-    assert all(faulty.meaning(fault) for fault in every)
+    assert all(faults.meaning(fault) for fault in every)
 
 
 def test_a_bundle_is_judged_with_each_taxel_and_electrode_of_a_recording_dead(

@@ -18,8 +18,8 @@ from cable import Cable
 from fake_device import welcome
 
 from controller.links import open_link
-from controller.protocol import psk as keys
-from host.cli import find as command
+from controller.protocol import psk
+from host.cli import find
 from host.connection.device_store import Memory
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
@@ -110,8 +110,8 @@ def test_orb_that_asks_for_a_key_is_found_with_it(
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     file = tmp_path / "orb.key"
-    keys.make(file)
-    port = desk.plug("orb-1", key=keys.read(file))
+    psk.make(file)
+    port = desk.plug("orb-1", key=psk.read(file))
     refused = probe.ask(port)
     assert (refused.outcome, refused.device_id) == ("refused", "")
     assert "key" in refused.why
@@ -196,7 +196,7 @@ def test_devices_are_listed_by_identity_when_their_ports_shuffle(
         with contextlib.ExitStack() as stack:
             desk = Desk(stack)
             places = {device_id: desk.plug(device_id) for device_id in order}
-            assert command.main(["--json", *places.values()]) == 0
+            assert find.main(["--json", *places.values()]) == 0
             told = json.loads(capsys.readouterr().out)["devices"]
             assert {row["device"]: row["port"] for row in told} == places
             assert {row["seen"] for row in told} == {"now"}
@@ -252,8 +252,8 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
     monkeypatch.setattr(search, "ask_all", in_process)
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
     answers = in_process([Port(real), Port(liar)])
-    assert len(command.rows(answers, [])) == 2
-    assert "2 ports say that they are orb-1" in command.remarks(answers)[0]
+    assert len(find.rows(answers, [])) == 2
+    assert "2 ports say that they are orb-1" in find.remarks(answers)[0]
     notes.note(memory, answers)
     assert memory.devices == []
     monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
@@ -334,7 +334,7 @@ def test_system_lists_its_ports() -> None:
 
 
 def test_nothing_to_ask_says_what_to_do(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command.main([]) == 1
+    assert find.main([]) == 1
     told = capsys.readouterr()
     assert told.out == ""
     assert "host find --all" in told.err
@@ -343,7 +343,7 @@ def test_nothing_to_ask_says_what_to_do(memory: Memory, capsys: pytest.CaptureFi
 def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
     memory: Memory, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command.main(["--key", str(tmp_path / "no.key")]) == 2
+    assert find.main(["--key", str(tmp_path / "no.key")]) == 2
     told = capsys.readouterr()
     assert (told.out, told.err.count("\n")) == ("", 1)
     assert "no.key: no such file or directory" in told.err
@@ -354,7 +354,7 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", name="Blue", port="/dev/gone", seen="2026-11-20T18:02:00Z")
-    assert command.main([]) == 1
+    assert find.main([]) == 1
     told = capsys.readouterr()
     assert "orb-1   Blue  orb   /dev/gone  2026-11-20T18:02:00Z" in told.out
     assert "there is no port /dev/gone" in told.err
@@ -365,7 +365,7 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
-    assert command.main([]) == 1
+    assert find.main([]) == 1
     told = capsys.readouterr()
     assert "orb-1\\x1b[2J  \\u202e\\nBlue  orb   /dev/\\x07  \\x1b[31mnow" in told.out
     assert (told.out + told.err).replace("\n", "").isprintable()
@@ -373,7 +373,7 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
 
 def test_device_can_be_forgotten(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:
     memory.remember("orb-1", name="Blue", port="A")
-    assert command.main(["--forget", "Blue"]) == 0
+    assert find.main(["--forget", "Blue"]) == 0
     assert Memory().devices == []
-    assert command.main(["--forget", "Blue"]) == 2
+    assert find.main(["--forget", "Blue"]) == 2
     assert "no device is called 'Blue'" in capsys.readouterr().err

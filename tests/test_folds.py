@@ -10,13 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.recordings import import_description as description
-from controller.recordings import importer
+from controller.recordings import import_description, importer
 from models.data import splits
 from models.data.examples import Examples
-from models.studies import fold_card
-from models.studies import fold_statistics as folds
-from models.studies import trajectory_baseline as trajectory
+from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Rowed
 
 WINDOW = 3
@@ -35,7 +32,7 @@ def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
     )
     judged: list[int] = []
     for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = folds.within(fold, ends, WINDOW, person)
+        inner = fold_statistics.within(fold, ends, WINDOW, person)
         now = set(person[ends[fold.test]])
         learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
         assert learned
@@ -52,14 +49,14 @@ def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
     ends = np.array([2, 3, 4, 7, 8, 9])
     fold = splits.by_group(ends, WINDOW, person)[0]
     with pytest.raises(ValueError, match="nobody to choose on"):
-        folds.within(fold, ends, WINDOW, person)
+        fold_statistics.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
     ends = np.array([4, 5, 6, 8, 9, 10, 11])
     label = np.array([1, 1, 1, 1, 1, 2, 2])
     session = np.array([0, 0, 0, 0, 0, 0, 1])
-    assert folds.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
+    assert fold_statistics.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
 
 
 def rowed() -> Rowed:
@@ -89,15 +86,15 @@ def test_windows_and_stretches_are_counted_and_the_gain_is_ours_less_theirs() ->
     other[16] = 1
     ends = np.arange(24) * 10
     rounds = splits.by_group(ends, 1, np.repeat(rows.person, 10))
-    mine = folds.judge(rows, rounds, "ours", certain(ours), 1.0)
+    mine = fold_statistics.judge(rows, rounds, "ours", certain(ours), 1.0)
     assert mine.windows.value == pytest.approx(23 / 24)
     assert mine.windows.low <= 23 / 24 <= mine.windows.high
     assert mine.stretches.value == 1.0
     assert mine.confusion == ((11, 1), (0, 12))
     assert mine.by_fold == mine.by_person == (7 / 8, 1.0, 1.0)
-    theirs = folds.judge(rows, rounds, "theirs", certain(other), 1.0)
+    theirs = fold_statistics.judge(rows, rounds, "theirs", certain(other), 1.0)
     assert theirs.stretches.value == pytest.approx(5 / 6)
-    more = folds.gain(rows, certain(ours), "theirs", certain(other))
+    more = fold_statistics.gain(rows, certain(ours), "theirs", certain(other))
     assert more.windows.value == pytest.approx(3 / 24)
     assert more.windows.low == pytest.approx(-1 / 8)  # only ada, three times
     assert more.stretches.value == pytest.approx(1 / 6)
@@ -108,8 +105,8 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
     rows = rowed()
     ends = np.arange(24) * 10
     rounds = splits.by_group(ends, 1, np.repeat(rows.person, 10))
-    model = folds.judge(rows, rounds, "ours", certain(rows.label), 60.0)
-    found = folds.Crossed(
+    model = fold_statistics.judge(rows, rounds, "ours", certain(rows.label), 60.0)
+    found = fold_statistics.Crossed(
         command="models folds",
         software="test",
         data="24 windows",
@@ -124,7 +121,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
         kinds=(),
         touched=(0, 0, 0, 24),
         models=(replace(model, cpu_s=float("nan")),),
-        gains=(folds.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),
+        gains=(fold_statistics.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),
         reading_cpu_s=1.0,
         cpu_minutes=2.0,
     )
@@ -157,28 +154,28 @@ def moving() -> np.ndarray:
 
 
 def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None:
-    rows = trajectory.features(windowed(moving()))
+    rows = trajectory_baseline.features(windowed(moving()))
     assert rows[1, X].tolist() == [3.0, 4.0, 5.0]
     assert rows[1, Y].tolist() == [2.0, 2.0, 2.0]
     assert rows[1, SPREAD].tolist() == pytest.approx([np.sqrt(0.5)] * 3)
     assert rows[1, TOTAL].tolist() == [4.0, 4.0, 4.0]
     assert rows[0, X].tolist() == [-1.0, 1.0, 2.0]  # nowhere, then it is touched
-    assert trajectory.touched(windowed(moving())).tolist() == pytest.approx([2 / 3, 1.0])
+    assert trajectory_baseline.touched(windowed(moving())).tolist() == pytest.approx([2 / 3, 1.0])
 
 
 def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> None:
     images = moving()
     images[:, 5, 6] = 2.5  # alone in its corner, in every image
     images[4, 4, 0] = -3.0  # what is below untouched counts for nothing
-    told = trajectory.features(windowed(images))
+    told = trajectory_baseline.features(windowed(images))
     assert (told[1, Y] > 2.5).all()
-    mended = trajectory.features(windowed(images), mended=True)
-    clean = trajectory.features(windowed(moving()))
+    mended = trajectory_baseline.features(windowed(images), mended=True)
+    clean = trajectory_baseline.features(windowed(moving()))
     np.testing.assert_allclose(mended, clean, rtol=1e-6)
 
 
 def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
-    told = description.read(DESCRIPTION)
+    told = import_description.read(DESCRIPTION)
     made = list(importer.recordings(look_alike.arrays(people=2), told))
     assert [(r.origin.user, r.origin.session) for r in made] == [
         ("00", "leftthumb"), ("00", "rightthumb"), ("01", "leftthumb"), ("01", "rightthumb"),

@@ -17,7 +17,7 @@ from benchmarks.people import main as benchmark
 from controller.__main__ import main as controller
 from controller.recordings import reader, writer
 from models.__main__ import main as models
-from models.studies import cross_validation as cross
+from models.studies import cross_validation
 from models.studies.cross_validation import Request
 
 pytestmark = pytest.mark.train
@@ -70,8 +70,8 @@ def test_tasks_of_people_unseen_are_told_by_commands_alone(
 def test_an_interrupted_run_goes_on_and_ends_the_same(
     recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = cross.cross(asked(recordings, tmp_path / "whole.json"), print)
-    learned = cross._learned
+    whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
+    learned = cross_validation._learned
     calls: list[str] = []
 
     def stop(folder: Path, name: str, *rest: Any) -> Any:
@@ -80,20 +80,20 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
             raise KeyboardInterrupt
         return learned(folder, name, *rest)
 
-    monkeypatch.setattr(cross, "_learned", stop)
+    monkeypatch.setattr(cross_validation, "_learned", stop)
     out = tmp_path / "again.json"
     with pytest.raises(KeyboardInterrupt):
-        cross.cross(asked(recordings, out), print)
-    again = cross.cross(asked(recordings, out), print)
+        cross_validation.cross(asked(recordings, out), print)
+    again = cross_validation.cross(asked(recordings, out), print)
     assert all(name.startswith("fold-1") for name in calls[6:])  # fold 0 is not done again
     assert all("shifted by" in words for words in again.chosen)
     for one, other in zip(whole.models, again.models, strict=True):
         assert one.confusion == other.confusion
     calls.clear()
     with pytest.raises(KeyboardInterrupt):
-        cross.cross(asked(recordings, out), print)
+        cross_validation.cross(asked(recordings, out), print)
     with pytest.raises(ValueError, match="other data or options"):
-        cross.cross(asked(recordings, out, seed=1), print)
+        cross_validation.cross(asked(recordings, out, seed=1), print)
 
 
 def test_what_is_left_out_is_said_unless_all_is_asked_for(
@@ -113,7 +113,7 @@ def test_what_is_left_out_is_said_unless_all_is_asked_for(
 @pytest.mark.parametrize("folds", [1, 5])
 def test_there_are_no_more_folds_than_people(recordings: Path, tmp_path: Path, folds: int) -> None:
     with pytest.raises(ValueError, match="at most one for each"):
-        cross.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
+        cross_validation.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
 
 
 def test_the_benchmark_takes_a_path_and_keeps_nothing(

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from onnx_writer import array, ints, model, node, number, text, value
 
 from controller.bundles import bundle
-from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference import onnx_reader, onnx_shapes
 from controller.bundles.inference.onnx_reader import GraphError
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -30,11 +29,11 @@ def chain(*parts: bytes) -> bytes:
 
 
 def test_the_shipped_networks_are_chains_of_well_known_operators() -> None:
-    gesture = graph.read(SHIPPED.gesture_onnx)
+    gesture = onnx_reader.read(SHIPPED.gesture_onnx)
     assert gesture.shape == (1, SHIPPED.window, SHIPPED.rows, SHIPPED.columns)
     assert gesture.nodes[-1].op == "Softmax"
-    assert {node.op for node in gesture.nodes} <= set(graph.OPERATORS)
-    sizes = shapes.sizes(gesture)
+    assert {node.op for node in gesture.nodes} <= set(onnx_reader.OPERATORS)
+    sizes = onnx_shapes.sizes(gesture)
     assert sizes.shapes[gesture.output] == (1, len(SHIPPED.labels))
 
 
@@ -43,8 +42,8 @@ def test_shapes_and_multiplications_are_those_of_the_convolution_arithmetic() ->
     kernel = array("k", 4, 2, 3, 3)
     settings = (ints("pads", 1, 1, 1, 1), ints("strides", 2, 2))
     asked, given_ = value(11, "x", 0, 2, 5, 5), value(12, "y", 0, 4, 3, 3)
-    read = graph.read(model(kernel, node("Conv", "x k", "y", *settings), asked, given_))
-    sizes = shapes.sizes(read)
+    read = onnx_reader.read(model(kernel, node("Conv", "x k", "y", *settings), asked, given_))
+    sizes = onnx_shapes.sizes(read)
     assert sizes.shapes["y"] == (1, 4, 3, 3)
     assert sizes.macs == 4 * 9 * 18
 
@@ -104,7 +103,7 @@ BAD: dict[str, tuple[bytes, str]] = {
 def test_what_a_plain_network_does_not_need_is_refused(name: str) -> None:
     data, complaint = BAD[name]
     with pytest.raises(GraphError, match=complaint):
-        graph.read(data)
+        onnx_reader.read(data)
 
 
 COSTLY: dict[str, tuple[bytes, str]] = {
@@ -166,14 +165,14 @@ COSTLY: dict[str, tuple[bytes, str]] = {
 def test_what_would_cost_too_much_is_refused_before_it_runs(name: str) -> None:
     data, complaint = COSTLY[name]
     with pytest.raises(GraphError, match=complaint):
-        shapes.sizes(graph.read(data))
+        onnx_shapes.sizes(onnx_reader.read(data))
 
 
 @settings(deadline=None, max_examples=300)
 @given(st.binary(max_size=300))
 def test_any_bytes_are_read_or_refused(data: bytes) -> None:
     with pytest.raises(GraphError):
-        graph.read(data)
+        onnx_reader.read(data)
 
 
 def mutations() -> st.SearchStrategy[Callable[[bytes], bytes]]:
@@ -204,6 +203,6 @@ def test_a_damaged_network_is_refused_or_has_bounded_cost(
     head, tail = (whole[:-2000], whole[-2000:]) if at_the_end else (b"", whole[:2000])
     rest = b"" if at_the_end else whole[2000:]
     with suppress(GraphError):
-        sizes = shapes.sizes(graph.read(head + change(tail) + rest))
-        assert sizes.elements <= shapes.MAX_ELEMENTS
-        assert sizes.macs <= shapes.MAX_MACS
+        sizes = onnx_shapes.sizes(onnx_reader.read(head + change(tail) + rest))
+        assert sizes.elements <= onnx_shapes.MAX_ELEMENTS
+        assert sizes.macs <= onnx_shapes.MAX_MACS

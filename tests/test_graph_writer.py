@@ -6,9 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_writer as graph_writer
+from controller.bundles.inference import engines, onnx_reader, onnx_writer
 from controller.bundles.inference.onnx_reader import Graph, Node
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -26,13 +24,13 @@ def same(one: Graph, other: Graph) -> bool:
 
 @pytest.mark.parametrize("model", [SHIPPED.gesture_onnx, SHIPPED.location_onnx])
 def test_the_shipped_networks_come_back_as_they_were(model: bytes) -> None:
-    read = graph.read(model)
-    assert same(graph.read(graph_writer.write(read, width=2)), read)
+    read = onnx_reader.read(model)
+    assert same(onnx_reader.read(onnx_writer.write(read, width=2)), read)
 
 
 def test_the_same_network_makes_the_same_bytes() -> None:
-    read = graph.read(SHIPPED.gesture_onnx)
-    assert graph_writer.write(read) == graph_writer.write(graph.read(graph_writer.write(read)))
+    read = onnx_reader.read(SHIPPED.gesture_onnx)
+    assert onnx_writer.write(read) == onnx_writer.write(onnx_reader.read(onnx_writer.write(read)))
 
 
 @settings(deadline=None)
@@ -41,14 +39,14 @@ def test_every_number_is_read_as_it_was_written(several: list[int], one: int, re
     node = Node("Conv", ("x", "w"), "y", {"pads": tuple(several), "group": one})
     weights = np.array([[np.clip(real, -3e38, 3e38)]], dtype=np.float32)
     given_ = Graph((node,), {"w": weights}, "x", (1, 1), "y")
-    assert same(graph.read(graph_writer.write(given_)), given_)
+    assert same(onnx_reader.read(onnx_writer.write(given_)), given_)
 
 
 def test_engines_answer_as_before() -> None:
-    read = graph.read(SHIPPED.gesture_onnx)
-    written = graph_writer.write(read)
+    read = onnx_reader.read(SHIPPED.gesture_onnx)
+    written = onnx_writer.write(read)
     for name in engines.NAMES:
-        network = engines.open_network(name, written, graph.read(written))
+        network = engines.open_network(name, written, onnx_reader.read(written))
         answers = np.concatenate([network(w[None]) for w in SHIPPED.golden.windows[:8]])
         assert np.abs(answers - SHIPPED.golden.probabilities[:8]).max() < 1e-5
 
@@ -57,6 +55,6 @@ def test_the_onnx_package_finds_nothing_wrong() -> None:
     onnx = pytest.importorskip("onnx", reason="the onnx package is in [train] only")
     for model, width in ((SHIPPED.gesture_onnx, None), (SHIPPED.location_onnx, 2)):
         onnx.checker.check_model(
-            onnx.load_from_string(graph_writer.write(graph.read(model), width=width)),
+            onnx.load_from_string(onnx_writer.write(onnx_reader.read(model), width=width)),
             full_check=True,
         )

@@ -13,7 +13,7 @@ from controller import toml_text
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import RECORD, Entry, Record, Shelf, _text
-from controller.cli import bundles as models
+from controller.cli import bundles
 from controller.recognition.debounce import Debouncer
 from controller.recognition.preprocess import Preprocessor
 
@@ -48,7 +48,7 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
         Debouncer(found.labels, found.debounce)
         row = {"problem": "", "about": "", "name": "", "in_use": True, "installed": "yesterday"}
         row |= {"engine": "numpy", "step_us": 50.0, "corrects": "", "card": found.card}
-        assert list(models._lines(row))
+        assert list(bundles._lines(row))
         json.dumps(found.card, default=str)
         toml_text.dumps(bundle.manifest(manifest))  # what is written when more is learned
     assert taken > 20  # a generator that is refused always would find nothing

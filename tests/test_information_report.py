@@ -67,10 +67,9 @@ def test_what_was_not_measured_is_not_shown() -> None:
 @pytest.mark.train
 def test_drawings_and_page_need_nothing_else(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from models.studies.information import figures as drawing
-    from models.studies.information import report
+    from models.studies.information import figures, report
 
-    paths = drawing.draw(found, tmp_path)
+    paths = figures.draw(found, tmp_path)
     assert {path.name for path in paths} >= {"figure9.svg", "capacity.svg"}
     for path in paths:
         assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")

@@ -5,7 +5,7 @@ import pytest
 from recorded import of, origin, played
 
 from models.evaluation.resample import gain, mean
-from models.studies.information import scaling as growth
+from models.studies.information import scaling
 from models.studies.information.windows import as_the_paper, events, take
 
 
@@ -44,21 +44,21 @@ def test_sensors_of_two_kinds_are_not_mixed() -> None:
 
 def test_twelve_bits_are_what_the_orb_has_and_fewer_are_coarser() -> None:
     recording = played()
-    assert growth.coarser(recording, 12).frames == pytest.approx(recording.frames, abs=1e-4)
-    fine, coarse = (len(np.unique(growth.coarser(recording, bits).frames)) for bits in (8, 5))
+    assert scaling.coarser(recording, 12).frames == pytest.approx(recording.frames, abs=1e-4)
+    fine, coarse = (len(np.unique(scaling.coarser(recording, bits).frames)) for bits in (8, 5))
     assert coarse < fine < len(np.unique(recording.frames))
 
 
 def test_a_converter_of_another_sensor_divides_its_range() -> None:
     frames = np.linspace(-3.0, 9.0, 400).reshape(100, 2, 2)
     other = of(frames, origin(2, 2, unit="counts"), label=np.zeros(100))
-    levels = np.unique(growth.coarser(other, 2).frames)
+    levels = np.unique(scaling.coarser(other, 2).frames)
     assert levels.tolist() == [-3.0, 1.0, 5.0, 9.0]
 
 
 def test_every_second_frame_is_half_the_rate() -> None:
     recording = played()
-    half = growth.slower(recording, 2)
+    half = scaling.slower(recording, 2)
     assert half.origin.rate_hz == 5.0
     assert half.rate_hz == pytest.approx(5.0)
     assert half.frames.tobytes() == recording.frames[1::2].tobytes()
@@ -67,11 +67,11 @@ def test_every_second_frame_is_half_the_rate() -> None:
 
 def test_fewer_taxels_are_evenly_spread() -> None:
     taken = take([played()])
-    nine = growth.taxels(taken, 3)
+    nine = scaling.taxels(taken, 3)
     assert nine.grid == (3, 3)
     chosen = [0, 2, 4, 10, 12, 14, 20, 22, 24]
     assert nine.x.tobytes() == np.ascontiguousarray(taken.x[:, :, chosen]).tobytes()
-    assert growth.taxels(taken, 5).x.tobytes() == taken.x.tobytes()
+    assert scaling.taxels(taken, 5).x.tobytes() == taken.x.tobytes()
 
 
 def test_intervals_know_that_windows_of_one_touch_are_nearly_one() -> None:

@@ -15,8 +15,7 @@ from small_journal import KEY, NOBODY, ORIGIN, add, image, numbers, written
 from controller import npz
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal as journals
-from controller.recordings import journal_records as records
-from controller.recordings import reader, writer
+from controller.recordings import journal_records, reader, writer
 from controller.recordings.journal import AMENDABLE, NOWHERE, Journal
 from controller.recordings.journal_records import Kind
 from controller.recordings.journal_repair import decode
@@ -193,7 +192,7 @@ def test_the_example_of_a_journal_lies_on_the_disk_as_described(tmp_path: Path) 
     assert data[:5] == b"\xc2OJ\x1b\x01"
     assert data[13:29] == KEY
     frame = data[journal.head :]
-    assert frame[:4] == records.MAGIC
+    assert frame[:4] == journal_records.MAGIC
     assert frame[4] == Kind.FRAME
     assert (
         int.from_bytes(frame[5:9], "little") == 4
@@ -208,7 +207,7 @@ def test_the_example_of_a_journal_lies_on_the_disk_as_described(tmp_path: Path) 
 def test_a_journal_cut_anywhere_is_a_beginning_of_the_recording() -> None:
     journal = written(30)
     data = bytes(journal.data)
-    ends = [r.end for r in records.scan(data, KEY) if r.kind is Kind.FRAME]
+    ends = [r.end for r in journal_records.scan(data, KEY) if r.kind is Kind.FRAME]
     for cut in range(journal.head, len(data) + 1):
         decoded = decode(data[:cut])
         assert numbers(decoded) == list(range(1, 1 + sum(end <= cut for end in ends)))
@@ -217,7 +216,7 @@ def test_a_journal_cut_anywhere_is_a_beginning_of_the_recording() -> None:
 
 def test_after_the_last_confirmed_offset_the_first_gap_is_the_end() -> None:
     data = bytearray(written(95).data)
-    ends = [r.end for r in records.scan(bytes(data), KEY) if r.kind is Kind.FRAME]
+    ends = [r.end for r in journal_records.scan(bytes(data), KEY) if r.kind is Kind.FRAME]
     data[ends[90] - 20] ^= 1  # in frame 91; the disk confirmed frame 90
     decoded = decode(bytes(data))
     assert numbers(decoded) == list(range(1, 91))

@@ -8,7 +8,7 @@ import pytest
 
 from controller.__main__ import main as controller
 from controller.errors import TroubleError
-from controller.protocol import psk as keys
+from controller.protocol import psk
 from controller.protocol.psk import KeyFileError
 from host.__main__ import main as host
 
@@ -27,12 +27,12 @@ def test_a_key_is_drawn_into_a_file_that_only_its_owner_reads(
     path = tmp_path / "orb.key"
     assert controller(["key", str(path)]) == 0
     assert capsys.readouterr().out == f"{path}\n"
-    assert len(keys.read(path)) == 32
+    assert len(psk.read(path)) == 32
     if os.name == "posix":
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
     other = tmp_path / "other.key"
-    keys.make(other)
-    assert keys.read(other) != keys.read(path)
+    psk.make(other)
+    assert psk.read(other) != psk.read(path)
 
 
 def test_a_key_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -47,7 +47,7 @@ def test_a_key_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_a_key_that_others_can_reach_is_refused(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path / "orb.key", "00" * 32, mode)
     with pytest.raises(KeyFileError, match=f"is open to others .mode {mode:o}.*chmod 600"):
-        keys.read(path)
+        psk.read(path)
 
 
 @pytest.mark.parametrize(
@@ -56,22 +56,22 @@ def test_a_key_that_others_can_reach_is_refused(tmp_path: Path, mode: int) -> No
 def test_what_is_no_key_is_refused_in_one_sentence(tmp_path: Path, content: str | bytes) -> None:
     path = written(tmp_path / "orb.key", content)
     with pytest.raises(KeyFileError, match="is no key: expected are 32 or more hexadecimal") as no:
-        keys.read(path)
+        psk.read(path)
     assert "\n" not in str(no.value)
 
 
 def test_a_key_may_have_blanks_and_line_ends(tmp_path: Path) -> None:
     path = written(tmp_path / "orb.key", "00 11 22 33 44 55 66 77\n88 99 aa bb cc dd ee ff\r\n")
-    assert keys.read(path) == bytes.fromhex("00112233445566778899aabbccddeeff")
+    assert psk.read(path) == bytes.fromhex("00112233445566778899aabbccddeeff")
 
 
 def test_a_missing_key_and_a_folder_are_told_apart(tmp_path: Path) -> None:
     with pytest.raises(KeyFileError, match="no such file"):
-        keys.read(tmp_path / "none.key")
+        psk.read(tmp_path / "none.key")
     with pytest.raises(KeyFileError, match=r"cannot read|is no file"):
-        keys.read(tmp_path)
+        psk.read(tmp_path)
     with pytest.raises(TroubleError, match="cannot write"):
-        keys.make(tmp_path / "none" / "orb.key")
+        psk.make(tmp_path / "none" / "orb.key")
 
 
 @pytest.mark.parametrize(

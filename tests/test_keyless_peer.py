@@ -23,7 +23,7 @@ from controller.protocol.messages import (
 )
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
-from controller.runtime import loop as loops
+from controller.runtime import loop
 from controller.runtime.bundle_updates import Clerk
 from controller.runtime.device import Device
 from controller.simulator.virtual_orb import PERFORMANCES, VirtualOrb
@@ -113,13 +113,13 @@ def test_grants_of_a_host_that_has_gone_are_not_carried_out() -> None:
             super().send(message, t_ms)
             self.connected = self.connected and not isinstance(message, Granted)
 
-    grants = [(0.0, Grant(loops.GRANT_LIMIT_MS * k)) for k in range(1, 1000)]
+    grants = [(0.0, Grant(loop.GRANT_LIMIT_MS * k)) for k in range(1, 1000)]
     bench = Bench(await_host=True)
     bench.world = world = Hasty((0.0, GRANTING), *grants, (0.0, Bye("gone")))
     bench.loop._link = world
     bench.loop.run(world.after(1.0))
     assert len(bench.messages(Granted)) == 1
-    assert len(bench.sensors[0].reads) == 10 * loops.GRANT_LIMIT_MS // 1000
+    assert len(bench.sensors[0].reads) == 10 * loop.GRANT_LIMIT_MS // 1000
 
 
 def recorded(tmp_path: Path, *requests: tuple[float, Message], seconds: float) -> list[Path]:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.capture import cue_plan as plans
+from controller.capture import cue_plan
 from controller.capture.cue_plan import Ask, Pace, Plan
 from controller.capture.cues import Cue, Cues, Phase, Void
 from controller.errors import UserError
@@ -258,13 +258,13 @@ def test_a_plan_is_read_from_a_file(tmp_path: Path) -> None:
         go_s = 1.5
         order = "blocks"
     """)
-    plan = plans.read(path, LABELS)
+    plan = cue_plan.read(path, LABELS)
     assert plan == Plan("evening", {"press": 3, "pinch": 1}, Pace(go_s=1.5), "blocks")
     assert [ask.label for ask in plan.asks()] == ["press", "press", "press", "pinch"]
 
 
 def test_a_random_order_is_the_seed_s() -> None:
-    plan = plans.parse({"name": "p", "labels": ["press", "pinch"], "seed": 3}, LABELS)
+    plan = cue_plan.parse({"name": "p", "labels": ["press", "pinch"], "seed": 3}, LABELS)
     order = [ask.label for ask in plan.asks()]
     assert Counter(order) == {"press": 10, "pinch": 10}
     assert order != sorted(order, reverse=True)
@@ -295,20 +295,20 @@ def test_a_plan_that_is_none_is_refused_in_one_sentence(
     change: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(RecordingError) as refused:
-        plans.parse({"name": "p", "labels": ["press"], **change}, LABELS)
+        cue_plan.parse({"name": "p", "labels": ["press"], **change}, LABELS)
     assert sentence in str(refused.value)
 
 
 def test_a_file_that_is_no_plan_is_refused_by_its_name(tmp_path: Path) -> None:
     path = tmp_path / "plan.toml"
     with pytest.raises(UserError, match=r"cannot read .*plan\.toml: no such file"):
-        plans.read(path, LABELS)
+        cue_plan.read(path, LABELS)
     path.write_bytes(b"\xff")
     with pytest.raises(UserError, match="is not text in UTF-8"):
-        plans.read(path, LABELS)
+        cue_plan.read(path, LABELS)
     path.write_text("labels = [")
     with pytest.raises(UserError, match=r"plan\.toml, line 1: invalid value"):
-        plans.read(path, LABELS)
+        cue_plan.read(path, LABELS)
     path.write_bytes(b" " * 100_000)
     with pytest.raises(UserError, match="has more than 65536 bytes"):
-        plans.read(path, LABELS)
+        cue_plan.read(path, LABELS)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
 from controller.recordings.recording import Mark, Recording, unlabelled
-from models.data import label_repair as labels
+from models.data import label_repair
 from models.data.simulate import DataSet
 from models.data.true_positions import places
 
@@ -35,7 +35,7 @@ def late(recording: Recording, begin_s: float, end_s: float) -> Recording:
 def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
     begin_s: float, end_s: float
 ) -> None:
-    _, found = labels.repair(late(PLAYED, begin_s, end_s), "button")
+    _, found = label_repair.repair(late(PLAYED, begin_s, end_s), "button")
     # A frame is the nearest that a label's edge can be told.
     assert found.begin_s == pytest.approx(begin_s + 0.05, abs=0.06)
     assert found.end_s == pytest.approx(end_s + 0.05, abs=0.06)
@@ -46,7 +46,7 @@ def test_the_lateness_of_a_button_is_found_out_from_the_sensor_alone(
 def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button_was(
     recording: Recording,
 ) -> None:
-    repaired, found = labels.repair(recording, "button")
+    repaired, found = label_repair.repair(recording, "button")
     clear = repaired != -1
     assert found.wrong == np.mean(recording.button != recording.label)
     assert found.wrong_after == np.mean((repaired != recording.label)[clear])
@@ -55,7 +55,7 @@ def test_repaired_labels_are_far_nearer_to_the_truth_than_the_button_was(
 
 
 def test_nobody_learns_from_frames_that_could_be_either() -> None:
-    repaired, found = labels.repair(PLAYED, "button")
+    repaired, found = label_repair.repair(PLAYED, "button")
     assert found.masked == np.sum(repaired == -1)
     edges = np.flatnonzero(np.diff(PLAYED.label) != 0) + 1
     near = np.abs(np.flatnonzero(repaired == -1)[:, None] - edges).min(axis=1)
@@ -67,7 +67,7 @@ def test_a_label_under_which_nothing_is_felt_is_not_learned_from() -> None:
     idle = _longest_idle(PLAYED)
     middle = idle[len(idle) // 2 - 2 : len(idle) // 2 + 3]
     button[middle] = 1
-    repaired, found = labels.repair(replace(PLAYED, button=button), "button")
+    repaired, found = label_repair.repair(replace(PLAYED, button=button), "button")
     assert (repaired[middle] == -1).all()
     assert found.unfelt == 1
     assert not (repaired > 0).any()
@@ -75,7 +75,7 @@ def test_a_label_under_which_nothing_is_felt_is_not_learned_from() -> None:
 
 def test_nothing_is_made_of_labels_that_nobody_gave() -> None:
     silent = replace(PLAYED, button=unlabelled(len(PLAYED.t))["button"])
-    repaired, found = labels.repair(silent, "button")
+    repaired, found = label_repair.repair(silent, "button")
     assert (repaired == -1).all()
     assert np.isnan(found.begin_s)
     assert found.edges == 0
@@ -83,7 +83,7 @@ def test_nothing_is_made_of_labels_that_nobody_gave() -> None:
 
 def test_examples_are_counted_once_each_however_unclear_their_edges() -> None:
     said = np.array([0, -1, 1, 1, -1, 0, 0, 2, 2, -1, 1, 0])
-    assert labels.examples(said, ("null", "press", "pinch")) == {"press": 2, "pinch": 1}
+    assert label_repair.examples(said, ("null", "press", "pinch")) == {"press": 2, "pinch": 1}
 
 
 def test_a_cue_says_where_a_press_is() -> None:

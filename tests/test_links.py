@@ -27,7 +27,7 @@ from controller.links.byte_link import REQUESTS
 from controller.links.listen import PEERS, ListenLink
 from controller.links.serial_port import PortLink
 from controller.links.stdout import StdoutLink
-from controller.protocol import retransmit as outbox
+from controller.protocol import retransmit
 from controller.protocol.device_session import WRONG_KEY
 from controller.protocol.messages import (
     Bye,
@@ -510,7 +510,7 @@ def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
 def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
     link: ListenLink, connect: Callable[[], HandMadeHost], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
+    monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     gone, again = connect(), connect()
     gone.greet()
     assert request(link) == [HELLO]
@@ -529,7 +529,7 @@ def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
 def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
     link: ListenLink, to: Callable[..., HandMadeHost], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(outbox, "LATE_MS", 60_000)  # however slow this machine is
+    monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     first = to(link)
     first.greet()
     assert request(link) == [HELLO]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.simulator import green_functions as fields
+from controller.simulator import green_functions
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, SLOTS, draw_style
 from controller.simulator.lowpass import Lowpass
@@ -98,19 +98,24 @@ def grips(fingers: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 @pytest.mark.parametrize("fingers", [1, 2, 5, 6])
 def test_elimination_solves_what_numpy_solves(fingers: int) -> None:
     at, size = grips(fingers)
-    for system in (fields.press_system(at, size, 0.45), fields.drag_system(at, size, 0.5)):
+    for system in (
+        green_functions.press_system(at, size, 0.45),
+        green_functions.drag_system(at, size, 0.5),
+    ):
         target = np.random.default_rng(0).normal(size=(len(system), 2, 200))
         expected = np.linalg.solve(system.transpose(2, 0, 1), target.transpose(2, 0, 1))
         np.testing.assert_allclose(
-            fields.solve(system, target), expected.transpose(1, 2, 0), rtol=1e-9, atol=1e-9
+            green_functions.solve(system, target), expected.transpose(1, 2, 0), rtol=1e-9, atol=1e-9
         )
 
 
 def test_a_light_finger_in_the_pit_of_a_firm_one_does_not_pull() -> None:
     at = np.array([[[0.0], [0.12]], [[0.0], [0.0]]])
-    system = fields.press_system(at, np.full((2, 1), 0.1), 0.45)
+    system = green_functions.press_system(at, np.full((2, 1), 0.1), 0.45)
     target = np.array([[0.2], [0.001]])
-    load = fields.push(system, target, fields.solve(system, target[:, None])[:, 0])
+    load = green_functions.push(
+        system, target, green_functions.solve(system, target[:, None])[:, 0]
+    )
     assert load[1, 0] == 0.0
     assert load[0, 0] == pytest.approx(0.2 / system[0, 0, 0])  # as if it were alone
 

@@ -7,7 +7,7 @@ from test_report import text
 
 from models.reports import page
 from models.reports.data import ReportData
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 
 LABELS = ("null", "press", "knock")
 # Of twenty knocks one is answered as a press, and six not at all.
@@ -15,22 +15,24 @@ TABLE = ((0, 1, 0), (1, 59, 0), (6, 1, 13))
 
 
 def test_a_gesture_fails_if_more_are_missed_than_chance_may_explain() -> None:
-    assert missed.right(TABLE) == (72, 80)
-    assert missed.failing(TABLE) == [2]
-    assert missed.failing(((0, 0, 0), (5, 20, 0), (6, 1, 13))) == [2, 1]  # the worst first
-    assert missed.failing(((0, 0), (1, 9))) == []  # a single one
+    assert missed_gestures.right(TABLE) == (72, 80)
+    assert missed_gestures.failing(TABLE) == [2]
+    assert missed_gestures.failing(((0, 0, 0), (5, 20, 0), (6, 1, 13))) == [2, 1]  # the worst first
+    assert missed_gestures.failing(((0, 0), (1, 9))) == []  # a single one
 
 
 def test_a_gesture_that_fails_is_named_with_its_figure_and_what_to_do() -> None:
-    said = missed.advice(LABELS, TABLE, 2)
+    said = missed_gestures.advice(LABELS, TABLE, 2)
     assert said == (
         "knock is answered rightly in 13 of 20 (6 not at all, 1 as press): record more of it, make "
         "it firmer or more distinct from rest, or let models tune choose when it counts"
     )
-    assert "): record 30 more, make" in missed.advice(LABELS, TABLE, 2, more=30)
-    assert "): more of it would help little: make" in missed.advice(LABELS, TABLE, 2, little=True)
+    assert "): record 30 more, make" in missed_gestures.advice(LABELS, TABLE, 2, more=30)
+    assert "): more of it would help little: make" in missed_gestures.advice(
+        LABELS, TABLE, 2, little=True
+    )
     taken = ((0, 0, 0), (0, 60, 0), (1, 6, 13))
-    assert "more distinct from press" in missed.advice(LABELS, taken, 2)
+    assert "more distinct from press" in missed_gestures.advice(LABELS, taken, 2)
 
 
 def first_tile(html: str) -> str:

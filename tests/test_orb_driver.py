@@ -17,8 +17,7 @@ from gpiozero.pins.mock import MockFactory
 from controller.sensors import base as sensors
 from controller.sensors import orb
 from controller.sensors.base import SensorOptions
-from controller.sensors.hardware import HardwareAwayError, HardwareError
-from controller.sensors.hardware import raspberry_pi as raspberry
+from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
 from controller.sensors.hardware.emulated.adc import FakeChip
 from controller.sensors.hardware.emulated.board import Bench
 from controller.sensors.hardware.emulated.faults import WiringFault
@@ -76,8 +75,8 @@ def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
     bench.board.pins.close()
     fake = Spidev(bench)
     monkeypatch.setitem(sys.modules, "spidev", fake.module())
-    monkeypatch.setattr(raspberry, "raspberry", lambda: bench.factory)
-    monkeypatch.setattr(raspberry, "wait", bench.circuit.advance)
+    monkeypatch.setattr(raspberry_pi, "raspberry", lambda: bench.factory)
+    monkeypatch.setattr(raspberry_pi, "wait", bench.circuit.advance)
     return fake
 
 
@@ -126,7 +125,7 @@ def test_a_missing_library_is_one_sentence(
     monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
     if module == "spidev":
-        monkeypatch.setattr(raspberry, "raspberry", MockFactory)
+        monkeypatch.setattr(raspberry_pi, "raspberry", MockFactory)
     with pytest.raises(HardwareError, match=r"'orbtouch\[pi\]' .*, or try --sensor emu"):
         sensors.load("orb", SensorOptions(10.0))
 
@@ -150,7 +149,7 @@ def test_a_board_that_is_too_slow_is_told_at_the_start(monkeypatch: pytest.Monke
 def test_waiting_is_never_too_short() -> None:
     for seconds in (0.0, 1e-5, 1e-3):
         began = time.perf_counter()
-        raspberry.wait(seconds)
+        raspberry_pi.wait(seconds)
         assert time.perf_counter() - began >= seconds
 
 

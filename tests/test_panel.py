@@ -22,9 +22,7 @@ from controller.protocol.messages import (
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
-from host.ui import orb_state as orb_view
-from host.ui import side_cards as cards
-from host.ui import sprites
+from host.ui import orb_state, side_cards, sprites
 from host.ui.orb_state import OrbView
 from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
 from host.ui.pointer_input import Pad
@@ -91,7 +89,7 @@ def test_shown_image_eases_towards_the_felt_one() -> None:
     view.telemetry(telemetry(z), 1.0)
     view.advance(1.0)
     assert view.shown[0, 4] == 0.0
-    view.advance(1.0 + orb_view.EASE_S)
+    view.advance(1.0 + orb_state.EASE_S)
     assert 0.1 < view.shown[0, 4] < 0.15
     view.advance(2.0)
     assert view.shown[0, 4] == pytest.approx(0.2, abs=1e-3)
@@ -115,7 +113,7 @@ def test_probabilities_and_rate_are_the_newest_ones_eased_and_fade_in_silence() 
     view.advance(0.0)
     view.advance(5.0)
     view.telemetry(telemetry(np.ones((5, 5)), probabilities=(0, 0, 1, 0, 0), rate_hz=9.5), 5.0)
-    view.advance(5.0 + orb_view.EASE_S)
+    view.advance(5.0 + orb_state.EASE_S)
     assert view.probabilities.tolist() == pytest.approx([0, 0.37, 0.63, 0, 0], abs=0.01)
     assert view.rate_hz == 9.5
     view.silent("lost", "gone")
@@ -150,7 +148,7 @@ def test_commands_are_remembered_up_to_the_length_of_the_list() -> None:
     view = live_view()
     for frame in range(20):
         view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
-    assert len(view.history) == orb_view.MEMORY
+    assert len(view.history) == orb_state.MEMORY
     assert view.history[-1].time_s == 19.0
 
 
@@ -158,8 +156,8 @@ def test_last_recognised_touch_is_marked_and_then_fades() -> None:
     view = live_view()
     view.command(Command("left", "press", 0.9, (0.5, 2.0), 1), 4.0)
     assert view.mark(4.0) == (0.5, 2.0, 1.0)
-    assert view.mark(4.0 + orb_view.MARK_S / 4) == pytest.approx((0.5, 2.0, 0.75))
-    assert view.mark(4.0 + orb_view.MARK_S) is None
+    assert view.mark(4.0 + orb_state.MARK_S / 4) == pytest.approx((0.5, 2.0, 0.75))
+    assert view.mark(4.0 + orb_state.MARK_S) is None
 
 
 def test_image_of_a_foreign_shape_is_left_out() -> None:
@@ -174,7 +172,7 @@ def test_trace_forgets_what_is_too_old() -> None:
     for frame in range(300):
         view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
     view.advance(30.0)
-    assert view.trace[0][0] >= 30.0 - orb_view.TRACE_S
+    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
 
 
 # -- the picture ---------------------------------------------------------------------------
@@ -205,7 +203,7 @@ def test_fingers_of_the_player_are_drawn_where_they_touch(surface: pygame.Surfac
 @pytest.mark.parametrize("size", [(5, 5), (4, 6), (8, 8)])
 @pytest.mark.parametrize("link", ["connecting", "live", "stale", "lost"])
 def test_every_shape_and_state_of_an_orb_can_be_drawn(
-    surface: pygame.Surface, size: tuple[int, int], link: orb_view.LinkState
+    surface: pygame.Surface, size: tuple[int, int], link: orb_state.LinkState
 ) -> None:
     rows, columns = size
     view = OrbView()
@@ -223,8 +221,8 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     view.advance(0.5)
     panel.draw(surface, view, 0.5)
     unit = sprites.Scale(1.0)
-    cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
-    cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
+    side_cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
+    side_cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
 
 
 def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_does(

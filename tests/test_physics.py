@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.simulator import membrane
-from controller.simulator import paper_model as paper
+from controller.simulator import membrane, paper_model
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.green_functions import drag_system, poisson
 from controller.simulator.hand import SLOTS, Performance, draw_style, perform
@@ -33,19 +32,19 @@ def feel(done: Performance, *, mirrored: bool = False, friction: float = 0.6) ->
 
 
 def test_equation_1_is_the_fourth_power_of_the_stretch() -> None:
-    assert paper.capacitance_of_stretch(np.array([1.0, 1.5])).tolist() == [1.0, 1.5**4]
+    assert paper_model.capacitance_of_stretch(np.array([1.0, 1.5])).tolist() == [1.0, 1.5**4]
 
 
 def test_equation_2_with_its_two_pi_gives_a_hemispheres_area_and_nearly_a_flat_discs() -> None:
-    flat, hemisphere = paper.orb_area(38.0, np.array([0.0, 38.0]))
+    flat, hemisphere = paper_model.orb_area(38.0, np.array([0.0, 38.0]))
     assert hemisphere == pytest.approx(2 * np.pi * 38.0**2)
     assert flat == pytest.approx(np.pi * 38.0**2, rel=0.007)
 
 
 def test_equation_3_is_the_square_of_equation_2_over_the_flat_area() -> None:
     deflection = np.linspace(0.0, 1.2, 7)
-    growth = paper.orb_area(1.0, deflection) / np.pi
-    np.testing.assert_allclose(paper.capacitance_of_deflection(deflection), growth**2)
+    growth = paper_model.orb_area(1.0, deflection) / np.pi
+    np.testing.assert_allclose(paper_model.capacitance_of_deflection(deflection), growth**2)
 
 
 # --- inflation ------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 import torch
 from torch import nn
 
-from models.training import matmul_convolution as products
+from models.training import matmul_convolution
 from models.training.networks import GestureNet
 
 pytestmark = pytest.mark.train
@@ -22,7 +22,9 @@ def test_a_product_answers_as_the_convolution_does(rows: int, columns: int, stri
     images = torch.randn(6, 2, 10, rows, columns)  # (batch, maps, images, rows, columns)
     expected = layer(images)
     apart = images.transpose(1, 2).flatten(2)
-    given = products.convolve(apart, layer, products.reach(rows, columns, stride))
+    given = matmul_convolution.convolve(
+        apart, layer, matmul_convolution.reach(rows, columns, stride)
+    )
     torch.testing.assert_close(given, expected.transpose(1, 2).flatten(2), rtol=1e-4, atol=1e-5)
 
 

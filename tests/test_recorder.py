@@ -19,8 +19,7 @@ from small_journal import ORIGIN, image, numbers
 
 from controller.capture.run_files import Runs
 from controller.recognition.pipeline import CommandRecord
-from controller.recordings import journal_disk as disks
-from controller.recordings import naming, reader, recorder, recovery, writer
+from controller.recordings import journal_disk, naming, reader, recorder, recovery, writer
 from controller.recordings.journal_repair import decode
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
@@ -77,7 +76,7 @@ def test_the_journal_and_its_name_are_on_the_disk_before_the_first_frame(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     synced: list[Path] = []
-    monkeypatch.setattr(disks, "sync_folder", synced.append)
+    monkeypatch.setattr(journal_disk, "sync_folder", synced.append)
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     assert synced == [tmp_path]
     decoded = decode((tmp_path / "one.journal").read_bytes())

@@ -10,15 +10,13 @@ from hypothesis import given
 from recorded import broken, of, origin, played, recordings
 
 from controller.recordings import summary
-from controller.recordings.quality import check as quality
-from controller.recordings.quality import duplicates, labels, response
-from controller.recordings.quality import timing as cadence
+from controller.recordings.quality import check, duplicates, labels, response, timing
 from controller.recordings.quality.check import Level, Report
 from controller.recordings.recording import Recording
 
 
 def report(recording: Recording) -> Report:
-    return quality.examine(Path("one.npz"), recording)
+    return check.examine(Path("one.npz"), recording)
 
 
 def complaints(recording: Recording) -> list[str]:
@@ -116,7 +114,7 @@ def test_missing_frames_are_counted_where_their_numbers_are_missing() -> None:
     whole = played()
     less = of(whole.frames[keep], t=whole.t[keep], sequence=whole.sequence[keep],
               label=whole.label[keep])  # fmt: skip
-    rhythm = cadence.measure(less)
+    rhythm = timing.measure(less)
     assert (rhythm.missing, rhythm.gaps, rhythm.stretches) == (100, 100, 1)
     assert rhythm.worst_ms == pytest.approx(100.0)
     assert "100 of 1200 frames are missing, in 100 gaps" in complaints(less)
@@ -133,7 +131,7 @@ def test_a_gesture_with_a_missing_frame_in_it_is_one_gesture() -> None:
 def test_a_pause_between_two_stretches_is_no_missing_frame() -> None:
     t = np.concatenate([np.arange(50), 500 + np.arange(50)]) / 10
     sequence = np.concatenate([np.arange(50), 51 + np.arange(50)])
-    rhythm = cadence.measure(of(np.ones((100, 1, 1)), t=t, sequence=sequence))
+    rhythm = timing.measure(of(np.ones((100, 1, 1)), t=t, sequence=sequence))
     assert (rhythm.missing, rhythm.stretches, rhythm.complaints()) == (0, 2, [])
 
 
@@ -146,7 +144,7 @@ def test_a_pause_between_two_stretches_is_no_missing_frame() -> None:
     ],
 )
 def test_a_cadence_that_is_off_is_told(times: np.ndarray, sentence: str) -> None:
-    lines = cadence.measure(of(np.ones((600, 1, 1)), t=times)).complaints()
+    lines = timing.measure(of(np.ones((600, 1, 1)), t=times)).complaints()
     assert any(sentence in line for line in lines), lines
 
 

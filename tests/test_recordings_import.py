@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from controller.errors import UserError
-from controller.recordings import import_description as description
-from controller.recordings import importer
+from controller.recordings import import_description, importer
 from controller.recordings.recording import Recording, RecordingError
 
 # The description of docs/recording.md.
@@ -41,7 +40,7 @@ def screen(n: int = 12) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def imported(text: str, **arrays: Any) -> list[Recording]:
-    told = description.parse(tomllib.loads(text))
+    told = import_description.parse(tomllib.loads(text))
     return list(importer.recordings({**screen(), **arrays}, told))
 
 
@@ -91,7 +90,9 @@ def test_sessions_of_a_person_are_told_apart_by_arrays() -> None:
 
 def test_flat_frames_get_the_shape_that_is_told() -> None:
     text = 'frames = "x"\npitch_mm = 8\nrate_hz = 50\nrows = 2\ncolumns = 4\n'
-    [made] = importer.recordings({"x": np.zeros((5, 8))}, description.parse(tomllib.loads(text)))
+    [made] = importer.recordings(
+        {"x": np.zeros((5, 8))}, import_description.parse(tomllib.loads(text))
+    )
     assert made.frames.shape == (5, 2, 4)
     assert made.origin.labels == ("null",)
     assert (made.origin.user, made.origin.unit, made.origin.rate_hz) == ("01", "pF", 50.0)
@@ -128,7 +129,7 @@ def test_a_description_with_a_mistake_is_refused_with_the_key_or_the_line(
     path = tmp_path / "wrong.toml"
     path.write_text(text)
     with pytest.raises(UserError, match=complaint):
-        description.read(path)
+        import_description.read(path)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +161,7 @@ def test_repeated_times_are_told_unless_they_shall_be_dropped() -> None:
 
 
 def test_files_of_arrays_are_read_without_trusting_them(tmp_path: Path) -> None:
-    told = description.parse(tomllib.loads(CAPFINGERID))
+    told = import_description.parse(tomllib.loads(CAPFINGERID))
     np.savez_compressed(tmp_path / "good.npz", **screen())  # type: ignore[arg-type]
     assert importer.read(tmp_path / "good.npz", told).keys() == screen().keys()
     objects = {**screen(), "frames": np.array([{}], dtype=object)}
@@ -172,7 +173,7 @@ def test_files_of_arrays_are_read_without_trusting_them(tmp_path: Path) -> None:
         importer.read(tmp_path / "less.npz", told)
     with pytest.raises(RecordingError, match="cannot read"):
         importer.read(tmp_path / "none.npz", told)
-    alone = description.parse({"frames": "frames", "pitch_mm": 1, "rate_hz": 10})
+    alone = import_description.parse({"frames": "frames", "pitch_mm": 1, "rate_hz": 10})
     np.save(tmp_path / "one.npy", screen()["frames"])
     [made] = importer.recordings(importer.read(tmp_path / "one.npy", alone), alone)
     assert len(made.t) == 12

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from small_journal import KEY, ORIGIN, image, written
 
-from controller.recordings import journal_disk as disk
-from controller.recordings import reader, recovery, writer
+from controller.recordings import journal_disk, reader, recovery, writer
 from controller.recordings.journal import BLOCK
 from controller.recordings.journal_repair import decode
 from controller.recordings.recorder import Recorder
@@ -292,7 +291,7 @@ def test_the_journal_goes_only_after_its_recording_is_on_the_disk(
 def test_two_recoveries_at_once_do_not_touch_the_same_journal(tmp_path: Path) -> None:
     journal = left(tmp_path)
     with journal.open("r+b") as other:
-        disk.lock(other)
+        journal_disk.lock(other)
         with pytest.raises(recovery.LockedError):
             recover(journal)
     assert recover(journal).path is not None
@@ -306,7 +305,7 @@ def test_a_journal_that_is_sealed_while_recovery_waits_for_it_is_left_to_that(
         journal.write_text("the next one of this name")
 
     journal = left(tmp_path)
-    monkeypatch.setattr(disk, "lock", replace)
+    monkeypatch.setattr(journal_disk, "lock", replace)
     with pytest.raises(RecordingError, match="has been sealed meanwhile"):
         recover(journal)
     assert journal.read_text() == "the next one of this name"

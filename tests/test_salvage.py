@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from small_journal import KEY, numbers, written
 
 from controller.recordings import journal as journals
-from controller.recordings import journal_records as records
+from controller.recordings import journal_records
 from controller.recordings.journal import AMEND, BLOCK
 from controller.recordings.journal_records import Kind, encode
 from controller.recordings.journal_repair import decode
@@ -80,7 +80,7 @@ def test_blocks_that_changed_places_are_never_taken_for_frames(
     blocks = [data[start + k * BLOCK : start + (k + 1) * BLOCK] for k in range(8)]
     moved = data[:start] + b"".join(blocks[k] for k in order) + data[start + 8 * BLOCK :]
     found = set(numbers(decode(moved)))
-    frames = (record for record in records.scan(data, KEY) if record.kind is Kind.FRAME)
+    frames = (record for record in journal_records.scan(data, KEY) if record.kind is Kind.FRAME)
     for number, record in enumerate(frames, 1):
         intact = data[record.start : record.end] == moved[record.start : record.end]
         assert (number in found) == intact
@@ -102,7 +102,7 @@ def test_blocks_of_an_earlier_journal_are_never_taken_for_frames() -> None:
 @given(st.binary(max_size=300), st.integers(0, 3))
 def test_noise_is_refused(noise: bytes, at: int) -> None:
     with pytest.raises(RecordingError):
-        decode(noise[:at] + records.MAGIC + noise)
+        decode(noise[:at] + journal_records.MAGIC + noise)
 
 
 def forged(*rows: tuple[Kind, bytes]) -> bytes:
@@ -173,7 +173,7 @@ def test_a_proven_header_that_says_nothing_is_refused(content: bytes) -> None:
 def test_a_file_full_of_what_only_looks_like_records_is_given_up() -> None:
     """Each claims 64 KiB, so proving them all would take years."""
     liar = (
-        records.MAGIC
+        journal_records.MAGIC
         + bytes([Kind.FRAME])
         + (7).to_bytes(4, "little")
         + (60_000).to_bytes(4, "little")

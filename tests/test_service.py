@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from controller.cli import service as unit
-from controller.cli import status
-from controller.diagnostics import bluetooth as doctor
+from controller.cli import service, status
+from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import explain
 from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
@@ -134,8 +133,8 @@ def test_the_real_controller_is_ready_beats_tells_and_stops(systemd: socket.sock
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="needs systemd")
 def test_systemd_finds_no_fault_in_the_unit_and_little_that_it_exposes(tmp_path: Path) -> None:
-    file = tmp_path / unit.NAME
-    file.write_text(unit.unit(["/bin/true"], ["--link", "rfcomm:"]))
+    file = tmp_path / service.NAME
+    file.write_text(service.unit(["/bin/true"], ["--link", "rfcomm:"]))
     verify = ["systemd-analyze", "verify", "--man=no", str(file)]
     done = subprocess.run(verify, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -146,12 +145,12 @@ def test_systemd_finds_no_fault_in_the_unit_and_little_that_it_exposes(tmp_path:
 
 
 def test_words_with_a_meaning_for_systemd_are_quoted() -> None:
-    text = unit.unit(["/opt/my orb/controller"], ["--record", "50%", "$HOME"])
+    text = service.unit(["/opt/my orb/controller"], ["--record", "50%", "$HOME"])
     assert 'ExecStart="/opt/my orb/controller" --record 50%% $$HOME\n' in text
 
 
 def test_the_unit_names_this_installation(capsys: pytest.CaptureFixture[str]) -> None:
-    assert unit.main(["--", "--sensor", "orb", "--link", "rfcomm:"]) == 0
+    assert service.main(["--", "--sensor", "orb", "--link", "rfcomm:"]) == 0
     told = capsys.readouterr().out
     assert "--sensor orb --link rfcomm:\n" in told
     assert str(Path(sys.executable).parent) in told
@@ -206,13 +205,13 @@ def objects(**changes: object) -> dict[str, dict[str, dict[str, object]]]:
 def test_each_trouble_with_an_adapter_has_a_row_and_advice(
     changes: dict[str, object], code: str
 ) -> None:
-    (row,) = [row for row in doctor.judge(objects(**changes)) if row.code == code]
+    (row,) = [row for row in bluetooth.judge(objects(**changes)) if row.code == code]
     assert row.advice
     assert row.verdict is not Verdict.GOOD
 
 
 def test_an_open_window_that_closes_by_itself_is_no_trouble() -> None:
-    rows = doctor.judge(objects(Discoverable=True, DiscoverableTimeout=120))
+    rows = bluetooth.judge(objects(Discoverable=True, DiscoverableTimeout=120))
     (row,) = [row for row in rows if row.name == "window hci0"]
     assert row.verdict is Verdict.GOOD
 
@@ -225,7 +224,7 @@ def test_a_blocked_radio_is_told_apart_by_who_can_unblock_it(tmp_path: Path) -> 
         folder.mkdir()
         for name, value in (("type", kind), ("soft", soft), ("hard", hard)):
             (folder / name).write_text(value + "\n")
-    soft_row, hard_row = doctor.blocked(tmp_path)
+    soft_row, hard_row = bluetooth.blocked(tmp_path)
     assert soft_row.advice == "rfkill unblock bluetooth"
     assert "switch" in hard_row.advice
 
@@ -235,10 +234,12 @@ def test_a_blocked_radio_is_told_apart_by_who_can_unblock_it(tmp_path: Path) -> 
     [("5.66", Verdict.GOOD), ("5.43", Verdict.DOUBTFUL), ("", Verdict.UNKNOWN)],
 )
 def test_bluez_s_version_is_judged(found: str, verdict: Verdict) -> None:
-    assert doctor.version(found).verdict is verdict
+    assert bluetooth.version(found).verdict is verdict
 
 
 def test_the_input_plugin_is_seen_on_bluetoothd_s_command_line() -> None:
-    assert "classic HID can be offered" in doctor.plugin(["bluetoothd", "--noplugin=input"]).found
-    assert "needs bluetoothd --noplugin=input" in doctor.plugin(["bluetoothd"]).found
-    assert doctor.plugin([]).verdict is Verdict.UNKNOWN
+    assert (
+        "classic HID can be offered" in bluetooth.plugin(["bluetoothd", "--noplugin=input"]).found
+    )
+    assert "needs bluetoothd --noplugin=input" in bluetooth.plugin(["bluetoothd"]).found
+    assert bluetooth.plugin([]).verdict is Verdict.UNKNOWN

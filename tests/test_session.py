@@ -7,7 +7,7 @@ import pytest
 from fake_device import welcome
 from handmade import HELLO, JOIN, numbered
 
-from controller.protocol import codec as wire
+from controller.protocol import codec
 from controller.protocol.clock_sync import NEVER
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from controller.protocol.host_session import (
@@ -476,7 +476,7 @@ def test_a_device_that_is_no_orb_is_told_so_after_two_seconds(answer: bytes, sen
 
 def test_an_orb_of_another_version_is_told_apart() -> None:
     body = bytes.fromhex("30 05 0100 0200 03000000 00000000")  # a heartbeat of version 3
-    beat = wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
+    beat = codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     host = HostSession("orb", 1, 0)
     assert host.receive(beat, 10) == []
     sentence = "orb speaks protocol version 3, this host version 2; update the host"

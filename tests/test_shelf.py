@@ -15,8 +15,7 @@ from onnx_writer import model, node, value
 from controller.__main__ import main
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.deploy import install
-from controller.bundles.deploy import selftest as proof
+from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.disk import RealFiles
 from controller.bundles.deploy.store import KEEP, RECORD, Entry, Shelf, name_of
 from controller.cli import bundles as models
@@ -146,11 +145,11 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
 ) -> None:
     path, other = variant(tmp_path, 1), variant(tmp_path, 2)
 
-    def prove(path: Path) -> list[proof.Proof]:
+    def prove(path: Path) -> list[selftest.Proof]:
         path.write_bytes(other.read_bytes())
-        return [proof.Proof("numpy", 50.0, 60.0)]
+        return [selftest.Proof("numpy", 50.0, 60.0)]
 
-    monkeypatch.setattr(proof, "prove", prove)
+    monkeypatch.setattr(selftest, "prove", prove)
     shelf = Shelf(tmp_path / "shelf")
     with pytest.raises(BundleError, match="has changed while it was proved"):
         install.install(path, shelf, other_sensor=False, tell=lambda _: None)
@@ -243,8 +242,8 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
 
 def test_the_median_step_is_what_the_clock_says() -> None:
     ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
-    shown = proof.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks), lambda: 0.2)
-    assert shown == proof.Proof("numpy", 7.0, 7.0, start_ms=200.0)
+    shown = selftest.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks), lambda: 0.2)
+    assert shown == selftest.Proof("numpy", 7.0, 7.0, start_ms=200.0)
 
 
 def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
@@ -256,11 +255,11 @@ def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
         if words[-1] == "onnxruntime":
             return subprocess.CompletedProcess(words, -4, "", "")
         return subprocess.CompletedProcess(
-            words, 0, json.dumps(dataclasses.asdict(proof.Proof("numpy", 50.0, 90.0)))
+            words, 0, json.dumps(dataclasses.asdict(selftest.Proof("numpy", 50.0, 90.0)))
         )
 
     monkeypatch.setattr(subprocess, "run", run)
-    best, other = proof.prove(SHIPPED)
+    best, other = selftest.prove(SHIPPED)
     assert best.engine == "numpy"
     assert other.problem == "onnxruntime ended with status -4 on this device"
 
@@ -284,22 +283,22 @@ def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
         step_us, start_ms = shown[words[-1]]
-        told = proof.Proof(words[-1], step_us, 2 * step_us, start_ms=start_ms)
+        told = selftest.Proof(words[-1], step_us, 2 * step_us, start_ms=start_ms)
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(told)))
 
     monkeypatch.setattr(subprocess, "run", run)
-    assert proof.prove(SHIPPED)[0].engine == taken
+    assert selftest.prove(SHIPPED)[0].engine == taken
 
 
 def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     told = {"onnxruntime": iter([75.0, 74.0]), "numpy": iter([150.0, 73.0])}  # busy at first
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        shown = proof.Proof(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
+        shown = selftest.Proof(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
 
     monkeypatch.setattr(subprocess, "run", run)
-    first, second = proof.prove(SHIPPED)
+    first, second = selftest.prove(SHIPPED)
     assert {first.engine: first.step_us, second.engine: second.step_us} == {
         "onnxruntime": 74.0,
         "numpy": 73.0,
@@ -308,13 +307,13 @@ def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatc
 
 def test_no_engine_at_all_is_refused_with_every_reason() -> None:
     with pytest.raises(BundleError, match="no engine is named 'abacus'"):
-        proof.prove(SHIPPED, ["abacus"])
+        selftest.prove(SHIPPED, ["abacus"])
 
 
 def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
     ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
     odd = model(node("\x1b[2J", "x", "y"), *ends)
-    shown = proof.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
+    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
     assert "has the operator \\x1b[2J; a device runs" in shown.problem
 
 
@@ -365,7 +364,7 @@ def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(install, "Shelf", lambda: Shelf(tmp_path / "shelf"))
-    monkeypatch.setattr(proof, "prove", lambda path: [proof.Proof("numpy", 50.0, 60.0)])
+    monkeypatch.setattr(selftest, "prove", lambda path: [selftest.Proof("numpy", 50.0, 60.0)])
     output = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(output, "ascii"))
     path = variant(tmp_path, 1).rename(tmp_path / "漢\x1b[31m.orb")

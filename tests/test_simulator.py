@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.protocol.messages import Contact
-from controller.simulator import membrane
-from controller.simulator import paper_model as paper
+from controller.simulator import membrane, paper_model
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.electronics import ElectronicsModel
 from controller.simulator.hand import (
@@ -66,12 +65,12 @@ def test_the_clamp_alone_explains_why_measurements_undershoot_equation_3() -> No
     solved = membrane.inflate(1.2)
     weights = solved.reference
     ratio = np.trapezoid(solved.area_ratio**2 * weights, weights) / np.trapezoid(weights, weights)
-    predicted = paper.capacitance_of_deflection(solved.height[:1])[0]
+    predicted = paper_model.capacitance_of_deflection(solved.height[:1])[0]
     assert 0.80 < ratio / predicted < 0.90
 
 
 def test_equation_3_is_about_one_for_a_flat_membrane() -> None:
-    assert paper.capacitance_of_deflection(np.zeros(1))[0] == pytest.approx(1.0, abs=0.02)
+    assert paper_model.capacitance_of_deflection(np.zeros(1))[0] == pytest.approx(1.0, abs=0.02)
 
 
 def test_a_stretch_that_no_pressure_holds_is_refused() -> None:

@@ -12,10 +12,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import UNKNOWN
-from models.data import load as reading
-from models.data import splits
-from models.data import touch_images as touches
-from models.data import training_split as splitting
+from models.data import load, splits, touch_images, training_split
 from models.data.recipe import DEFAULT
 from models.data.simulate import DataSet
 
@@ -23,7 +20,7 @@ pytestmark = pytest.mark.train
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> reading.Data:
+def data(tmp_path_factory: pytest.TempPathFactory) -> load.Data:
     """Two users, three sessions each."""
     folder = tmp_path_factory.mktemp("data")
     made = DataSet(minutes=0.5)
@@ -31,12 +28,12 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> reading.Data:
         for number in range(3):
             name = f"sub-0{user}_ses-0{number}_run-01.npz"
             (folder / name).write_bytes(writer.pack(made.session(user, number)))
-    return reading.read([folder], DEFAULT, "auto", lambda _: None)
+    return load.read([folder], DEFAULT, "auto", lambda _: None)
 
 
 @pytest.mark.parametrize(("by", "held"), [("", 1), ("session", 1), ("user", 3)])
-def test_what_is_held_out_is_held_out_as_a_whole(data: reading.Data, by: str, held: int) -> None:
-    split = splitting.split(data, by, seed=0)
+def test_what_is_held_out_is_held_out_as_a_whole(data: load.Data, by: str, held: int) -> None:
+    split = training_split.split(data, by, seed=0)
     assert split.held.sum() == held
     ends, session = data.examples.ends, data.examples.session
     assert set(session[ends[split.windows.check]]) == set(np.flatnonzero(split.held))
@@ -44,8 +41,8 @@ def test_what_is_held_out_is_held_out_as_a_whole(data: reading.Data, by: str, he
         assert not set(session[ends[part]]) & set(np.flatnonzero(split.held))
 
 
-def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: reading.Data) -> None:
-    split = splitting.split(data, "time", seed=0)
+def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: load.Data) -> None:
+    split = training_split.split(data, "time", seed=0)
     ends, window = data.examples.ends, data.examples.window
     learned = np.concatenate([split.windows.train, split.windows.random])
     session = data.examples.session
@@ -55,19 +52,19 @@ def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: readin
         assert after.min() - window + 1 - before.max() > window
 
 
-def test_windows_at_random_are_taken_from_those_to_learn_from(data: reading.Data) -> None:
-    parts = splitting.split(data, "", seed=0).windows
+def test_windows_at_random_are_taken_from_those_to_learn_from(data: load.Data) -> None:
+    parts = training_split.split(data, "", seed=0).windows
     everything = np.concatenate([parts.train, parts.random, parts.check])
     assert sorted(everything.tolist()) == list(range(len(data.examples.ends)))
     assert 0.05 < len(parts.random) / (len(parts.train) + len(parts.random)) <= 0.1
-    again = splitting.split(data, "", seed=0).windows
+    again = training_split.split(data, "", seed=0).windows
     np.testing.assert_array_equal(parts.random, again.random)
 
 
-def test_touches_are_split_as_their_frames_are(data: reading.Data) -> None:
-    found = touches.find(data.examples, averaged=True, seed=0)
-    split = splitting.split(data, "user", seed=0)
-    parts = splitting.touches(split, data, found, seed=0)
+def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
+    found = touch_images.find(data.examples, averaged=True, seed=0)
+    split = training_split.split(data, "user", seed=0)
+    parts = training_split.touches(split, data, found, seed=0)
     assert not parts.words
     session = data.examples.session[found.frame]
     assert set(session[parts.check]) <= set(np.flatnonzero(split.held))
@@ -77,14 +74,14 @@ def test_touches_are_split_as_their_frames_are(data: reading.Data) -> None:
 
 
 def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
-    data: reading.Data,
+    data: load.Data,
 ) -> None:
-    split = splitting.split(data, "session", seed=0)
+    split = training_split.split(data, "session", seed=0)
     alone = int(np.flatnonzero(~split.held)[0])
     touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)
     examples = replace(data.examples, touch=touch.astype(np.float32))
-    found = touches.find(examples, averaged=True, seed=0)
-    parts = splitting.touches(split, replace(data, examples=examples), found, seed=0)
+    found = touch_images.find(examples, averaged=True, seed=0)
+    parts = training_split.touches(split, replace(data, examples=examples), found, seed=0)
     assert "the last 6th of the touches is held out" in parts.words
     assert len(parts.check)
     learned = [*parts.train, *parts.random]
@@ -92,11 +89,11 @@ def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
     assert found.frame[parts.check].min() > found.frame[learned].max()
 
 
-def test_places_are_held_out_with_all_touches_nearest_to_them(data: reading.Data) -> None:
-    found = touches.find(data.examples, averaged=True, seed=0)
-    split = splitting.split(data, "site", seed=0)
+def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -> None:
+    found = touch_images.find(data.examples, averaged=True, seed=0)
+    split = training_split.split(data, "site", seed=0)
     assert split.held.sum() == 1  # gestures go by sessions all the same
-    parts = splitting.touches(split, data, found, seed=0)
+    parts = training_split.touches(split, data, found, seed=0)
     sites = [
         {tuple(site) for site in np.rint(found.place[part]).tolist()}
         for part in (parts.check, np.concatenate([parts.train, parts.random]))
@@ -108,21 +105,21 @@ def test_places_are_held_out_with_all_touches_nearest_to_them(data: reading.Data
     assert len(parts.check) + len(parts.train) + len(parts.random) == len(found.images)
 
 
-def test_a_few_sessions_are_too_dear_to_do_without_one(data: reading.Data) -> None:
+def test_a_few_sessions_are_too_dear_to_do_without_one(data: load.Data) -> None:
     few = replace(data, session=np.array([0, 0, 0, 1, 1, 1]))
-    assert "the last of 6 blocks of every session" in splitting.split(few, "", seed=0).words
-    assert "1 of 2 sessions held out" in splitting.split(few, "session", seed=0).words
+    assert "the last of 6 blocks of every session" in training_split.split(few, "", seed=0).words
+    assert "1 of 2 sessions held out" in training_split.split(few, "session", seed=0).words
 
 
-def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: reading.Data) -> None:
+def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.Data) -> None:
     nowhere = replace(data.examples, touch=np.full_like(data.examples.touch, np.nan))
-    assert not len(touches.find(nowhere, averaged=True, seed=0).images)
-    assert not len(touches.find(nowhere, averaged=False, seed=0).images)
+    assert not len(touch_images.find(nowhere, averaged=True, seed=0).images)
+    assert not len(touch_images.find(nowhere, averaged=False, seed=0).images)
 
 
-def test_a_split_that_leaks_is_refused_by_name(data: reading.Data) -> None:
+def test_a_split_that_leaks_is_refused_by_name(data: load.Data) -> None:
     with pytest.raises(splits.LeakError, match="would be that of memory"):
-        splitting.split(data, "windows", seed=0)
+        training_split.split(data, "windows", seed=0)
 
 
 # --- what is left out --------------------------------------------------------------------------
@@ -146,8 +143,8 @@ def write(path: Path, number: int, **changes: Any) -> Path:
     return path
 
 
-def read(folder: Path, **options: Any) -> reading.Data:
-    return reading.read([folder], DEFAULT, "auto", lambda _: None, **options)
+def read(folder: Path, **options: Any) -> load.Data:
+    return load.read([folder], DEFAULT, "auto", lambda _: None, **options)
 
 
 def test_a_recording_that_runs_at_another_rate_is_left_out_and_said(tmp_path: Path) -> None:
@@ -193,8 +190,8 @@ def test_what_is_known_of_gestures_is_part_of_what_is_learned_from() -> None:
     for entry in (replace(press, rotations="none"), replace(press, mirror="none"),
                   replace(press, shifts=True), replace(press, located=False)):  # fmt: skip
         other = replace(plain, entries=(entry, pinch))
-        assert reading.fingerprint("ff", other) != reading.fingerprint("ff", plain)
-    assert reading.fingerprint("fe", plain) != reading.fingerprint("ff", plain)
+        assert load.fingerprint("ff", other) != load.fingerprint("ff", plain)
+    assert load.fingerprint("fe", plain) != load.fingerprint("ff", plain)
     elsewhere = replace(press, file=Path("somewhere.toml"))
     same = replace(plain, entries=(elsewhere, pinch), text="# a comment")
-    assert reading.fingerprint("ff", same) == reading.fingerprint("ff", plain)
+    assert load.fingerprint("ff", same) == load.fingerprint("ff", plain)

@@ -16,17 +16,17 @@ from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import RecordingError
 from models.data.ground_truth import know
-from models.evaluation import replay as streams
+from models.evaluation import replay
 
 SHIPPED = bundle.read(bundle.default_path())
 LABELS = SHIPPED.labels
-NETWORKS = streams.Batched(SHIPPED)
+NETWORKS = replay.Batched(SHIPPED)
 
 
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
     recording = played(preset, seed=1, minutes=1.5)
-    stream = streams.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
+    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
     pipeline = Pipeline(SHIPPED, Recognizer(SHIPPED), SHIPPED.mapping)
     steps = [
         pipeline.step(frame, float(t))
@@ -45,10 +45,10 @@ def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) 
 def test_without_places_the_answers_are_the_same() -> None:
     recording = played("nominal", seed=1, minutes=1.5)
     known = know(recording, LABELS, "it")
-    whole = streams.run(SHIPPED, NETWORKS, recording, known)
-    felt = streams.feel(recording.frames, SHIPPED.preprocess)
+    whole = replay.run(SHIPPED, NETWORKS, recording, known)
+    felt = replay.feel(recording.frames, SHIPPED.preprocess)
     answers = NETWORKS.probabilities(felt.windows)
-    quick = streams.answered(known, felt, answers, LABELS, SHIPPED.debounce)
+    quick = replay.answered(known, felt, answers, LABELS, SHIPPED.debounce)
     assert quick.answers == whole.answers
     assert (quick.probabilities == whole.probabilities).all()
     assert (quick.ready == whole.ready).all()
@@ -70,13 +70,13 @@ def test_thresholds_replayed_at_once_answer_as_the_debouncer_does(
     debouncer = Debouncer(LABELS[:4], chosen)
     steps = [(float(now), debouncer.step(p)) for now, p in zip(t, probabilities, strict=True)]
     expected = [Answer(now, label) for now, label in steps if label is not None]
-    means = streams.smoothed(probabilities, chosen.smoothing)
-    assert streams.fire(means, t, LABELS[:4], chosen.on, chosen.off) == expected
+    means = replay.smoothed(probabilities, chosen.smoothing)
+    assert replay.fire(means, t, LABELS[:4], chosen.on, chosen.off) == expected
 
 
 def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
     recording = of(np.full((5, 5, 5), 40.0), label=[0] * 5)
-    stream = streams.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
+    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
     assert not stream.ready.any()
     assert (stream.probabilities[:, 0] == 1.0).all()
     assert stream.answers == ()
@@ -85,9 +85,9 @@ def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
 def test_a_recording_of_another_sensor_is_refused() -> None:
     small = of(np.full((30, 4, 5), 40.0), label=[0] * 30)
     with pytest.raises(RecordingError, match="4×5 sensor"):
-        streams.run(SHIPPED, NETWORKS, small, know(small, LABELS, "it"))
+        replay.run(SHIPPED, NETWORKS, small, know(small, LABELS, "it"))
     other = of(np.full((30, 5, 5), 40.0), origin(unit="counts"), label=[0] * 30)
     with pytest.raises(RecordingError, match="counts"):
-        streams.refuse(other, SHIPPED)
+        replay.refuse(other, SHIPPED)
     by_difference = replace(SHIPPED.preprocess, normalise="difference", scale=100.0)
-    streams.refuse(other, replace(SHIPPED, preprocess=by_difference))
+    replay.refuse(other, replace(SHIPPED, preprocess=by_difference))

@@ -11,10 +11,9 @@ import pytest
 
 from controller.__main__ import main
 from controller.bundles import bundle, vocabulary
-from controller.cli import teach as command
+from controller.cli import teach
 from controller.recordings import reader
-from controller.teach import dataset_folder as folder
-from controller.teach import session
+from controller.teach import dataset_folder, session
 
 FAST = ("teach", "--sensor", "virtual", "--speed", "0")
 PATIENCE_S = 60.0
@@ -23,7 +22,7 @@ PATIENCE_S = 60.0
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
     """A folder with the example: the paper's gestures and a knock."""
-    folder.example(tmp_path / "mine")
+    dataset_folder.example(tmp_path / "mine")
     return tmp_path / "mine"
 
 
@@ -263,7 +262,7 @@ def test_everything_that_training_imports_is_looked_for_and_nothing_is_imported(
 
 
 def test_a_lesson_says_how_many_examples_it_wants_where_nobody_did(mine: Path) -> None:
-    options = command.parser().parse_args(["--out", str(mine)])
+    options = teach.parser().parse_args(["--out", str(mine)])
     assert session.prepare(options).repetitions == 10
-    options = command.parser().parse_args(["--out", str(mine), "--protocol", "locations"])
+    options = teach.parser().parse_args(["--out", str(mine), "--protocol", "locations"])
     assert session.prepare(options).repetitions == 2

@@ -5,20 +5,20 @@ from pathlib import Path
 import pytest
 
 from controller.__main__ import main
-from controller.adapt import few_shot as lesson
+from controller.adapt import few_shot
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader
-from controller.teach import add_gesture as adding
+from controller.teach import add_gesture
 
 SHIPPED = str(bundle.default_path())
-EXAMPLE = Path(adding.__file__).parent / "example"
+EXAMPLE = Path(add_gesture.__file__).parent / "example"
 
 
 @pytest.fixture(autouse=True)
 def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lesson, "REHEARSED", 1)
-    monkeypatch.setattr(lesson, "COPIES", 60)
+    monkeypatch.setattr(few_shot, "REHEARSED", 1)
+    monkeypatch.setattr(few_shot, "COPIES", 60)
 
 
 def add(out: Path, *words: str) -> int:

@@ -11,10 +11,8 @@ import recorded
 from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import Mark
-from controller.simulator import gesture_file as repertoire
-from controller.teach import TeachError
-from controller.teach import dataset_folder as folder
-from controller.teach import next_step as after
+from controller.simulator import gesture_file
+from controller.teach import TeachError, dataset_folder, next_step
 from controller.teach.dataset_folder import Taken
 
 KNOCK = """
@@ -46,49 +44,49 @@ def test_a_vocabulary_is_laid_beside_its_recordings_with_the_files_it_names(
     mine: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "data"
-    laid = folder.lay(out, folder.vocabulary(out, mine))
+    laid = dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
     assert laid.files == (out / "knock.toml",)
-    assert repertoire.load(laid.files)["knock"].place == "anywhere"
+    assert gesture_file.load(laid.files)["knock"].place == "anywhere"
     assert laid.table == {"knock": "hold"}
     mine.unlink()
-    assert folder.vocabulary(out, None) == laid
-    assert folder.lay(out, laid) == laid  # which changes nothing
+    assert dataset_folder.vocabulary(out, None) == laid
+    assert dataset_folder.lay(out, laid) == laid  # which changes nothing
 
 
 def test_recordings_of_other_gestures_do_not_go_into_one_folder(mine: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    folder.lay(out, folder.vocabulary(out, mine))
+    dataset_folder.lay(out, dataset_folder.vocabulary(out, mine))
     mine.write_text(KNOCK.replace("hold", "pause"))
     with pytest.raises(TeachError, match=r"of other gestures .*; choose another --out"):
-        folder.vocabulary(out, mine)
+        dataset_folder.vocabulary(out, mine)
 
 
 def test_nobody_has_to_name_gestures(tmp_path: Path) -> None:
-    assert folder.vocabulary(tmp_path, None) == vocabulary.shipped()
-    laid = folder.lay(tmp_path, vocabulary.shipped())
+    assert dataset_folder.vocabulary(tmp_path, None) == vocabulary.shipped()
+    laid = dataset_folder.lay(tmp_path, vocabulary.shipped())
     assert laid.entries == vocabulary.shipped().entries
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(TeachError, match=r"cannot teach into .*; choose another --out"):
-        folder.lay(tmp_path / "file" / "data", vocabulary.shipped())
+        dataset_folder.lay(tmp_path / "file" / "data", vocabulary.shipped())
 
 
 def test_the_example_is_a_vocabulary_whose_new_gesture_the_hand_can_do(tmp_path: Path) -> None:
-    made = folder.example(tmp_path / "mine")
+    made = dataset_folder.example(tmp_path / "mine")
     assert [path.name for path in made] == ["gestures.toml", "knock.toml"]
     words = vocabulary.read(made[0])
     assert words.labels == (*vocabulary.shipped().labels, "knock")
     assert words.entries[:4] == vocabulary.shipped().entries
     assert words.mapping.command("knock", None) == "hold"
-    assert repertoire.load(words.files)["knock"].rotations == words.entries[4].rotations
+    assert gesture_file.load(words.files)["knock"].rotations == words.entries[4].rotations
     with pytest.raises(TeachError, match=r"cannot write .*gestures\.toml: file exists"):
-        folder.example(tmp_path / "mine")
+        dataset_folder.example(tmp_path / "mine")
 
 
 def test_the_documentation_shows_the_example_s_knock(tmp_path: Path) -> None:
-    _, knock = folder.example(tmp_path)
+    _, knock = dataset_folder.example(tmp_path)
     whole = (Path(__file__).parent.parent / "docs" / "gestures.md").read_text(encoding="utf-8")
     body = knock.read_text().partition("\n\n")[2]
     assert f"```toml\n{body}```" in whole
@@ -111,7 +109,7 @@ def test_examples_are_counted_from_what_the_cues_said(tmp_path: Path) -> None:
         "get ready knock", "go knock", "again knock: nothing was felt", "go knock", "done",
     )  # fmt: skip
     marks = [Mark(float(i), "cue", text) for i, text in enumerate(said)]
-    assert folder.count((*marks, Mark(9.0, "key", "go on"))) == {"press": 1, "knock": 1}
+    assert dataset_folder.count((*marks, Mark(9.0, "key", "go on"))) == {"press": 1, "knock": 1}
 
 
 def test_a_folder_s_recordings_are_told_by_age_and_what_cannot_be_read_is_left_out(
@@ -122,9 +120,11 @@ def test_a_folder_s_recordings_are_told_by_age_and_what_cannot_be_read_is_left_o
         one = replace(recorded.of(np.ones((9, 5, 5)), about), marks=(Mark(1.0, "cue", "go press"),))
         writer.write_beside(tmp_path / f"{name}.npz", writer.pack(one))
     (tmp_path / "c.npz").write_bytes(b"no recording")
-    assert [(one.path.name, one.session, one.examples) for one in folder.taken(tmp_path)] == [
-        ("b.npz", "b", {"press": 1}), ("a.npz", "a", {"press": 1}),
-    ]  # fmt: skip
+    taken = dataset_folder.taken(tmp_path)
+    assert [(one.path.name, one.session, one.examples) for one in taken] == [
+        ("b.npz", "b", {"press": 1}),
+        ("a.npz", "a", {"press": 1}),
+    ]
 
 
 # --- afterwards -----------------------------------------------------------------------------------
@@ -137,7 +137,7 @@ def taken(*sessions: str, protocol: str = "gestures") -> list[Taken]:
 
 
 def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_honest() -> None:
-    planned = after.course(Path("data"), taken("1"))
+    planned = next_step.course(Path("data"), taken("1"))
     assert planned.commands == (
         ["train", "data", "--out", "data.orb"],
         ["tune", "data.orb", "data", "--out", "data.orb", "--html", "data.html"],
@@ -149,7 +149,7 @@ def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_h
 
 def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> None:
     places = taken("3", protocol="locations")
-    planned = after.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
+    planned = next_step.course(Path("data"), [*taken("1", "2"), *places, *taken("3", "3")])
     train, tune, _, evaluate = planned.commands
     learned = ["data/gestures-1.npz", "data/gestures-2.npz", "data/locations-3.npz"]
     assert train[1:4] == tune[2:5] == learned
@@ -165,20 +165,20 @@ def came(*who: tuple[str, str]) -> list[Taken]:
 
 def test_people_who_came_twice_are_told_apart_and_not_merely_their_gestures() -> None:
     twice = came(("ada", "1"), ("ben", "1"), ("ada", "2"), ("ben", "2"))
-    planned = after.course_of_people(Path("home"), twice)
+    planned = next_step.course_of_people(Path("home"), twice)
     assert planned.commands == (["train", "home", "--task", "user", "--out", "home.orb"],)
     assert "tell them apart" in planned.question
 
 
 def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -> None:
     once = came(("ada", "1"), ("ben", "1"), ("ada", "2"))
-    planned = after.course_of_people(Path("home"), once)
+    planned = next_step.course_of_people(Path("home"), once)
     said: list[str] = []
-    assert after.offer(planned, ask=lambda question: "y", say=said.append, yes=True) == 0
+    assert next_step.offer(planned, ask=lambda question: "y", say=said.append, yes=True) == 0
     assert said == [planned.note]
     assert planned.note.startswith("ben came on one day only")
     assert "controller teach --protocol users --user ada,ben --out home" in planned.note
-    alone = after.course_of_people(Path("home"), came(("ada", "1"), ("ada", "2")))
+    alone = next_step.course_of_people(Path("home"), came(("ada", "1"), ("ada", "2")))
     assert alone.note.startswith("only ada was recorded")
 
 
@@ -191,8 +191,8 @@ class Shell:
         self.said: list[str] = []
 
     def offer(self, answer: str | None, installed: bool = True, yes: bool = False) -> int:
-        return after.offer(
-            after.course(Path("data"), taken("1")),
+        return next_step.offer(
+            next_step.course(Path("data"), taken("1")),
             ask=None if answer is None else lambda question: answer,
             say=self.said.append,
             call=self.call,
@@ -241,6 +241,6 @@ def test_a_question_that_nobody_answers_is_a_no() -> None:
         raise EOFError
 
     said: list[str] = []
-    planned = after.course(Path("data"), taken("1"))
-    assert after.offer(planned, ask=ended, say=said.append, installed=lambda: True) == 0
+    planned = next_step.course(Path("data"), taken("1"))
+    assert next_step.offer(planned, ask=ended, say=said.append, installed=lambda: True) == 0
     assert said[0] == "make a bundle of it with:"

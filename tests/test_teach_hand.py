@@ -14,13 +14,13 @@ from controller.sensors import base as sensors
 from controller.sensors.base import SensorError, SensorOptions
 from controller.sensors.virtual import knows, show
 from controller.simulator.virtual_orb import VirtualOrb
-from controller.teach import dataset_folder as folder
+from controller.teach import dataset_folder
 
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
     """A folder with the example: the paper's gestures and a knock."""
-    folder.example(tmp_path / "mine")
+    dataset_folder.example(tmp_path / "mine")
     return tmp_path / "mine"
 
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from tetris.bots import beam_search as beam
-from tetris.bots import greedy as bot
+from tetris.bots import beam_search, greedy
 from tetris.bots.registry import BOTS, STRONGEST, hint
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
@@ -23,7 +22,7 @@ def test_it_tucks_a_piece_under_an_overhang() -> None:
     """)
     game = Game(seed=1)
     game.set_up(board, Piece("J", 7, 10))
-    plan = beam.plan(game, depth=1, width=50)
+    plan = beam_search.plan(game, depth=1, width=50)
     game.update(0.0, plan.actions)
     assert set(plan.landing.cells) <= {
         (5, 1),
@@ -41,7 +40,7 @@ def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
     held = 0
     game = Game(seed=4)
     while game.pieces_placed < 60:
-        plan = beam.plan(game, width=4, depth=3)
+        plan = beam_search.plan(game, width=4, depth=3)
         held += plan.actions[0] is Action.HOLD
         before = game.pieces_placed
         game.update(0.0, plan.actions)
@@ -52,7 +51,7 @@ def test_it_holds_a_piece_that_another_one_should_come_before() -> None:
 def test_where_hold_is_not_allowed_it_does_without() -> None:
     game = Game(seed=4, config=Config(hold=False))
     for _ in range(20):
-        plan = beam.plan(game, width=3, depth=3)
+        plan = beam_search.plan(game, width=3, depth=3)
         assert Action.HOLD not in plan.actions
         game.update(0.0, plan.actions)
     assert game.pieces_placed == 20
@@ -64,7 +63,7 @@ def test_asked_again_after_every_action_it_keeps_its_mind() -> None:
     now_s, target, landings = 0.0, None, set()
     while game.pieces_placed == 0:
         piece = game.piece
-        plan = beam.plan(game, target=target, width=4, depth=2)
+        plan = beam_search.plan(game, target=target, width=4, depth=2)
         now_s += 0.1
         game.update(now_s, plan.actions[:1])
         held = plan.actions[0] is Action.HOLD
@@ -76,13 +75,13 @@ def test_asked_again_after_every_action_it_keeps_its_mind() -> None:
 def test_a_dear_action_makes_a_near_landing_win() -> None:
     game = Game(seed=1)
     game.set_up(Board(), Piece("O", 4, 18))
-    assert beam.plan(game, command_cost=50.0, depth=1).actions == (Action.HARD_DROP,)
+    assert beam_search.plan(game, command_cost=50.0, depth=1).actions == (Action.HARD_DROP,)
 
 
 def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
     config = Config(columns=6, rows=9, kicks="srs+", randomiser="uniform", start_level=5)
     recorder = Recorder(3, config)
-    play(recorder, beam.plan, pieces=60)
+    play(recorder, beam_search.plan, pieces=60)
     assert recorder.game.pieces_placed == 60
 
 
@@ -90,7 +89,7 @@ def test_when_nothing_can_be_saved_it_still_answers() -> None:
     wall = ".OOOOOOOOO\n" * 20
     game = Game(seed=1)
     game.set_up(Board.parse(wall), Piece("T", 3, 20))
-    plan = beam.plan(game)
+    plan = beam_search.plan(game)
     assert plan.actions[-1] is Action.HARD_DROP
 
 
@@ -99,7 +98,7 @@ def test_no_piece_in_play_cannot_be_planned() -> None:
     while game.phase is Phase.RUNNING:
         game.update(0.0, [Action.HARD_DROP])
     with pytest.raises(ValueError, match="no piece is in play"):
-        beam.plan(game)
+        beam_search.plan(game)
 
 
 def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
@@ -111,19 +110,19 @@ def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
         return recorder.game.lines
 
     for seed in range(3):
-        assert lines(beam.plan, seed) > 1.5 * lines(bot.plan, seed)
+        assert lines(beam_search.plan, seed) > 1.5 * lines(greedy.plan, seed)
 
 
 def test_a_hint_is_the_strongest_bots_plan() -> None:
     game = Game(seed=2)
-    assert BOTS[STRONGEST] is beam.plan
-    assert hint(game) == beam.plan(game)
+    assert BOTS[STRONGEST] is beam_search.plan
+    assert hint(game) == beam_search.plan(game)
 
 
 @pytest.mark.parametrize("name", ["dig", "orb", "sprint"])
 def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
     recorder = Recorder(9, MODES[name].config(seed=9), name)
-    events = play(recorder, bot.plan, pieces=30, action_s=0.05)
+    events = play(recorder, greedy.plan, pieces=30, action_s=0.05)
     assert recorder.game.pieces_placed == 30
     player = Player(recorder.replay())
     assert player.first_events + player.advance(1e9) == events
@@ -131,6 +130,6 @@ def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
 
 def test_a_generation_delay_is_waited_for() -> None:
     recorder = Recorder(9, Config(generation_delay_s=0.2))
-    play(recorder, bot.plan, pieces=5)
+    play(recorder, greedy.plan, pieces=5)
     assert recorder.game.pieces_placed == 5
     assert recorder.time_s == pytest.approx(0.8)

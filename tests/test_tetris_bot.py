@@ -2,8 +2,7 @@
 
 import pytest
 
-from tetris.bots import features
-from tetris.bots import greedy as bot
+from tetris.bots import features, greedy
 from tetris.engine.board import Board
 from tetris.engine.events import Locked
 from tetris.engine.game import Action, Config, Game, Phase
@@ -13,7 +12,7 @@ from tetris.engine.pieces import Piece
 def test_an_upright_i_goes_into_a_well_and_clears_four_rows() -> None:
     game = Game(seed=1)
     game.set_up(Board.parse("JJJJJJJJJ.\n" * 4), Piece("I", 3, 17))
-    plan = bot.plan(game)
+    plan = greedy.plan(game)
     assert set(plan.landing.cells) == {(9, y) for y in range(4)}
     game.update(0.0, plan.actions)
     assert game.lines == 4
@@ -27,7 +26,7 @@ def test_every_landing_is_reached_by_its_actions() -> None:
     """)
     for kind in "IOTSZJL":
         entering = Piece.entering(kind)  # type: ignore[arg-type]
-        found = bot.landings(board.bits, entering)
+        found = greedy.landings(board.bits, entering)
         for landing, actions in found:
             game = Game(seed=1)
             game.set_up(Board.parse(str(board)), entering)
@@ -37,7 +36,7 @@ def test_every_landing_is_reached_by_its_actions() -> None:
 
 
 def test_three_turns_are_one_turn_the_other_way() -> None:
-    for _, actions in bot.landings(Board().bits, Piece.entering("T")):
+    for _, actions in greedy.landings(Board().bits, Piece.entering("T")):
         turns = [a for a in actions if a in (Action.ROTATE_CW, Action.ROTATE_CCW)]
         assert len(turns) <= 2
 
@@ -58,15 +57,15 @@ def test_surface_counts_transitions_holes_and_wells() -> None:
 def test_a_dear_command_makes_a_near_landing_win() -> None:
     game = Game(seed=1)
     game.set_up(Board(), Piece("O", 4, 18))
-    assert len(bot.plan(game).actions) > 2
-    assert bot.plan(game, command_cost=50.0).actions == (Action.HARD_DROP,)
+    assert len(greedy.plan(game).actions) > 2
+    assert greedy.plan(game, command_cost=50.0).actions == (Action.HARD_DROP,)
 
 
 def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
     game = Game(seed=1)
     game.set_up(Board(), Piece("O", 4, 18))
     target = Piece("O", 7, 0)
-    plan = bot.plan(game, target=target)
+    plan = greedy.plan(game, target=target)
     assert plan.landing == target
     assert plan.actions == (Action.RIGHT,) * 3 + (Action.HARD_DROP,)
 
@@ -74,7 +73,7 @@ def test_an_earlier_target_is_kept_while_it_can_be_reached() -> None:
 def test_a_target_out_of_reach_is_given_up() -> None:
     game = Game(seed=1)
     game.set_up(Board(), Piece("O", 4, 18))
-    assert bot.plan(game, target=Piece("O", 7, 5)).landing.y == 0
+    assert greedy.plan(game, target=Piece("O", 7, 5)).landing.y == 0
 
 
 @pytest.mark.parametrize("command_cost", [0.0, 1.0])
@@ -82,7 +81,7 @@ def test_asked_again_after_every_command_it_keeps_its_mind(command_cost: float) 
     game = Game(seed=11, config=Config(start_level=3, gravity_cap=3))
     now_s, earlier = 0.0, None
     while game.pieces_placed < 30:
-        plan = bot.plan(game, command_cost=command_cost)
+        plan = greedy.plan(game, command_cost=command_cost)
         assert earlier is None or set(plan.landing.cells) == set(earlier.cells)
         now_s += 1.2  # a gesture; the piece has fallen meanwhile
         events = game.update(now_s, plan.actions[:1])
@@ -93,7 +92,7 @@ def test_asked_again_after_every_command_it_keeps_its_mind(command_cost: float) 
 def test_it_plays_on_without_end_in_sight() -> None:
     game = Game(seed=1)
     while game.pieces_placed < 300:
-        game.update(0.0, bot.plan(game).actions)
+        game.update(0.0, greedy.plan(game).actions)
     assert game.phase is Phase.RUNNING
     assert game.lines > 110
     assert game.board.height < 10
@@ -103,7 +102,7 @@ def test_the_same_game_is_played_twice_alike() -> None:
     def play() -> tuple[str, int]:
         game = Game(seed=8)
         for _ in range(60):
-            game.update(0.0, bot.plan(game).actions)
+            game.update(0.0, greedy.plan(game).actions)
         return str(game.board), game.score
 
     assert play() == play()
@@ -114,4 +113,4 @@ def test_a_game_that_is_over_cannot_be_planned() -> None:
     while game.phase is Phase.RUNNING:
         game.update(0.0, [Action.HARD_DROP])
     with pytest.raises(ValueError, match="the game is over"):
-        bot.plan(game)
+        greedy.plan(game)

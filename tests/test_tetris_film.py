@@ -11,7 +11,7 @@ from tetris.engine.game import Action
 from tetris.history.replay import Recorder, Replay
 from tetris.history.replay_file import save
 from tetris.history.video import FilmError, FilmFile
-from tetris.window import video as film
+from tetris.window import video
 
 SMALL = (160, 144)
 
@@ -19,7 +19,7 @@ SMALL = (160, 144)
 @pytest.fixture(autouse=True)
 def unseen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    film.unseen()
+    video.unseen()
 
 
 def short() -> Replay:
@@ -34,7 +34,7 @@ def short() -> Replay:
 def test_a_gif_lasts_as_long_as_the_game_and_a_rest(tmp_path: Path) -> None:
     image_module = pytest.importorskip("PIL.Image")
     path = tmp_path / "game.gif"
-    shares = list(film.export(short(), path, size=SMALL))
+    shares = list(video.export(short(), path, size=SMALL))
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
     with image_module.open(path) as image:
@@ -59,7 +59,7 @@ def test_the_pictures_of_a_gif_are_the_windows_own(tmp_path: Path) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FilmFile, "add", watched)
-        list(film.export(short(), path, size=SMALL))
+        list(video.export(short(), path, size=SMALL))
     with image_module.open(path) as image:
         drawn = image.convert("RGB").tobytes()
     difference = [abs(a - b) for a, b in zip(pictures[0], drawn, strict=True)]
@@ -69,7 +69,7 @@ def test_the_pictures_of_a_gif_are_the_windows_own(tmp_path: Path) -> None:
 def test_an_mp4_has_thirty_pictures_a_second(tmp_path: Path) -> None:
     av = pytest.importorskip("av")
     path = tmp_path / "game.mp4"
-    list(film.export(short(), path, size=SMALL, speed=2.0))
+    list(video.export(short(), path, size=SMALL, speed=2.0))
     with av.open(str(path)) as container:
         pictures = [(frame.width, frame.height) for frame in container.decode(video=0)]
     assert set(pictures) == {SMALL}
@@ -82,13 +82,13 @@ def test_pauses_are_left_out(tmp_path: Path) -> None:
     for time_s, action in ((0.0, Action.LEFT), (0.2, Action.PAUSE), (3600.0, Action.PAUSE)):
         recorder.update(time_s, [action])
     recorder.update(3600.2)
-    pictures = list(film.export(recorder.replay(), tmp_path / "game.gif", size=SMALL))
+    pictures = list(video.export(recorder.replay(), tmp_path / "game.gif", size=SMALL))
     assert len(pictures) < 20 * 3
 
 
 def test_a_film_that_is_given_up_leaves_nothing(tmp_path: Path) -> None:
     pytest.importorskip("PIL")
-    steps = film.export(short(), tmp_path / "game.gif", size=SMALL)
+    steps = video.export(short(), tmp_path / "game.gif", size=SMALL)
     next(steps)
     assert list(tmp_path.iterdir())
     steps.close()  # type: ignore[attr-defined]
@@ -97,7 +97,7 @@ def test_a_film_that_is_given_up_leaves_nothing(tmp_path: Path) -> None:
 
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FilmError, match=r"a \.gif or a \.mp4 file, not game\.avi"):
-        list(film.export(short(), tmp_path / "game.avi", size=SMALL))
+        list(video.export(short(), tmp_path / "game.avi", size=SMALL))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_without_its_library_a_sentence_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(FilmError, match=rf"{library}.* pip install 'orbtouch\[film\]'"):
-        list(film.export(short(), tmp_path / f"game.{suffix}", size=SMALL))
+        list(video.export(short(), tmp_path / f"game.{suffix}", size=SMALL))
     assert list(tmp_path.iterdir()) == []
 
 

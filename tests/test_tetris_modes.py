@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tetris.bots import greedy as bot
+from tetris.bots import greedy
 from tetris.engine.events import Finished, Undone
 from tetris.engine.game import Action, Config, Finish, Game, Phase
 from tetris.engine.modes import MODES
@@ -25,7 +25,7 @@ def play(game: Game, *, most: int = 2000, every_s: float = 0.0) -> list[Finish]:
     """Let the bot play to the end, and return how it finished."""
     now_s, reasons = 0.0, []
     for _ in range(most):
-        events = game.update(now_s, bot.plan(game).actions)
+        events = game.update(now_s, greedy.plan(game).actions)
         reasons += [event.reason for event in events if isinstance(event, Finished)]
         if game.phase is Phase.OVER:
             break

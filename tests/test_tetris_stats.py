@@ -2,7 +2,7 @@
 
 import pytest
 
-from tetris.bots import greedy as bot
+from tetris.bots import greedy
 from tetris.engine.game import Action, Config, Game
 from tetris.engine.pieces import Piece
 from tetris.history.stats import COMMANDS, Statistics, Summary
@@ -132,7 +132,7 @@ def test_the_bot_that_takes_the_shortest_way_makes_no_fault() -> None:
     game, statistics = Game(3), Statistics(Config())
     statistics.update(game.update(0.0))
     while game.pieces_placed < 50:
-        actions = bot.plan(game).actions
+        actions = greedy.plan(game).actions
         statistics.update(game.update(0.0, actions), commands=len(actions))
     summary = statistics.summary(game)
     assert summary.faults == 0

@@ -3,7 +3,7 @@
 import pygame
 import pytest
 
-from tetris.bots import greedy as bot
+from tetris.bots import greedy
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Piece
@@ -77,7 +77,7 @@ def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
         view.resize(pygame.Rect((0, 0), size))
         for _ in range(10):
             now_s += 0.1
-            view.show(game.update(now_s, [*bot.plan(game).actions, Action.HOLD]))
+            view.show(game.update(now_s, [*greedy.plan(game).actions, Action.HOLD]))
             view.draw(pygame.Surface(size), game, now_s)
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from controller.protocol.messages import Contact, Contacts
-from host.ui import pointer_input as touching
+from host.ui import pointer_input
 from host.ui.pointer_input import Mode, Pad, Touch
 
 
@@ -21,7 +21,7 @@ def test_left_button_holds_one_finger_where_the_pointer_is() -> None:
     touch = Touch()
     assert touch.press(1.0, 3.0, now_s=0.0)
     assert touch.contacts(0.0) == (
-        Contact(0, 1.0, 3.0, touching.PRESS_DEPTH_MM, touching.FINGER_RADIUS_MM),
+        Contact(0, 1.0, 3.0, pointer_input.PRESS_DEPTH_MM, pointer_input.FINGER_RADIUS_MM),
     )
     touch.move(1.5, 2.5)
     assert positions(touch.contacts(0.1)) == [(1.5, 2.5)]
@@ -38,7 +38,7 @@ def test_press_beside_the_dome_touches_nothing() -> None:
 def test_finger_slides_along_the_edge_and_never_leaves_the_dome() -> None:
     touch = Touch()
     touch.press(2.0, 2.0, now_s=0.0)
-    edge = 3.8 * touching.EDGE
+    edge = 3.8 * pointer_input.EDGE
     for pointer, finger in (((9.0, 2.0), (2 + edge, 2.0)), ((2.0, -9.0), (2.0, 2 - edge))):
         touch.move(*pointer)
         (contact,) = touch.contacts(0.1)
@@ -103,7 +103,7 @@ def test_drag_round_the_rim_turns_the_whole_hand(turn_deg: int) -> None:
     touch.press(5.2, 2.0, now_s=0.0)
     assert touch.mode is Mode.TWIST
     before = touch.contacts(0.0)
-    assert len(before) == len(touching.TWIST_FINGERS_DEG)
+    assert len(before) == len(pointer_input.TWIST_FINGERS_DEG)
     for step in range(1, 11):
         angle = math.radians(turn_deg * step / 10)
         touch.move(2 + 3.2 * math.cos(angle), 2 + 3.2 * math.sin(angle))

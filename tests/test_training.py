@@ -14,12 +14,12 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 from controller.bundles import bundle, vocabulary
 from controller.bundles.inference.networks import Recognizer
 from controller.recordings import reader, writer
-from controller.simulator import gesture_file as repertoire
+from controller.simulator import gesture_file
 from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
-from models.results import training as results
-from models.training import loop as fit
+from models.results import training
+from models.training import loop
 
 pytestmark = pytest.mark.train
 
@@ -44,12 +44,12 @@ def test_the_paper_s_recipe_is_section_4_2_to_the_letter() -> None:
 
 def test_the_learning_rate_rises_and_falls_to_nothing() -> None:
     course = recipe.DEFAULT.gesture
-    rates = [fit._rate(course, step, 1000) for step in range(1000)]
+    rates = [loop._rate(course, step, 1000) for step in range(1000)]
     assert max(rates) == pytest.approx(course.rate)
     assert rates.index(max(rates)) == 100
     assert rates[0] < 0.05 * course.rate
     assert rates[-1] < 1e-4 * course.rate
-    assert fit._rate(recipe.PAPER.gesture, 700, 1000) == 1e-3
+    assert loop._rate(recipe.PAPER.gesture, 700, 1000) == 1e-3
 
 
 # --- one command ------------------------------------------------------------------------------
@@ -133,20 +133,20 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
     for out in (whole, parts):
         out.parent.mkdir()
     assert train(whole, data) == 0
-    real: Callable[..., None] = fit._Run.epoch
+    real: Callable[..., None] = loop._Run.epoch
     begun: list[int] = []
 
-    def epoch(self: Any, watch: fit.Watch) -> None:
+    def epoch(self: Any, watch: loop.Watch) -> None:
         begun.append(1)
 
-        def interrupted(epochs: list[results.Epoch], share: float) -> None:
+        def interrupted(epochs: list[training.Epoch], share: float) -> None:
             watch(epochs, share)
             if len(begun) in (2, 5) and share > 0.5:  # in an epoch of each network
                 raise KeyboardInterrupt
 
         real(self, interrupted)
 
-    monkeypatch.setattr(fit._Run, "epoch", epoch)
+    monkeypatch.setattr(loop._Run, "epoch", epoch)
     for _ in range(2):
         assert train(parts, data) == 130
         assert "the same command goes on from here" in capsys.readouterr().err
@@ -209,11 +209,11 @@ def test_the_shipped_auxiliary_gestures_are_none_that_few_examples_are_measured_
     own = listed.entries[len(SHIPPED.entries) :]
     assert listed.labels[: len(SHIPPED.labels)] == SHIPPED.labels
     # Those are a double tap, a squeeze and a swipe, which ship, and the knock of the lesson.
-    assert not {entry.label for entry in own} & {*repertoire.shipped(), "knock"}
+    assert not {entry.label for entry in own} & {*gesture_file.shipped(), "knock"}
     assert sorted(entry.file or Path() for entry in own) == sorted(
         path for path in folder.glob("*.toml") if path.name != vocabulary.FILE
     )
-    done = repertoire.load([entry.file for entry in own if entry.file])
+    done = gesture_file.load([entry.file for entry in own if entry.file])
     for entry in own:
         made = done[entry.label]
         assert (entry.rotations, entry.mirror) == (made.rotations, made.mirror)

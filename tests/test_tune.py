@@ -17,9 +17,9 @@ from controller.recordings import writer
 from controller.recordings.recording import Recording
 from models.__main__ import main
 from models.data.ground_truth import know
-from models.evaluation import replay as streams
+from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, settings_of, tune
-from models.reports import terminal_plot as scatter
+from models.reports import terminal_plot
 from models.results.evaluation import Point, Tuning
 
 PATH = bundle.default_path()
@@ -83,10 +83,10 @@ def found() -> Tuning:
     return tune("x.orb", LABELS, SHIPPED.debounce, _streams(), Goal())
 
 
-def _streams() -> list[streams.Stream]:
-    networks = streams.Batched(SHIPPED)
+def _streams() -> list[replay.Stream]:
+    networks = replay.Batched(SHIPPED)
     recordings = [played(preset, seed=2) for preset in ("nominal", "paper-snr")]
-    return [streams.run(SHIPPED, networks, r, know(r, LABELS, "it")) for r in recordings]
+    return [replay.run(SHIPPED, networks, r, know(r, LABELS, "it")) for r in recordings]
 
 
 def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) -> None:
@@ -107,18 +107,18 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
 
 
 def test_the_front_is_drawn_in_a_terminal_of_eighty_columns(found: Tuning) -> None:
-    drawing = scatter.draw(found)
-    assert scatter.CHOSEN in drawing
+    drawing = terminal_plot.draw(found)
+    assert terminal_plot.CHOSEN in drawing
     assert max(len(line) for line in drawing.splitlines()[:-1]) <= 80
     one = replace(found, front=(found.chosen,), before=found.chosen)
-    assert scatter.BEFORE in scatter.draw(one)  # all on one spot
-    assert f"{found.chosen.on:g}" in scatter.table([("chosen", found.chosen)])
+    assert terminal_plot.BEFORE in terminal_plot.draw(one)  # all on one spot
+    assert f"{found.chosen.on:g}" in terminal_plot.table([("chosen", found.chosen)])
 
 
 def test_streams_without_gestures_are_refused() -> None:
     idle = of(np.full((30, 5, 5), 40.0), label=[0] * 30)
     known = know(idle, LABELS, "it")
-    stream = streams.run(SHIPPED, streams.Batched(SHIPPED), idle, known)
+    stream = replay.run(SHIPPED, replay.Batched(SHIPPED), idle, known)
     with pytest.raises(ValueError, match="no gestures"):
         tune("x.orb", LABELS, DebounceSettings(), [stream], Goal())
 

@@ -21,7 +21,7 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Origin
-from controller.runtime import assemble as parts
+from controller.runtime import assemble
 from controller.runtime.device import Device, steady
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorOptions
@@ -37,7 +37,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def felt(*words: str) -> list[Frame]:
     """What the virtual orb feels of a twist in the first seconds."""
-    virtual = parts.prepare(parser().parse_args(words)).sensor
+    virtual = assemble.prepare(parser().parse_args(words)).sensor
     assert isinstance(virtual, Virtual)
     virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     return [virtual.read(k / 10) for k in range(1, 25)]
@@ -141,7 +141,7 @@ def test_a_mapping_file_has_rules_for_single_people(
     file = tmp_path / "home.toml"
     file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
     options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
-    made = parts.prepare(options)
+    made = assemble.prepare(options)
     users, of_all = made.bundle.users, made.mapping
     asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
     assert asked == {"": "menu", "ann": "pause", "bob": "menu"}

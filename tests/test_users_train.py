@@ -16,7 +16,7 @@ from controller.recognition.users import Users
 from models.__main__ import main
 from models.data.examples import Examples
 from models.data.simulate import DataSet
-from models.evaluation import user_metrics as judge
+from models.evaluation import user_metrics
 from models.training.simulated_users import Town
 from models.training.user_recipe import MOOD, STEADY
 from models.training.user_windows import AFTER, Touched, mean
@@ -110,12 +110,12 @@ def test_what_is_drawn_anew_is_nothing_else() -> None:
 def test_rows_of_gestures_stay_within_a_session_and_add_up() -> None:
     said = np.log(np.array([[0.2, 0.6, 0.2], [0.2, 0.6, 0.2], [0.2, 0.2, 0.6]]))
     session = np.array([0, 0, 1])
-    assert judge.beliefs(said, session, TWO, 2)[1].tolist() == [0]
+    assert user_metrics.beliefs(said, session, TWO, 2)[1].tolist() == [0]
     who = np.array([1, 1, 2])
-    assert judge.share(said, who, session, TWO).value == 1.0
+    assert user_metrics.share(said, who, session, TWO).value == 1.0
     assert (
-        judge.beliefs(said, session, TWO, 2)[0][0, 1]
-        > judge.beliefs(said, session, TWO, 1)[0][0, 1]
+        user_metrics.beliefs(said, session, TWO, 2)[0][0, 1]
+        > user_metrics.beliefs(said, session, TWO, 1)[0][0, 1]
     )
 
 
@@ -124,14 +124,16 @@ def test_auroc_is_the_share_of_pairs_in_the_right_order() -> None:
     rng = np.random.default_rng(0)
     high, low = rng.integers(0, 9, 50) / 8.0, rng.integers(0, 7, 70) / 8.0
     truth = np.r_[np.ones(50), np.zeros(70)]
-    assert judge.auroc(high, low) == pytest.approx(sklearn.roc_auc_score(truth, np.r_[high, low]))
+    assert user_metrics.auroc(high, low) == pytest.approx(
+        sklearn.roc_auc_score(truth, np.r_[high, low])
+    )
 
 
 def test_acceptance_lets_no_more_strangers_in_than_was_asked() -> None:
     strange = np.array([[0.05, 0.85, 0.1]] * 10 + [[0.9, 0.05, 0.05]] * 90)
-    assert judge.acceptance(strange, 0.2) == 0.7
-    assert judge.acceptance(strange, 0.05) == 0.9
-    assert judge.acceptance(strange[:0], 0.05) == 0.9
+    assert user_metrics.acceptance(strange, 0.2) == 0.7
+    assert user_metrics.acceptance(strange, 0.05) == 0.9
+    assert user_metrics.acceptance(strange[:0], 0.05) == 0.9
 
 
 # --- one command ----------------------------------------------------------------------------------

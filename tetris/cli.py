@@ -118,14 +118,14 @@ def _check(options: argparse.Namespace) -> int:
 
 def _film(options: argparse.Namespace) -> int:
     """Save a replay as a film; on a terminal, show how far it is."""
-    from tetris.window import video as film
+    from tetris.window import video
 
     replay = load(options.replay)
-    film.unseen()
+    video.unseen()
     shown = -1
     watched = sys.stderr is not None and sys.stderr.isatty()
     try:
-        for share in film.export(replay, options.film, speed=options.speed):
+        for share in video.export(replay, options.film, speed=options.speed):
             if watched and round(100 * share) != shown:
                 shown = round(100 * share)
                 print(f"\r{shown} %", end="", file=sys.stderr, flush=True)

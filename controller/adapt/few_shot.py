@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import console, npz, toml_text
-from controller.adapt import fit_head as fit
-from controller.adapt import head as network
-from controller.adapt import rehearsal
+from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError, Taken
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
 from controller.bundles import archive
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import engines, onnx_reader
 from controller.errors import TroubleError
 from controller.recognition import users
 
@@ -159,7 +156,7 @@ class _Lesson:
     ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
         """Return a network that has learned, its base, and the shares kept and learned."""
         try:
-            taken = network.take_apart(model, base)
+            taken = head.take_apart(model, base)
         except FormError as error:
             raise AdaptError(f"the gesture network {error}") from None
         window = self.bundle.window
@@ -186,10 +183,10 @@ class _Lesson:
                 weight.append(weight_of(one) * each / len(alike))
                 spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
-        material = fit.Material(
+        material = fit_head.Material(
             embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
         )
-        units = fit.fit(material, self.seed)
+        units = fit_head.fit(material, self.seed)
         said = _logits(taken, material, units)
         before = _names(material.logits[: len(old)], touch)
         kept = _share(_names(said[: len(old)], touch) == before)
@@ -284,11 +281,11 @@ def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
 
 
 def _ask(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
-    run = engines.open_network(engines.standard(), model, graph.read(model))
+    run = engines.open_network(engines.standard(), model, onnx_reader.read(model))
     return np.concatenate([run(question[None]) for question in questions])
 
 
-def _logits(taken: Taken, material: fit.Material, units: network.Units) -> NDArray[np.float32]:
+def _logits(taken: Taken, material: fit_head.Material, units: head.Units) -> NDArray[np.float32]:
     hidden = np.maximum(material.embedding @ units.weights.T + units.bias, 0.0)
     logits = hidden @ units.says.T
     logits[:, : taken.classes] += material.logits

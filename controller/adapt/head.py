@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles.inference import engines
+from controller.bundles.inference import engines, onnx_writer
 from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_writer as graph_writer
 from controller.bundles.inference.engines import EngineError
 from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
@@ -88,7 +87,7 @@ class Taken:
         weights[self.dense[1]] = np.concatenate([bias, units.bias]).astype(np.float32)
         weights[self.out[0]] = out
         weights[self.out[1]] = np.concatenate([old_bias, none])
-        return graph_writer.write(replace(self.graph, weights=weights), width=len(out))
+        return onnx_writer.write(replace(self.graph, weights=weights), width=len(out))
 
 
 def take_apart(model: bytes, base: tuple[int, int] | None = None) -> Taken:

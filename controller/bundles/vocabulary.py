@@ -27,7 +27,7 @@ from typing import Any, Final
 from controller.config import ConfigError, parse_toml
 from controller.errors import UserError, reason
 from controller.files import read_text
-from controller.recognition import mapping as mappings
+from controller.recognition import mapping
 from controller.recognition.mapping import Mapping, MappingError
 
 FILE: Final = "gestures.toml"  # its name beside recordings
@@ -110,7 +110,7 @@ class Vocabulary:
     @property
     def mapping(self) -> Mapping:
         """The same, ready for use."""
-        return mappings.parse(self.table, self.labels)
+        return mapping.parse(self.table, self.labels)
 
     def rotations(self, rows: int, columns: int) -> str:
         """Return the turns that every gesture and the grid allow: "all", "half" or "none"."""
@@ -207,7 +207,7 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
                 "not name it in turn"
             )
     try:
-        mappings.parse(vocabulary.table, labels)
+        mapping.parse(vocabulary.table, labels)
     except MappingError as error:
         raise VocabularyError(f"{source}: {error} (docs/mapping.md)") from None
 

@@ -13,12 +13,14 @@ import numpy as np
 
 from controller import folders
 from controller.bundles import bundle as bundles
-from controller.diagnostics import link_check as loopback
-from controller.diagnostics import measurements as probe
-from controller.diagnostics import skin_checks as skin
-from controller.diagnostics import system_checks as machine
-from controller.diagnostics import touch_checks as guided
-from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics import (
+    link_check,
+    measurements,
+    skin_checks,
+    system_checks,
+    touch_checks,
+    wiring_checks,
+)
 from controller.diagnostics.frame_source import Hand, OwnHand, Person, Watch
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
@@ -84,12 +86,12 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
         SensorError: The command line asks for what does not exist.
     """
     real = options.sensor == REAL
-    yield from machine.libraries(options.bundle, pi=real)
-    yield machine.disk(folders.state())
-    yield machine.clock()
+    yield from system_checks.libraries(options.bundle, pi=real)
+    yield system_checks.disk(folders.state())
+    yield system_checks.clock()
     if real:
-        yield from machine.permissions()
-    yield loopback.link(options.link)
+        yield from system_checks.permissions()
+    yield link_check.link(options.link)
     if options.bluetooth:
         yield from _bluetooth()
     wish = SensorOptions(
@@ -120,7 +122,7 @@ def _board_alone(wiring: Path | None) -> Iterator[Row]:
     except SensorError:
         return  # nobody can even open it, which has been said
     try:
-        yield from leads.judge(probe.measure(board), RATE_HZ)
+        yield from wiring_checks.judge(measurements.measure(board), RATE_HZ)
     finally:
         board.close()
 
@@ -145,39 +147,41 @@ def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> 
     grid = sensor.geometry
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
     if board is not None:
-        measured = probe.measure(board)
-        faults = leads.judge(measured, sensor.rate_hz)
+        measured = measurements.measure(board)
+        faults = wiring_checks.judge(measured, sensor.rate_hz)
         yield from faults
-        if isinstance(measured, probe.Silent):
+        if isinstance(measured, measurements.Silent):
             return  # nothing else can be read
-        found = leads.Leads(measured, sensor.rate_hz)
-        yield from leads.sound(measured, faults)
+        found = wiring_checks.Leads(measured, sensor.rate_hz)
+        yield from wiring_checks.sound(measured, faults)
         bad |= found.bad
     watch = Watch(sensor)
     try:
         yield from _skin(watch, bad, find)
         if watch.air:
             pump = getattr(sensor, "driver").pump  # noqa: B009  # a driver is no part of a Sensor
-            yield from skin.air(watch.air, pump.problem)
+            yield from skin_checks.air(watch.air, pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
 
 
 def _skin(
-    watch: Watch, bad: "guided.Mask", find: Callable[[Watch], Hand | None] | None
+    watch: Watch, bad: "touch_checks.Mask", find: Callable[[Watch], Hand | None] | None
 ) -> Iterator[Row]:
     """Yield what the skin says, at rest and under presses."""
     sensor = watch.sensor
-    idle = watch.frames(skin.IDLE_S)
-    rest = skin.rest(idle, sensor.rate_hz)
+    idle = watch.frames(skin_checks.IDLE_S)
+    rest = skin_checks.rest(idle, sensor.rate_hz)
     yield from rest
     if any(row.code == "touched" for row in rest):
         return
     hand = None if find is None else find(watch)
-    pressed = [] if hand is None else _pressed(watch, hand, skin.hold_s(idle, sensor.rate_hz))
+    pressed = (
+        [] if hand is None else _pressed(watch, hand, skin_checks.hold_s(idle, sensor.rate_hz))
+    )
     grid = sensor.geometry
     touched = np.concatenate(pressed) if pressed else np.empty((0, grid.rows, grid.columns))
-    yield from skin.examine(idle, touched.astype(np.float32), bad)
+    yield from skin_checks.examine(idle, touched.astype(np.float32), bad)
     if not pressed:
         yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
         return
@@ -185,22 +189,22 @@ def _skin(
     bad |= level < LEAST_REST * np.median(level)
     means = np.array([frames.mean(axis=0) for frames in pressed])
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
-    if any(guided.unfelt(np.where(bad, 0.0, change)) for change in changes):
+    if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):
         yield Row(
             "touches", Verdict.DOUBTFUL, "some presses were hardly felt",
             "Press firmly, a centimetre deep, and start again.", "unfelt",
         )  # fmt: skip
-    told = guided.judge(changes, grid.pitch_mm, bad)
+    told = touch_checks.judge(changes, grid.pitch_mm, bad)
     yield from told
     if not faulty(told):
         yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
 
 
-def _pressed(watch: Watch, hand: Hand, seconds: float) -> list["skin.Frames"]:
+def _pressed(watch: Watch, hand: Hand, seconds: float) -> list["skin_checks.Frames"]:
     """Return so many seconds of each press; [] where nobody presses to the end."""
     grid = watch.sensor.geometry
     taken = []
-    for place in guided.places(grid.rows, grid.columns):
+    for place in touch_checks.places(grid.rows, grid.columns):
         if not hand.press(place):
             return []
         taken.append(watch.frames(seconds))

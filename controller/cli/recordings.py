@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from controller.cli import recordings_commands as verbs
+from controller.cli import recordings_commands
 from controller.recordings.edit import Change
 from controller.recordings.recording import LABELLERS
 
@@ -44,7 +44,7 @@ def _looking(commands: Any) -> None:
     )
     info.add_argument("files", metavar="FILE", nargs="+", type=Path, help="a recording")
     info.add_argument("--json", action="store_true", help="a line of JSON for each file")
-    info.set_defaults(run=lambda a: verbs.info(a.files, a.json))
+    info.set_defaults(run=lambda a: recordings_commands.info(a.files, a.json))
     check = commands.add_parser(
         "check",
         help="whether recordings are any good",
@@ -59,7 +59,7 @@ def _looking(commands: Any) -> None:
         "paths", metavar="PATH", nargs="+", type=Path, help="a recording, or a folder of them"
     )
     check.add_argument("--json", action="store_true", help="a line of JSON for each file")
-    check.set_defaults(run=lambda a: verbs.check(a.paths, a.json))
+    check.set_defaults(run=lambda a: recordings_commands.check(a.paths, a.json))
 
 
 def _saving(commands: Any) -> None:
@@ -73,7 +73,7 @@ def _saving(commands: Any) -> None:
         "paths", metavar="PATH", nargs="*", type=Path, default=[Path()],
         help="a journal, or a folder of them (default: this folder)",
     )  # fmt: skip
-    recover.set_defaults(run=lambda a: verbs.recover(a.paths))
+    recover.set_defaults(run=lambda a: recordings_commands.recover(a.paths))
     export = commands.add_parser(
         "export",
         help="into tables (CSV) that any program reads",
@@ -83,7 +83,7 @@ def _saving(commands: Any) -> None:
     )
     export.add_argument("files", metavar="FILE", nargs="+", type=Path, help="a recording")
     _add_out(export, "the folder to write into (default: beside the recording)")
-    export.set_defaults(run=lambda a: verbs.export(a.files, a.out))
+    export.set_defaults(run=lambda a: recordings_commands.export(a.files, a.out))
     take = commands.add_parser(
         "import",
         help="from exported tables, or from other sensors' arrays",
@@ -97,7 +97,9 @@ def _saving(commands: Any) -> None:
         "description", metavar="DESCRIPTION", nargs="?", type=Path, help="what the arrays are, TOML"
     )
     _add_out(take, "the folder to write into (default: this one)")
-    take.set_defaults(run=lambda a: verbs.take(a.source, a.description, a.out or Path()))
+    take.set_defaults(
+        run=lambda a: recordings_commands.take(a.source, a.description, a.out or Path())
+    )
 
 
 def _changing(commands: Any) -> None:
@@ -110,7 +112,9 @@ def _changing(commands: Any) -> None:
         "--out piece.npz",
     )
     _add_range(trim)
-    trim.set_defaults(run=lambda a: verbs.trim(a.file, a.begin_s, a.end_s, a.out, _change(a.file)))
+    trim.set_defaults(
+        run=lambda a: recordings_commands.trim(a.file, a.begin_s, a.end_s, a.out, _change(a.file))
+    )
     relabel = commands.add_parser(
         "relabel",
         help="correct the labels of a range, into a new file",
@@ -132,7 +136,7 @@ def _changing(commands: Any) -> None:
     which.add_argument("--include", dest="excluded", action="store_false", default=None,
                        help="the opposite")  # fmt: skip
     relabel.set_defaults(
-        run=lambda a: verbs.relabel(
+        run=lambda a: recordings_commands.relabel(
             a.file, a.begin_s, a.end_s, a.out, _change(a.file),
             label=a.label, column=a.column, excluded=a.excluded,
         )

@@ -8,10 +8,18 @@ from typing import Any, Final
 
 from controller.console import TROUBLE, complain, count, printable
 from controller.errors import reason
-from controller.recordings import csv_export as table
-from controller.recordings import edit, importer, naming, reader, recovery, summary, writer
-from controller.recordings import import_description as description
-from controller.recordings import text_image as picture
+from controller.recordings import (
+    csv_export,
+    edit,
+    import_description,
+    importer,
+    naming,
+    reader,
+    recovery,
+    summary,
+    text_image,
+    writer,
+)
 from controller.recordings.edit import Change
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, Level, Report
@@ -92,11 +100,13 @@ def export(files: Iterable[Path], out: Path | None) -> int:
     for path in files:
         recording = reader.load(path)
         folder = _folder(out or path.parent)
-        made = {folder / (path.stem + end): text for end, text in table.tables(recording).items()}
+        made = {
+            folder / (path.stem + end): text for end, text in csv_export.tables(recording).items()
+        }
         for target in made:
             _refuse_taken(target)
         for target, text in made.items():
-            _write(target, table.encode(text))
+            _write(target, csv_export.encode(text))
         print(folder / f"{path.stem}.json")
     return 0
 
@@ -108,7 +118,7 @@ def take(source: Path, told: Path | None, out: Path) -> int:
             raise RecordingError("an exported recording describes itself; leave the TOML file out")
         target = _folder(out) / f"{source.stem}.npz"
         _refuse_taken(target)
-        _write(target, edit.sealed(table.read(source)))
+        _write(target, edit.sealed(csv_export.read(source)))
         print(target)
         return 0
     if told is None:
@@ -116,7 +126,7 @@ def take(source: Path, told: Path | None, out: Path) -> int:
             f"{source} does not say what its arrays are; name a TOML file that does "
             "(docs/recording.md)"
         )
-    meant = description.read(told)
+    meant = import_description.read(told)
     arrays = importer.read(source, meant)
     folder = _folder(out)
     known = _ids(folder)
@@ -150,10 +160,10 @@ def relabel(
 def _shades() -> str:
     """Return the signs that the terminal can draw pictures with."""
     try:
-        picture.BLOCKS.encode(sys.stdout.encoding or "ascii")
+        text_image.BLOCKS.encode(sys.stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
-        return picture.ASCII
-    return picture.BLOCKS
+        return text_image.ASCII
+    return text_image.BLOCKS
 
 
 def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:

@@ -20,10 +20,7 @@ from controller.recognition.mapping import NONE
 from controller.sensors import base as sensors
 from controller.shutdown import signals
 from controller.simulator.presets import PRESETS
-from controller.teach import TeachError, protocols, session
-from controller.teach import add_gesture as adding
-from controller.teach import dataset_folder as folder
-from controller.teach import next_step as after
+from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import Lesson, say
 
@@ -36,7 +33,7 @@ def main(argv: Sequence[str]) -> int:
     options = parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     if options.example is not None:
-        for path in folder.example(options.example):
+        for path in dataset_folder.example(options.example):
             print(path)
         return 0
     if options.add is not None:
@@ -49,14 +46,14 @@ def main(argv: Sequence[str]) -> int:
     made, interrupted = _sessions(lesson, people)
     for path in made:
         print(path, flush=True)
-    taken = folder.taken(options.out)
+    taken = dataset_folder.taken(options.out)
     if not taken:
         say("nothing was recorded")
         return 1
     ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
-    plan = after.course_of_people if options.protocol == protocols.USERS else after.course
+    plan = next_step.course_of_people if options.protocol == protocols.USERS else next_step.course
     try:
-        return after.offer(
+        return next_step.offer(
             plan(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
         )
     except KeyboardInterrupt:
@@ -71,12 +68,12 @@ def _add(options: argparse.Namespace) -> int:
         TeachError, BundleError, ...: It cannot be taught like this.
     """
     options.rotations, options.mirror = options.rotations or "none", options.mirror or "none"
-    options.bundle = adding.source(options)
+    options.bundle = add_gesture.source(options)
     known = bundles.read(options.bundle)
-    wanted = adding.vocabulary(options, known)
+    wanted = add_gesture.vocabulary(options, known)
     (entry,) = wanted.entries
     options.protocol = protocols.FEW
-    options.repetitions = options.repetitions or adding.USUAL
+    options.repetitions = options.repetitions or add_gesture.USUAL
     if isinstance(entry.command, str) and entry.command not in (*COMMANDS, NONE):
         say(
             f"the game has no command {entry.command!r}, only {', '.join(COMMANDS)}; going on, as "
@@ -89,7 +86,7 @@ def _add(options: argparse.Namespace) -> int:
         say("broken off; nothing was learned")
         return INTERRUPTED if interrupted else TROUBLE
     try:
-        out = adding.learn(options.bundle, made, entry, options.user, home, say)
+        out = add_gesture.learn(options.bundle, made, entry, options.user, home, say)
     except UserError as error:
         return complain("controller", error, TROUBLE)
     except OSError as error:
@@ -301,7 +298,7 @@ def parser() -> argparse.ArgumentParser:
         "--add",
         metavar="NAME",
         help=f"teach the bundle in use (or --bundle) one new gesture from a few examples "
-        f"({adding.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
+        f"({add_gesture.USUAL}, or --repetitions 1, 3 ...), here and in seconds; with --user, how "
         "somebody does one that it knows",
     )
     add("--command", metavar="WORD", help="what the new gesture asks for, such as hold")

@@ -20,7 +20,7 @@ from controller.recognition.dead_taxels import MOST, Filler
 from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
 from controller.recognition.taxel_text import names
 from controller.sensors import base as sensors
-from controller.sensors import calibration_store as calibration
+from controller.sensors import calibration_store
 from controller.sensors.base import SensorOptions
 from controller.sensors.calibration_store import Calibration
 from controller.simulator.presets import PRESETS
@@ -54,13 +54,13 @@ def main(argv: Sequence[str]) -> int:
     sensor = sensors.load(options.sensor, wish)
     try:
         if options.forget:
-            there = calibration.forget(sensor.device_id)
+            there = calibration_store.forget(sensor.device_id)
             print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
             return 0
         if not sensor.virtual:
             print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
         frames = Watch(sensor).frames(SECONDS)
-        last = calibration.load(sensor.device_id)
+        last = calibration_store.load(sensor.device_id)
         before = None if last is None else last.rest
         rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
         kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
@@ -185,7 +185,7 @@ def _changes(rest: Frame, last: Frame | None, lost: NDArray[np.bool_]) -> list[R
 def _keep(device_id: str, rows: Sequence[Row], rest: Frame, idle: float) -> Path:
     verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
     made = datetime.now(UTC).isoformat(timespec="seconds")
-    return calibration.save(Calibration(device_id, rest, idle, made, verdict))
+    return calibration_store.save(Calibration(device_id, rest, idle, made, verdict))
 
 
 def _show(rows: Sequence[Row], kept: Path | None, *, as_json: bool) -> None:

@@ -23,7 +23,7 @@ from controller.errors import how_to_install
 from controller.links import LinkAwayError, LinkError
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
-from controller.links.bluetooth.hid import host_store as memory
+from controller.links.bluetooth.hid import host_store
 from controller.links.bluetooth.hid.held import Held
 from controller.links.bluetooth.hid.hid_device import Pad
 from controller.links.bluetooth.hid.host_selection import Hosts
@@ -65,7 +65,7 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
             "hid:classic,hci1, then ?keys=FILE or ?host=ADDRESS (docs/hid.md)"
         )
     host = options.get("host", "").upper()
-    if host and not memory.is_address(host):
+    if host and not host_store.is_address(host):
         raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
     keys = read(options.get("keys", "gamepad"))
     if not bluez.available():
@@ -106,12 +106,12 @@ class HidLink:
         self._news: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._ready: deque[Message] = deque()  # taken from the queue by `wait`
         self._closed = threading.Event()
-        place = memory.place()
+        place = host_store.place()
         self._pad = Pad(
             Held(keys),
-            Hosts(memory.recall(place), only, time.monotonic()),
+            Hosts(host_store.recall(place), only, time.monotonic()),
             tell=self._tell,
-            remember=partial(memory.remember, place),
+            remember=partial(host_store.remember, place),
         )
         self._keeper = Keeper([_part(self._pad, name, classic=classic)], adapter)
         try:
@@ -179,4 +179,4 @@ def _part(pad: Pad, name: str, *, classic: bool) -> Part:
         return ClassicPart(pad, name)
     from controller.links.bluetooth.hid.gatt import GattPart
 
-    return GattPart(pad, name, memory.charge)
+    return GattPart(pad, name, host_store.charge)

@@ -147,7 +147,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from controller.protocol import codec as wire
+from controller.protocol import codec
 from controller.protocol.auth import SIZE as TAG
 from controller.protocol.auth import Seal
 from controller.protocol.codec import ProtocolError as ProtocolError
@@ -485,7 +485,7 @@ def encode(
         )
     if seal:
         body += seal.tag(body, sequence)
-    return wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
+    return codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
 
 
 class Decoder:
@@ -526,7 +526,7 @@ class Decoder:
         elif run:
             try:
                 packet = _parse(run, self.seal)
-            except wire.BAD_BYTES:
+            except codec.BAD_BYTES:
                 self.bad_frames += 1
                 self.noise_bytes += len(run)
             else:
@@ -578,7 +578,7 @@ def _parse(run: bytes, seal: Seal | None) -> Packet | None:
     """Return the packet of one frame, or None if its type is unknown; raise if it is none."""
     if len(run) > MAX_FRAME:
         raise ProtocolError("too long for a frame")
-    frame = wire.cobs_decode(run)
+    frame = codec.cobs_decode(run)
     body = frame[:-4]
     if len(body) < _HEADER.size:
         raise ProtocolError("too short for a packet")
@@ -608,42 +608,49 @@ def _parse(run: bytes, seal: Seal | None) -> Packet | None:
     return Packet(session, sequence, t_ms, version, message)
 
 
-def _tables() -> tuple[dict[type, tuple[int, wire.Record]], dict[int, wire.Record]]:
+def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Record]]:
     """Return the table of the docstring, by message class and by type number."""
-    u8, u32, f32, size, span, share = wire.U8, wire.U32, wire.F32, wire.SIZE, wire.SPAN, wire.SHARE
-    flag, point, shares, image = wire.BOOL, wire.POINT, wire.SHARES, wire.octets(900)
-    text, sentence, name = wire.text(MAX_TEXT), wire.text(MAX_SENTENCE), wire.text(40)
-    names = wire.many(name, 64)
-    hop = wire.Record(Hop, (name, f32, f32, f32))
-    contact = wire.Record(Contact, (wire.U16, f32, f32, f32, f32))
-    table: tuple[tuple[int, type, tuple[wire.Kind, ...]], ...] = (
+    u8, u32, f32, size, span, share = (
+        codec.U8,
+        codec.U32,
+        codec.F32,
+        codec.SIZE,
+        codec.SPAN,
+        codec.SHARE,
+    )
+    flag, point, shares, image = codec.BOOL, codec.POINT, codec.SHARES, codec.octets(900)
+    text, sentence, name = codec.text(MAX_TEXT), codec.text(MAX_SENTENCE), codec.text(40)
+    names = codec.many(name, 64)
+    hop = codec.Record(Hop, (name, f32, f32, f32))
+    contact = codec.Record(Contact, (codec.U16, f32, f32, f32, f32))
+    table: tuple[tuple[int, type, tuple[codec.Kind, ...]], ...] = (
         (1, Hello, (u8, u8, text, text, flag)),
         (2, Welcome, (u8, u32, text, text, flag, size, size, f32, f32, span, span, names, names,
                       flag, u32)),
         (3, Refuse, (sentence,)),
         (4, Bye, (sentence,)),
         (5, Heartbeat, (u32, u32, u32, u32, names)),
-        (6, Offer, (u8, wire.octets(32), flag)),
+        (6, Offer, (u8, codec.octets(32), flag)),
         (16, Numbered, (name, name, share, point, u32, u32, u32, u32)),
         (17, State, (names,)),
         (18, Telemetry, (u32, image, shares, point, name, flag, f32)),
         (19, Truth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
-        (21, Health, (wire.many(wire.text(120), 8),)),
+        (21, Health, (codec.many(codec.text(120), 8),)),
         (22, Delivery, (u8, u32, sentence)),
-        (23, Pace, (f32, u32, wire.many(hop, 16))),
+        (23, Pace, (f32, u32, codec.many(hop, 16))),
         (24, Who, (name, share)),
-        (25, Spot, (u32, wire.Number("f", 0, wire.F32.high))),
-        (32, Contacts, (wire.many(contact, 16),)),
+        (25, Spot, (u32, codec.Number("f", 0, codec.F32.high))),
+        (32, Contacts, (codec.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),
-        (35, Join, (text, text, flag, wire.Number("I", 1, 0xFFFFFFFF), u32, u32)),
+        (35, Join, (text, text, flag, codec.Number("I", 1, 0xFFFFFFFF), u32, u32)),
         (36, Alive, (u32, u32, u32, u32, u32)),
-        (48, Deliver, (wire.octets(32), u32, text)),
-        (49, Piece, (u32, wire.octets(PIECE))),
+        (48, Deliver, (codec.octets(32), u32, text)),
+        (49, Piece, (u32, codec.octets(PIECE))),
         (50, Correct, (name,)),
     )  # fmt: skip
-    records = {number: wire.Record(message, kinds) for number, message, kinds in table}
+    records = {number: codec.Record(message, kinds) for number, message, kinds in table}
     return {message: (number, records[number]) for number, message, _ in table}, records
 
 

@@ -17,8 +17,7 @@ from typing import Final
 
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recognition.preprocess import Frame, State
-from controller.recordings import journal_repair as salvage
-from controller.recordings import naming
+from controller.recordings import journal_repair, naming
 from controller.recordings.journal import NOWHERE, Journal
 from controller.recordings.journal_disk import Disk, RealDisk
 from controller.recordings.journal_records import ID_BYTES
@@ -172,7 +171,7 @@ class Recorder:
         self._closing.set()
         self._thread.join(HANG_S)
         answers = not self._thread.is_alive()
-        recording = salvage.decode(bytes(self._journal.data)).recording
+        recording = journal_repair.decode(bytes(self._journal.data)).recording
         if recording is None or recording.t[-1] - recording.t[0] < least_s:
             if answers:
                 self._keeper.file.remove()

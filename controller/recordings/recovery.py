@@ -15,9 +15,7 @@ from typing import IO, Final
 
 from controller.console import count
 from controller.files import sync_folder
-from controller.recordings import journal_disk as disk
-from controller.recordings import journal_repair as salvage
-from controller.recordings import naming
+from controller.recordings import journal_disk, journal_repair, naming
 from controller.recordings.journal import BLOCK, MAX_BYTES
 from controller.recordings.journal_repair import Report
 from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
@@ -98,7 +96,7 @@ def recover(journal: Path) -> Recovered:
 
 
 def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
-    decoded = salvage.decode(_read(file))
+    decoded = journal_repair.decode(_read(file))
     recording, report = decoded.recording, decoded.report
     path, seconds = None, 0.0
     if recording is not None:
@@ -112,7 +110,7 @@ def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
         if report.damaged_bytes or report.left_out:
             damaged = _set_aside(journal)
         else:
-            disk.remove(journal)
+            journal_disk.remove(journal)
             return Recovered(journal, path, seconds, report, None)
     return Recovered(journal, path, seconds, report, damaged)
 
@@ -131,7 +129,7 @@ def _set_aside(journal: Path) -> Path:
             journal.rename(place)
             return place
         sync_folder(place.parent)
-        disk.remove(journal)
+        journal_disk.remove(journal)
         return place
     raise AssertionError("names have no end")
 
@@ -145,7 +143,7 @@ def _held(journal: Path) -> Iterator[IO[bytes]]:
         raise RecordingError("is not a file")
     with journal.open("r+b", buffering=0) as file:
         try:
-            disk.lock(file)
+            journal_disk.lock(file)
         except BlockingIOError:
             raise LockedError(
                 f"the journal {journal} is being recorded; it is sealed when that program ends"

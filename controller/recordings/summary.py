@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.console import count
-from controller.recordings import text_image as picture
-from controller.recordings.quality import labels
-from controller.recordings.quality import timing as cadence
+from controller.recordings import text_image
+from controller.recordings.quality import labels, timing
 from controller.recordings.quality.labels import Said
 from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import PICOFARAD, Recording
@@ -26,7 +25,7 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
         **asdict(recording.origin),
         "frames": len(recording.t),
         "seconds": float(recording.t[-1] - recording.t[0]),
-        "cadence": asdict(cadence.measure(recording)),
+        "cadence": asdict(timing.measure(recording)),
         "said": [asdict(one) for one in labels.said(recording, response)],
         "excluded": int(recording.excluded.sum()),
         "commands": dict(Counter(command.command for command in recording.commands)),
@@ -35,10 +34,10 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(path: Path, recording: Recording, shades: str = picture.BLOCKS) -> list[str]:
+def lines(path: Path, recording: Recording, shades: str = text_image.BLOCKS) -> list[str]:
     """Return what a recording is, for people: not wider than a terminal if its names are short."""
     origin, response = recording.origin, respond(recording)
-    rhythm = cadence.measure(recording)
+    rhythm = timing.measure(recording)
     seconds = float(recording.t[-1] - recording.t[0])
     who = [f"user {origin.user}" * bool(origin.user),
            f"session {origin.session}" * bool(origin.session),
@@ -101,7 +100,7 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
     """Return as many lines as the parts need; the name stands before the first."""
     rows: list[str] = []
     for part in parts:
-        if rows and len(rows[-1]) + len(part) + 16 <= picture.WIDTH:
+        if rows and len(rows[-1]) + len(part) + 16 <= text_image.WIDTH:
             rows[-1] += f", {part}"
         else:
             rows.append(part)
@@ -135,10 +134,10 @@ def _pictures(recording: Recording, response: Response, shades: str) -> list[str
         return []
     by = f" by {heard.labeller}" if heard else ""
     head = f"  mean change of each taxel under touch{by}, and the greatest:"
-    return ["", head, *picture.gallery(drawn, shades)]
+    return ["", head, *text_image.gallery(drawn, shades)]
 
 
-def _captioned(name: str, change: NDArray[np.floating], unit: str) -> picture.Picture:
+def _captioned(name: str, change: NDArray[np.floating], unit: str) -> text_image.Picture:
     """Return the picture of a mean change, (rows, columns), with its greatest value below."""
     size = np.abs(change)
     top = float(size.max())

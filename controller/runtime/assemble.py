@@ -108,14 +108,14 @@ def prepare(options: Namespace) -> Parts:
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
-        from controller.runtime import recording_session as taping
+        from controller.runtime import recording_session
 
-        plan = taping.plan(options, bundle.labels)
+        plan = recording_session.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
     recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
-        runs = taping.runs(options)
+        runs = recording_session.runs(options)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,
@@ -137,9 +137,9 @@ def prepare(options: Namespace) -> Parts:
 
 def _key(path: Path) -> bytes:
     """Return the key in a file."""
-    from controller.protocol import psk as key
+    from controller.protocol import psk
 
-    return key.read(path)
+    return psk.read(path)
 
 
 def _system() -> str:
@@ -203,9 +203,9 @@ def exchange(parts: Parts, device: Device) -> None:
     """
     device.pipeline.exchange(parts.recognizer)
     if device.tape is not None and parts.runs is not None:
-        from controller.runtime import recording_session as taping
+        from controller.runtime import recording_session
 
-        device.tape.go_on(taping.begin(parts, parts.runs, device.sensor))
+        device.tape.go_on(recording_session.begin(parts, parts.runs, device.sensor))
     if device.timekeeper is not None:
         device.timekeeper.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
@@ -367,9 +367,9 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         return Device(sensor, pipeline, link, sensor.schedule(), live=False)
     tape = None
     if parts.runs is not None:
-        from controller.runtime import recording_session as taping
+        from controller.runtime import recording_session
 
-        tape = taping.tape(parts, parts.runs, sensor, pipeline, keyboard)
+        tape = recording_session.tape(parts, parts.runs, sensor, pipeline, keyboard)
     script: Iterator[Wish] = iter(())
     obey = None
     touched = options.link != PRINT and getattr(link, "touched", True)
@@ -481,9 +481,9 @@ def _pipeline(
 
 def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
     """Return what a calibration of this sensor found."""
-    from controller.sensors import calibration_store as calibration
+    from controller.sensors import calibration_store
 
-    kept = calibration.load(sensor.device_id)
+    kept = calibration_store.load(sensor.device_id)
     if kept is None or kept.rest.shape != (bundle.rows, bundle.columns):
         return None
     return kept.known

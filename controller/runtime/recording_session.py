@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from controller import __version__
-from controller.capture import cue_plan as plans
+from controller.capture import cue_plan
 from controller.capture.cue_plan import Plan
 from controller.capture.cues import Cues
 from controller.capture.labels import Labeller
@@ -48,7 +48,7 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> Plan | None:
         raise RecordingError(
             f"there is no label {options.label!r}; there are {', '.join(labels[1:])}"
         )
-    return None if options.cues is None else plans.read(options.cues, labels)
+    return None if options.cues is None else cue_plan.read(options.cues, labels)
 
 
 def runs(options: Namespace) -> Runs:

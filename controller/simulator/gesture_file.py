@@ -12,7 +12,7 @@ import numpy as np
 from controller.config import MAX_BYTES, ConfigError, parse_toml
 from controller.errors import reason
 from controller.files import read_text
-from controller.simulator import gesture_values as quantity
+from controller.simulator import gesture_values
 from controller.simulator.gesture import Gesture, Key
 from controller.simulator.gesture_values import Count, GestureError, Quantity
 from controller.simulator.user_style import PARAMETERS, draw_style
@@ -143,9 +143,9 @@ def _gesture(source: str, table: _Table) -> Gesture:
         if name == "fingers":
             if any(_each(line) for _, line in vary):
                 raise GestureError(f"{where} comes after a line that each finger draws; move it up")
-            vary.append((name, quantity.count(raw, names, where)))
+            vary.append((name, gesture_values.count(raw, names, where)))
         else:
-            vary.append((name, quantity.quantity(raw, names, where)))
+            vary.append((name, gesture_values.quantity(raw, names, where)))
             names.append(name)
     path = _table(table.get("path", {}), f"{source} [path]")
     _no_others(path, (*_TRACKS, "angles", *_NUMBERS), f"{source} [path]")
@@ -218,7 +218,7 @@ def _keys(raw: Any, names: list[str], where: str) -> tuple[Key, ...]:
         raise GestureError(f"{where} is {raw!r}; write a list of numbers and names")
     keys = []
     for key in raw:
-        term = quantity.parse_term(key, names, where)
+        term = gesture_values.parse_term(key, names, where)
         if isinstance(term, tuple):
             raise GestureError(f"{where} has the range {key!r}; draw it in [vary] and name it")
         keys.append(term)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.protocol.messages import Contact, Truth
 from controller.recognition.event_metric import Event
 from controller.recognition.preprocess import Frame
-from controller.simulator import label_button as button
+from controller.simulator import label_button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
@@ -152,7 +152,9 @@ class VirtualOrb:
         """
         now = np.array([t_s])
         for event, thumb in self._presses:
-            if button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[0]:
+            if label_button.hold([event], ("null", event.kind), now, np.random.default_rng(thumb))[
+                0
+            ]:
                 return event.kind
         return "null"
 

@@ -35,9 +35,7 @@ from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
-from controller.teach import TeachError, protocols
-from controller.teach import dataset_folder as folder
-from controller.teach import null_model as blind
+from controller.teach import TeachError, dataset_folder, null_model, protocols
 from controller.teach.example_counts import Tally
 from controller.teach.offline_link import Alone
 from controller.teach.progress import Board, Log, Page, drawable
@@ -101,7 +99,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
     Raises:
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
-    vocabulary = vocabulary or folder.vocabulary(options.out, options.labels)
+    vocabulary = vocabulary or dataset_folder.vocabulary(options.out, options.labels)
     if options.sensor in VIRTUAL:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):
@@ -114,7 +112,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
     model = bundles.read(options.bundle or bundles.default_path())
     lesson = Lesson(
         options,
-        folder.lay(options.out, vocabulary),
+        dataset_folder.lay(options.out, vocabulary),
         options.repetitions or protocols.REPETITIONS[options.protocol],
         model,
         Recognizer(model),
@@ -218,7 +216,7 @@ def _fitting(lesson: Lesson, sensor: Sensor) -> Bundle | None:
 def _before(out: Path) -> dict[str, int]:
     """Return how many examples of each label the folder has."""
     counts: dict[str, int] = {}
-    for one in folder.taken(out):
+    for one in dataset_folder.taken(out):
         for label, number in one.examples.items():
             counts[label] = counts.get(label, 0) + number
     return counts
@@ -231,7 +229,7 @@ def _pipeline(session: Session) -> Pipeline:
         assert session.lesson.recognizer is not None
         return Pipeline(model, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
-    return blind.pipeline(labels, sensor.geometry, sensor.rate_hz)
+    return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
 
 
 def _screen(session: Session, keyboard: Keyboard | None) -> Screen:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.console import complain, one_line
-from controller.protocol import psk as keys
+from controller.protocol import psk
 from host.connection.device_store import Known, Memory
 from host.discovery import search
 from host.discovery.notes import claiming, note
@@ -43,8 +43,8 @@ def main(argv: list[str]) -> int:
         ports = [known.get(url, Port(url)) for url in options.ports]
     if options.key is not None:
         try:
-            keys.read(Path(options.key))  # what is wrong with it is told once, and always
-        except keys.KeyFileError as error:
+            psk.read(Path(options.key))  # what is wrong with it is told once, and always
+        except psk.KeyFileError as error:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
     answers = search.ask_all(ports, deadline_s=options.seconds)

@@ -14,7 +14,7 @@ from controller import console
 from controller.console import TROUBLE
 from controller.errors import UserError, reason
 from controller.files import read_bytes
-from controller.protocol import psk as keys
+from controller.protocol import psk
 from controller.protocol.host_session import Connected, Received, Refused
 from host.connection.bundle_upload import Courier
 from host.connection.device_store import Memory
@@ -64,7 +64,7 @@ def _receiver(options: argparse.Namespace) -> Receiver:
         [known] = memory.named(seeker.device_id)
         path = Path(known.key) if path is None and known.key else path
         opening = seeker.open
-    return Receiver(opening, key=b"" if path is None else keys.read(path))
+    return Receiver(opening, key=b"" if path is None else psk.read(path))
 
 
 def load(path: Path) -> Courier:

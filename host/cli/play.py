@@ -11,7 +11,7 @@ from pathlib import Path
 
 from controller import __version__
 from controller.console import complain
-from controller.protocol import psk as keys
+from controller.protocol import psk
 from host import taps, targets
 from host import window_loop as loop
 from host.cli import VERBS, install
@@ -57,7 +57,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         for number in _ends():
             stack.callback(signal.signal, number, signal.signal(number, _end))
         seeker = remembering.seek(options, memory)
-        key = b"" if options.key is None else keys.read(options.key)
+        key = b"" if options.key is None else psk.read(options.key)
         wish = TargetOptions(
             seed, options.mapping, options.backend, options.dry_run, options.profile or ""
         )

@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
-from controller.protocol import psk as keys
+from controller.protocol import psk
 from controller.protocol.auth import NONCE
 from controller.protocol.host_session import Connected, HostSession, Received, Refused
 from controller.protocol.messages import SILENCE_MS
@@ -57,9 +57,9 @@ def ask(url: str, key: str = "", *, clock: Callable[[], float] = time.monotonic)
         clock: Seconds that never turn back.
     """
     try:
-        secret = keys.read(Path(key)) if key else b""
+        secret = psk.read(Path(key)) if key else b""
         transport = open_transport(url)
-    except (OSError, keys.KeyFileError) as error:
+    except (OSError, psk.KeyFileError) as error:
         return Answer(url, "closed", str(error))
     try:
         return converse(transport, url, clock, secret)

@@ -5,8 +5,7 @@ from typing import Final
 
 import pygame
 
-from host.ui import side_cards as cards
-from host.ui import sprites
+from host.ui import side_cards, sprites
 from host.ui.orb_state import OrbView
 from host.ui.panel import Panel
 from host.ui.pause_menu import PauseMenu
@@ -64,8 +63,8 @@ class Scene:
         self.game.draw(surface, game, now_s, reason=reason, words=menu is None)
         self.panel.place(self.orb, pad)
         self.panel.draw(surface, orb, now_s)
-        cards.draw_history(surface, self.history, self.unit, orb, now_s)
-        cards.draw_touches(surface, self.touches, self.unit, orb)
-        cards.draw_keys(surface, self.keys, self.unit)
+        side_cards.draw_history(surface, self.history, self.unit, orb, now_s)
+        side_cards.draw_touches(surface, self.touches, self.unit, orb)
+        side_cards.draw_keys(surface, self.keys, self.unit)
         if menu:
             menu.draw(surface, self.game.layout.area, self.look)

@@ -58,8 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     from controller.bundles import bundle
     from models import user_files
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
-    from models.reports import model_card as card
-    from models.reports import page
+    from models.reports import model_card, page
     from models.results.evaluation import Evaluation
 
     for path in filter(None, (arguments.card, arguments.json)):
@@ -89,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
         broken=tuple(broken),
         notes=(note,),
     )
-    content = card.text(found)
+    content = model_card.text(found)
     print(content)
     if arguments.card:
         user_files.write_text(arguments.card, f"{content}\n")
@@ -107,19 +106,18 @@ def _recorded(
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
     from controller.recordings import reader
-    from models.data import examples as dataset
+    from models.data import examples, test_sessions
     from models.data import faults as faulty
-    from models.data import test_sessions as unseen
 
     grid = loaded.rows, loaded.columns
     sets: dict[str, Played] = {}
     loose = [path for path in arguments.data if not path.is_dir()]
     for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
-        files = dataset.recording_files(paths)
+        files = examples.recording_files(paths)
         for file in files:
             reader.survey(file)  # what cannot be read is told before anything is begun
         name = str(paths[0]) if paths is not loose else "recordings"
-        sets[name] = partial(unseen.named, files, grid)
+        sets[name] = partial(test_sessions.named, files, grid)
     note = (
         "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
         "react."

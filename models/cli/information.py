@@ -69,14 +69,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from models.studies.information import games, study, tables
-    from models.studies.information import results as data
+    from models.studies.information import games, results, study, tables
 
     if arguments.out and not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
     if arguments.paper:
         markdown.check(arguments.paper, tables.BEGIN, tables.END)
-    kept = arguments.out / data.MEASURED if arguments.out else None
+    kept = arguments.out / results.MEASURED if arguments.out else None
     sets = _sets(arguments)
     players = _players(arguments.games)
     found = study.measure(
@@ -85,13 +84,12 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     for name, played in players.items():
         found["games"][name] = games.figures(games.gather(played))
-    data.keep(kept, found)
+    results.keep(kept, found)
     print(tables.text(found))
     if arguments.out:
-        from models.studies.information import figures as drawing
-        from models.studies.information import report
+        from models.studies.information import figures, report
 
-        for path in drawing.draw(found, arguments.out):
+        for path in figures.draw(found, arguments.out):
             options.say(f"wrote {path}")
         options.say(f"wrote {report.write(arguments.out, found)}")
     if arguments.paper:
@@ -103,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all loose files as one; without any, both presets."""
     from controller.recordings import reader
-    from models.data import examples as dataset
+    from models.data import examples
     from models.studies.information.sets import RecordingSet, simulated
 
     if not arguments.data:
@@ -117,7 +115,7 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     for name, paths in zip([*short, "recordings"], [*([path] for path in folders), loose],
                            strict=True):  # fmt: skip
         if paths:
-            files = tuple(dataset.recording_files(paths))
+            files = tuple(examples.recording_files(paths))
             for file in files:
                 reader.survey(file)  # what cannot be read is told before anything is begun
             made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))

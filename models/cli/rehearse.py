@@ -43,14 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
     from models import user_files
     from models.cli import _extras as extras
     from models.data.examples import read_training
-    from models.training import rehearsal as rehearse
+    from models.training import rehearsal
 
     user_files.bundle_target(arguments.out)
     extras.require("writing a bundle", "tomli_w")
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
-    chosen = rehearse.choose(loaded, recordings, arguments.frames)
-    made = rehearse.write(arguments.out, arguments.bundle, chosen)
+    chosen = rehearsal.choose(loaded, recordings, arguments.frames)
+    made = rehearsal.write(arguments.out, arguments.bundle, chosen)
     options.say(
         f"{arguments.out} is written with {len(chosen.images)} frames of "
         f"{console.count(len(recordings), 'recording')} to rehearse, SHA-256 {made.hash[:16]}…"

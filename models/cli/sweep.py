@@ -115,8 +115,7 @@ def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
 
 def _sweep(plan: "Plan", arguments: argparse.Namespace) -> "Sweep":
     """Return what was asked for, its recordings looked through."""
-    from models.data import examples as dataset
-    from models.data import load as reading
+    from models.data import examples, load
     from models.studies.sweep.study import Sweep
 
     file: Path = arguments.file
@@ -127,10 +126,10 @@ def _sweep(plan: "Plan", arguments: argparse.Namespace) -> "Sweep":
     for place, said in zip(places, plan.data["folders"], strict=True):
         if not place.exists():
             raise ValueError(f"{file}: there is no folder {said} (looked for {place})")
-    recordings = dataset.read_training(places)
-    known = reading.fingerprint(
-        dataset.digest(survey.path for survey in recordings.surveys),
-        reading.vocabulary_of(places, recordings.labels),
+    recordings = examples.read_training(places)
+    known = load.fingerprint(
+        examples.digest(survey.path for survey in recordings.surveys),
+        load.vocabulary_of(places, recordings.labels),
     )
     return Sweep(plan, out, known, tuple(map(str, places)))
 

@@ -89,12 +89,11 @@ def run(arguments: argparse.Namespace) -> int:
     from models.cli import _extras as extras
     from models.data.examples import read_training
     from models.data.ground_truth import know
-    from models.evaluation import position_error as surely
+    from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, settings_of, spread, tune, write
-    from models.reports import page
-    from models.reports import terminal_plot as scatter
+    from models.reports import page, terminal_plot
 
     if arguments.out:
         user_files.bundle_target(arguments.out)
@@ -109,7 +108,9 @@ def run(arguments: argparse.Namespace) -> int:
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
         known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
-        streams.append(play(replace(loaded, spread=surely.BARE), networks, recording, known))
+        streams.append(
+            play(replace(loaded, spread=position_error.BARE), networks, recording, known)
+        )
         options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
     goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
     command = f"models {shlex.join(sys.argv[1:])}"
@@ -117,8 +118,8 @@ def run(arguments: argparse.Namespace) -> int:
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
     idle = count(round(found.idle_minutes), "idle minute")
     print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
-    print(scatter.draw(found))
-    print(scatter.table([("before", found.before), ("chosen", found.chosen)]))
+    print(terminal_plot.draw(found))
+    print(terminal_plot.table([("before", found.before), ("chosen", found.chosen)]))
     print(found.goal)
     if (far := spread(streams)) is not None:
         print(f"places are {far.floor:.3f} grid units off without noise, and "

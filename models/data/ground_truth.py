@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary
 from controller.recognition.event_metric import Event
 from controller.recordings.recording import UNKNOWN, Recording
-from models.data import label_repair as people
+from models.data import label_repair
 from models.data.examples import COLUMNS, Labels
 from models.data.true_positions import places
 
@@ -95,7 +95,7 @@ def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16
     else:
         whose = "" if choice == "auto" else f"{choice} "
         raise ValueError(f"a recording has no {whose}labels; label it first, or leave it out")
-    return recording.label if named[0] == "true" else people.repair(recording, named[0])[0]
+    return recording.label if named[0] == "true" else label_repair.repair(recording, named[0])[0]
 
 
 def events_of(recording: Recording, choice: Choice = "auto") -> tuple[Event, ...]:

@@ -14,11 +14,11 @@ from controller.bundles import vocabulary as vocabularies
 from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.console import count
 from controller.recognition.preprocess import PreprocessSettings
-from controller.recordings.quality import check as quality
+from controller.recordings.quality import check
 from controller.recordings.quality.duplicates import Register
 from controller.recordings.quality.response import respond
 from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
-from models.data import label_repair as people
+from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
     Examples,
@@ -150,7 +150,7 @@ def _sources(
     """Yield what is learned from each recording, and note what is known about it."""
     for number, survey in enumerate(recordings.surveys):
         recording = recordings[number]
-        report = quality.examine(survey.path, recording)
+        report = check.examine(survey.path, recording)
         labeller = _labeller(recording, choice, recipe)
         if labeller is None:
             found.notes.append(f"{survey.path} is left out: {_unlabelled(recording, choice)}")
@@ -162,11 +162,11 @@ def _sources(
                 continue
         lateness = None
         if labeller != "true":
-            repaired, lateness = people.repair(recording, labeller)
+            repaired, lateness = label_repair.repair(recording, labeller)
             said = repaired if recipe.repair else getattr(recording, COLUMNS[labeller])
             if choice == "auto" and recipe.truth:  # what somebody knows better
                 said = np.where(recording.label != UNKNOWN, recording.label, said)
-            recording = people.with_labels(recording, labeller, said)
+            recording = label_repair.with_labels(recording, labeller, said)
             if (said == UNKNOWN).all():
                 found.notes.append(f"{survey.path} is left out: {_vanished(lateness, labeller)}")
                 continue
@@ -184,7 +184,7 @@ def _sources(
                 tuple(finding.text for finding in report.findings),
                 labeller,
                 held_out=False,
-                examples=people.examples(source.label, vocabulary.labels),
+                examples=label_repair.examples(source.label, vocabulary.labels),
                 lateness=lateness,
             )
         )
@@ -257,7 +257,7 @@ def _unlabelled(recording: Recording, choice: Choice) -> str:
     return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
 
 
-def _failed(report: quality.Report, recording: Recording) -> str:
+def _failed(report: check.Report, recording: Recording) -> str:
     """Return why a recording should not be learned from; "": it may."""
     off = recording.rate_hz / recording.origin.rate_hz - 1.0
     if abs(off) > RATE_TOLERANCE:
@@ -265,7 +265,7 @@ def _failed(report: quality.Report, recording: Recording) -> str:
             f"it runs at {recording.rate_hz:.2f} Hz, more than 2 % off the "
             f"{recording.origin.rate_hz:g} Hz that it was meant for"
         )
-    return next((f.text for f in report.findings if f.level is quality.Level.FAILED), "")
+    return next((f.text for f in report.findings if f.level is check.Level.FAILED), "")
 
 
 def _vanished(lateness: Lateness, labeller: Labels) -> str:

@@ -10,11 +10,9 @@ from controller.bundles.bundle import Bundle
 from controller.console import count
 from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
-from models.data import faults as faulty
+from models.data import faults
 from models.data.ground_truth import Choice, know
-from models.evaluation import bootstrap as intervals
-from models.evaluation import position_error as surely
-from models.evaluation import scores
+from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, answered, feel, refuse, run
 from models.results.evaluation import (
@@ -94,24 +92,24 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         events=sum(events),
         minutes=sum(t.minutes for t in tallies),
         idle_minutes=sum(idle),
-        f1=intervals.f1(hits, spoken, events),
-        precision=intervals.share(hits, spoken),
-        recall=intervals.share(hits, events),
-        missed=intervals.share(missed, events),
-        wrong=intervals.rate([t.wrong for t in tallies], events),
-        duplicates=intervals.rate([t.duplicates for t in tallies], events),
-        false_alarms_per_min=intervals.rate([t.false_alarms for t in tallies], idle),
-        latency_s=intervals.median(latencies),
+        f1=bootstrap.f1(hits, spoken, events),
+        precision=bootstrap.share(hits, spoken),
+        recall=bootstrap.share(hits, events),
+        missed=bootstrap.share(missed, events),
+        wrong=bootstrap.rate([t.wrong for t in tallies], events),
+        duplicates=bootstrap.rate([t.duplicates for t in tallies], events),
+        false_alarms_per_min=bootstrap.rate([t.false_alarms for t in tallies], idle),
+        latency_s=bootstrap.median(latencies),
         latency_p95_s=_quantile(latencies),
-        contact_latency_s=intervals.median(contacts),
+        contact_latency_s=bootstrap.median(contacts),
         contact_latency_p95_s=_quantile(contacts),
-        event_accuracy=intervals.share(recognised, events),
-        new_user_accuracy=intervals.share(
+        event_accuracy=bootstrap.share(recognised, events),
+        new_user_accuracy=bootstrap.share(
             [sum(t.recognised for t in group) for group in groups],
             [sum(t.events for t in group) for group in groups],
         ),
-        frame_accuracy=intervals.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
-        turn_accuracy=intervals.share(*np.array([t.turns for t in tallies]).T),
+        frame_accuracy=bootstrap.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
+        turn_accuracy=bootstrap.share(*np.array([t.turns for t in tallies]).T),
         answered=_table(answered),
         named=_table(named),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
@@ -137,7 +135,7 @@ def summarise_broken(
     return Broken(
         on,
         fault,
-        faulty.meaning(fault),
+        faults.meaning(fault),
         found.events,
         found.event_accuracy,
         found.f1,
@@ -152,9 +150,9 @@ def _class(number: int, label: str, tallies: Sequence[Tally]) -> ClassFigures:
     return ClassFigures(
         label,
         sum(events),
-        intervals.share(hits, events),
-        intervals.share(hits, [int(t.answers[number]) for t in tallies]),
-        intervals.share([int(t.named[number, number]) for t in tallies], events),
+        bootstrap.share(hits, events),
+        bootstrap.share(hits, [int(t.answers[number]) for t in tallies]),
+        bootstrap.share([int(t.named[number, number]) for t in tallies], events),
     )
 
 
@@ -174,11 +172,11 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     away = [one.max(axis=1) > ON_SITE for one in off]
     half, most = np.quantile(all_, (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
-    one, two = surely.within(sigmas, np.concatenate([t.places[:, 2:] for t in tallies]))
+    one, two = position_error.within(sigmas, np.concatenate([t.places[:, 2:] for t in tallies]))
     return LocationFigures(
-        intervals.mean(each),
-        intervals.mean([e[~a] for e, a in zip(each, away, strict=True)]),
-        intervals.mean([e[a] for e, a in zip(each, away, strict=True)]),
+        bootstrap.mean(each),
+        bootstrap.mean([e[~a] for e, a in zip(each, away, strict=True)]),
+        bootstrap.mean([e[a] for e, a in zip(each, away, strict=True)]),
         half,
         most,
         tuple((float(a), float(b), float(c), float(d)) for t in tallies for a, b, c, d in t.places),

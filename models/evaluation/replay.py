@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
-from controller.bundles.inference import onnxruntime_engine as ort
+from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.debounce import NULL, DebounceSettings
 from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline, Touch
@@ -74,8 +74,10 @@ class Batched:
     """The networks of a bundle, asked many questions at once."""
 
     def __init__(self, bundle: Bundle) -> None:
-        self._gesture = ort.session(bundle.gesture_onnx)
-        self._location = ort.session(bundle.location_onnx) if bundle.locates else None
+        self._gesture = onnxruntime_engine.session(bundle.gesture_onnx)
+        self._location = (
+            onnxruntime_engine.session(bundle.location_onnx) if bundle.locates else None
+        )
 
     def probabilities(self, windows: Windows) -> NDArray[np.float32]:
         """Return the probability of each class, (windows, classes)."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.data.examples import Examples
-from models.evaluation import bootstrap as intervals
+from models.evaluation import bootstrap
 from models.results.training import Calibration, Honesty
 
 BINS: Final = 10  # of confidence
@@ -116,7 +116,7 @@ def honest_share(
     right = [named == examples.label[ends] for ends, named in (check, random)]
     session = examples.session[check[0]]
     groups = np.unique(session)
-    figure = intervals.share(
+    figure = bootstrap.share(
         [right[0][session == group].sum() for group in groups],
         [(session == group).sum() for group in groups],
     )
@@ -145,7 +145,7 @@ def honest_error(
         random: How far off each image at random is, (m, 2).
     """
     each = np.abs(check).mean(axis=1)
-    figure = intervals.mean([each[session == group] for group in np.unique(session)])
+    figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
     other = float(np.abs(random).mean()) if len(random) else math.nan
     return Honesty(
         figure.value, figure.low, figure.high, other, math.nan, math.nan, len(check), len(random)

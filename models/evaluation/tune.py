@@ -24,8 +24,7 @@ from controller.bundles.bundle import MANIFEST, Bundle
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.event_metric import Answer, judge
 from controller.recognition.touch_position import Spread
-from models.evaluation import bootstrap as intervals
-from models.evaluation import position_error as surely
+from models.evaluation import bootstrap, position_error
 from models.evaluation.event_counts import tally, told
 from models.evaluation.replay import Stream, debounced, fire, smoothed
 from models.results.evaluation import Point, Tuning
@@ -172,7 +171,7 @@ def spread(streams: Sequence[Stream]) -> Spread | None:
         streams: Of a bundle whose `spread` is `surely.BARE`.
     """
     found = np.concatenate([told(stream) for stream in streams])
-    return surely.measure(found[:, 0], found[:, 1:])
+    return position_error.measure(found[:, 0], found[:, 1:])
 
 
 def write(
@@ -264,10 +263,10 @@ def _figures(
     ]
     events, hits = [t.events for t in tallies], [t.hits for t in tallies]
     return {
-        "recall": intervals.share(hits, events),
-        "f1": intervals.f1(hits, [int(t.answers.sum()) for t in tallies], events),
-        "false_alarms_per_min": intervals.rate(
+        "recall": bootstrap.share(hits, events),
+        "f1": bootstrap.f1(hits, [int(t.answers.sum()) for t in tallies], events),
+        "false_alarms_per_min": bootstrap.rate(
             [t.false_alarms for t in tallies], [t.idle_minutes for t in tallies]
         ),
-        "latency_s": intervals.median([t.latencies_s for t in tallies]),
+        "latency_s": bootstrap.median([t.latencies_s for t in tallies]),
     }

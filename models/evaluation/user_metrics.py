@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from controller.recognition.user_id import Belief, believe, nothing
 from controller.recognition.users import ANYBODY, Users
 from controller.simulator.hand import GESTURES
-from models.evaluation import bootstrap as intervals
-from models.evaluation import scores
+from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
 from models.results.users import Open
 
@@ -60,7 +59,7 @@ def share(said: Said, who: Index, session: Index, users: Users, seen: int = 1) -
     right = 1 + belief[:, 1:].argmax(axis=1) == who[first]
     of = session[first]
     groups = np.unique(of)
-    return intervals.share(
+    return bootstrap.share(
         [right[of == group].sum() for group in groups], [(of == group).sum() for group in groups]
     )
 

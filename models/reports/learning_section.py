@@ -2,7 +2,7 @@
 
 import math
 
-from models import text as words
+from models import text
 from models.reports import charts, maps
 from models.results.evaluation import Evaluation
 from models.results.training import ClassRow, GestureResult, Training
@@ -25,19 +25,19 @@ def classes(found: Training) -> str:
     )
     rows = [
         (
-            words.label(row.label),
+            text.label(row.label),
             _enough(row),
-            words.count(row.examples) if row.examples else "",
-            words.duration(row.seconds),
-            words.percent(row.recall),
-            words.percent(row.precision),
-            "" if row.label == "null" else words.percent(row.event_recall),
+            text.count(row.examples) if row.examples else "",
+            text.duration(row.seconds),
+            text.percent(row.recall),
+            text.percent(row.precision),
+            "" if row.label == "null" else text.percent(row.event_recall),
             _answered(found.gesture, number),
             charts.examples_curve(row.curve),
         )
         for number, row in enumerate(found.classes)
     ]
-    below = words.paragraph(
+    below = text.paragraph(
         "<small>Windows found: share of its windows that are named so. Precise: share of those so "
         "named that are it. Gestures found: share of whole gestures, by their mean probability. "
         "Answered: how many of them the device would answer rightly, with the thresholds that "
@@ -45,7 +45,7 @@ def classes(found: Training) -> str:
         "short training on a quarter, a half, and all of the examples; where it still falls, more "
         "examples would help.</small>"
     )
-    return words.section("Gesture by gesture", words.table(head, rows, text=2), below)
+    return text.section("Gesture by gesture", text.table(head, rows, text=2), below)
 
 
 def _enough(row: ClassRow) -> str:
@@ -63,7 +63,7 @@ def _answered(gesture: GestureResult, number: int) -> str:
     if not number or not gesture.answered:
         return ""
     row = gesture.answered[number]
-    return f"{words.count(row[number])} of {words.count(sum(row))}"
+    return f"{text.count(row[number])} of {text.count(sum(row))}"
 
 
 def confusion(found: Training) -> str:
@@ -73,13 +73,13 @@ def confusion(found: Training) -> str:
     parts = []
     if any(map(any, gesture.event_confusion)):
         matrix = [row[1:] for row in gesture.event_confusion[1:]]
-        parts.append("<h3>Whole gestures</h3>" + words.matrix(found.labels[1:], matrix))
-    parts.append("<h3>Single windows</h3>" + words.matrix(found.labels, gesture.confusion))
-    said = words.paragraph(
+        parts.append("<h3>Whole gestures</h3>" + text.matrix(found.labels[1:], matrix))
+    parts.append("<h3>Single windows</h3>" + text.matrix(found.labels, gesture.confusion))
+    said = text.paragraph(
         "Rows are what was done, columns what it was taken for, in sessions held out. "
         + _worst(found)
     )
-    return words.section("What is taken for what", said, words.beside(*parts, even=False))
+    return text.section("What is taken for what", said, text.beside(*parts, even=False))
 
 
 def _worst(found: Training) -> str:
@@ -95,7 +95,7 @@ def _worst(found: Training) -> str:
     if not swapped:
         return "No gesture was taken for another."
     return (
-        f"Most often confused: {words.label(one)} and {words.label(other)}, in "
+        f"Most often confused: {text.label(one)} and {text.label(other)}, in "
         f"{swapped} of {both} events."
     )
 
@@ -108,10 +108,10 @@ def labels(found: Training) -> str:
     middle = sorted(of.begin_s for of in late if math.isfinite(of.begin_s))
     masked, moved = sum(of.masked for of in late), sum(of.moved for of in late)
     edges = sum(of.edges for of in late)
-    usual = words.late(middle[len(middle) // 2] if middle else math.nan)
+    usual = text.late(middle[len(middle) // 2] if middle else math.nan)
     done = (
-        f"Of {words.several(edges, 'label')}, {words.count(moved)} were moved to where the sensor "
-        f"felt the touch; {words.several(masked, 'frame')} too close to an edge to be told apart "
+        f"Of {text.several(edges, 'label')}, {text.count(moved)} were moved to where the sensor "
+        f"felt the touch; {text.several(masked, 'frame')} too close to an edge to be told apart "
         "are not learned from."
         if found.recipe == "default"
         else "The paper learns from labels as they were given, and so does its recipe."
@@ -122,13 +122,13 @@ def labels(found: Training) -> str:
     if wrong:
         before, after = (sum(one) / len(wrong) for one in zip(*wrong, strict=True))
         known = (
-            f"The simulator knows the truth: {words.percent(before)} of the frames were labelled "
-            f"wrongly; after the repair {words.percent(after)} would be."
+            f"The simulator knows the truth: {text.percent(before)} of the frames were labelled "
+            f"wrongly; after the repair {text.percent(after)} would be."
         )
     lost = sum(of.unfelt for of in late), sum(of.unlabelled for of in late)
     extra = (
-        f"{words.several(lost[0], 'label')} had no touch under "
-        f"{'it' if lost[0] == 1 else 'them'}, {words.several(lost[1], 'touch', 'touches')} had "
+        f"{text.several(lost[0], 'label')} had no touch under "
+        f"{'it' if lost[0] == 1 else 'them'}, {text.several(lost[1], 'touch', 'touches')} had "
         "no label (a brush and a resting hand should have none)."
     )
     caption = (
@@ -136,10 +136,10 @@ def labels(found: Training) -> str:
         "labels: the median, and the range of the middle half. The upright strokes are the truth, "
         "where a simulation knows it."
     )
-    return words.section(
+    return text.section(
         "How late labels were",
-        words.paragraph(said, known, extra),
-        words.figure(charts.lateness(found.sessions), caption),
+        text.paragraph(said, known, extra),
+        text.figure(charts.lateness(found.sessions), caption),
     )
 
 
@@ -149,17 +149,17 @@ def calibration(found: Training) -> str:
         return ""
     made = found.gesture.calibration
     said = (
-        f"A probability is off by {words.percent(made.error_after)} on average (expected "
-        f"calibration error). As trained it was {words.percent(made.error)}; everything was "
+        f"A probability is off by {text.percent(made.error_after)} on average (expected "
+        f"calibration error). As trained it was {text.percent(made.error)}; everything was "
         f"divided by a temperature of {made.temperature:.2f}, which is inside the bundle."
         if made.temperature != 1.0
-        else f"A probability is off by {words.percent(made.error_after)} on average (expected "
+        else f"A probability is off by {text.percent(made.error_after)} on average (expected "
         "calibration error). Nothing was corrected."
     )
-    drawn = words.figure(
+    drawn = text.figure(
         charts.reliability(made.bins), "On the diagonal, “90 % sure” is right nine times in ten."
     )
-    return words.section("How much a probability means", words.paragraph(said), drawn)
+    return text.section("How much a probability means", text.paragraph(said), drawn)
 
 
 def places(found: Training, judged: Evaluation | None) -> str:
@@ -167,14 +167,14 @@ def places(found: Training, judged: Evaluation | None) -> str:
     if (result := found.location) is None or not result.touches or _placed(judged):
         return ""
     sites = (
-        f"Touches within a quarter pitch of a taxel are {words.number(result.on_site)} grid units "
-        f"off, all others {words.number(result.off_site)}. The paper’s touches were on the taxels "
+        f"Touches within a quarter pitch of a taxel are {text.number(result.on_site)} grid units "
+        f"off, all others {text.number(result.off_site)}. The paper’s touches were on the taxels "
         "only."
     )
-    return words.section(
+    return text.section(
         "Where a touch is",
-        words.paragraph(sites),
-        words.place_maps(
+        text.paragraph(sites),
+        text.place_maps(
             maps.errors(result.touches, found.rows, found.columns),
             maps.error_map(result.touches, found.rows, found.columns),
         ),

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 from models.results.evaluation import Broken, Evaluation, Result, Row
 from models.results.figure import Figure
 
@@ -24,7 +24,7 @@ def text(found: Evaluation) -> str:
         "| figure | " + " | ".join(result.name for result in found.results) + " |",
         "|---" * (1 + len(found.results)) + "|",
         *figures(found.results),
-        *(f"\n{line}" for line in missed.of_all(found.results)),
+        *(f"\n{line}" for line in missed_gestures.of_all(found.results)),
     ]
     for result in found.results:
         lines += ["", f"## {result.name}", "", *_confusion(result)]

@@ -4,14 +4,10 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
-from models import text as words
-from models import user_files
-from models.reports import evaluation_section as judged
-from models.reports import learning_section as learned
-from models.reports import store
-from models.reports import training_section as training
+from models import text, user_files
+from models.reports import evaluation_section, learning_section, store, training_section
 from models.reports.data import ReportData
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 from models.results.training import Training
 
 GRID = (5, 5)  # paper, section 3.2; where nothing says what the sensor is like
@@ -70,15 +66,15 @@ def _lead(data: ReportData) -> str:
     """Return what the page is about, and the headline figures."""
     trained, found = data.training, data.evaluation
     known = trained.labels if trained is not None else found.labels if found is not None else ()
-    names = words.joined([words.label(name) for name in known[1:]])
+    names = text.joined([text.label(name) for name in known[1:]])
     said = [f"Gestures: {names}." if names else ""]
     if trained is not None and not trained.gesture:
         said.append("Only where touches are was trained; the gestures are another bundle’s.")
-    cards = judged.cards(found) if found is not None else []
+    cards = evaluation_section.cards(found) if found is not None else []
     if data.tuning is not None and found is None:
-        cards = judged.tuned_cards(data.tuning)
+        cards = evaluation_section.tuned_cards(data.tuning)
     if trained is not None:
-        own = training.cards(trained)
+        own = training_section.cards(trained)
         cards = own + cards if found is None else cards + own
     return f'<p class="lead">{" ".join(said)}</p><div class="cards">{"".join(cards)}</div>'
 
@@ -89,22 +85,30 @@ def _sections(data: ReportData) -> list[str]:
     grid = _grid(data)
     parts = []
     if trained is not None:
-        advised = missed.of_all(found.results) if found is not None else []
-        parts += [training.next_steps(trained, advised), training.honesty(trained)]
+        advised = missed_gestures.of_all(found.results) if found is not None else []
+        parts += [training_section.next_steps(trained, advised), training_section.honesty(trained)]
     if found is not None:
-        parts.append(judged.play(found, _learned(trained)))
+        parts.append(evaluation_section.play(found, _learned(trained)))
     if trained is not None:
-        parts += [learned.classes(trained), learned.confusion(trained), learned.labels(trained)]
+        parts += [
+            learning_section.classes(trained),
+            learning_section.confusion(trained),
+            learning_section.labels(trained),
+        ]
     if tuned is not None:
-        parts.append(judged.thresholds(tuned))
+        parts.append(evaluation_section.thresholds(tuned))
     if trained is not None:
-        parts += [learned.calibration(trained), learned.places(trained, found)]
+        parts += [learning_section.calibration(trained), learning_section.places(trained, found)]
     if found is not None:
-        parts += [judged.places(found, *grid), judged.broken(found, *grid)]
+        parts += [evaluation_section.places(found, *grid), evaluation_section.broken(found, *grid)]
     if trained is not None:
-        parts += [training.data(trained), training.progress(trained), training.made(trained)]
+        parts += [
+            training_section.data(trained),
+            training_section.progress(trained),
+            training_section.made(trained),
+        ]
     if found is not None:
-        parts.append(judged.made(found))
+        parts.append(evaluation_section.made(found))
     return parts
 
 
@@ -113,7 +117,7 @@ def _grid(data: ReportData) -> tuple[int, int]:
     if data.training is not None:
         return data.training.rows, data.training.columns
     broken = data.evaluation.broken if data.evaluation is not None else ()
-    taxels = [place for one in broken if (place := judged.taxel(one))]
+    taxels = [place for one in broken if (place := evaluation_section.taxel(one))]
     if not taxels:
         return GRID
     return 1 + max(row for row, _ in taxels), 1 + max(column for _, column in taxels)

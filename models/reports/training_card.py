@@ -7,7 +7,7 @@ from controller.bundles.bundle import Bundle
 from models import user_files
 from models.reports import page
 from models.reports.data import ReportData
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 from models.results.training import Honesty, Training
 
 
@@ -71,7 +71,7 @@ def headline(result: Training) -> list[str]:
             f"{_percent(honest.random_binary)} | {_points(binary)} |"
         )
         lines.append(f"| right events | {_percent(gesture.event_accuracy)} | | |")
-        right, events = missed.right(gesture.answered)
+        right, events = missed_gestures.right(gesture.answered)
         lines.append(f"| answered rightly, as in play | {right} of {events} | | |")
     if (location := result.location) is not None:
         honest = location.honesty

@@ -7,9 +7,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 
-from models import json_values as plain
-from models import text as words
-from models import user_files
+from models import json_values, text, user_files
 from models.results.figure import Figure
 from models.results.users import Telling
 
@@ -17,14 +15,14 @@ from models.results.users import Telling
 def write(out: Path, found: Telling) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
     user_files.write_text(out.with_suffix(".md"), f"{card(found)}\n")
-    user_files.write_text(out.with_suffix(".json"), f"{plain.text(asdict(found))}\n")
+    user_files.write_text(out.with_suffix(".json"), f"{json_values.text(asdict(found))}\n")
     user_files.write_text(out.with_suffix(".html"), page(found))
 
 
 def card(found: Telling) -> str:
     """Return the card as Markdown."""
     lines = [
-        f"# {found.name}: {words.several(len(found.people), 'person', 'people')}",
+        f"# {found.name}: {text.several(len(found.people), 'person', 'people')}",
         "",
         f"`{found.command}`",
         "",
@@ -41,21 +39,21 @@ def page(found: Telling) -> str:
     """Return the report: one HTML file that needs no network."""
     style = resources.files("models.reports").joinpath("style.css").read_text(encoding="utf-8")
     title = escape(found.name)
-    about = words.paragraph(
+    about = text.paragraph(
         escape(f"Told by {', '.join(found.gestures)}. {found.split}"),
         *(escape(note) for note in found.notes),
         escape(_warning()),
     )
     tables = [
-        words.table([escape(one) for one in head], [[escape(one) for one in row] for row in rows])
+        text.table([escape(one) for one in head], [[escape(one) for one in row] for row in rows])
         for head, rows in _tables(found)
     ]
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{style}</style></head>\n<body><h1>{title}: who touches</h1>"
-        f"{words.section('People', about, *tables)}"
-        f"{words.section('How it was made', f'<code>{escape(found.command)}</code>')}"
+        f"{text.section('People', about, *tables)}"
+        f"{text.section('How it was made', f'<code>{escape(found.command)}</code>')}"
         "</body></html>\n"
     )
 

@@ -9,7 +9,7 @@ import math
 from dataclasses import asdict, dataclass, field, is_dataclass
 from typing import Any
 
-from models import json_values as plain
+from models import json_values
 from models.results.figure import Figure
 
 
@@ -285,4 +285,4 @@ def as_json(found: Any) -> str:
     """Return a result as JSON; what is no number becomes null."""
     if not is_dataclass(found) or isinstance(found, type):
         raise TypeError(f"{found!r} is no result")
-    return plain.text(asdict(found))
+    return json_values.text(asdict(found))

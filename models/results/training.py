@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Final
 
 from controller.recognition.touch_position import Spread
-from models import json_values as plain
+from models import json_values
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
@@ -284,4 +284,4 @@ class Training:
 
     def text(self) -> str:
         """Return it as JSON."""
-        return plain.text(asdict(self))
+        return json_values.text(asdict(self))

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from controller.console import count
 from controller.recordings.recording import software
 from models import user_files
-from models.data import load as reading
-from models.data import splits
+from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import refuse_test_seed
 from models.data.load import Choice, Data
@@ -30,7 +29,7 @@ from models.data.splits import Fold
 from models.data.training_split import Parts
 from models.evaluation import scores
 from models.studies import fold_statistics as folds
-from models.studies import trajectory_baseline as trajectory
+from models.studies import trajectory_baseline
 from models.studies.fold_statistics import Crossed, Rowed
 from models.training import checkpoint
 from models.training.loop import fit, prepare_torch
@@ -118,7 +117,7 @@ def cross(request: Request, say: Say) -> Crossed:
     user_files.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
-    data = reading.read(
+    data = load.read(
         request.paths, recipe, request.labels, say, window=request.window, every=request.every
     )
     for note in data.notes:
@@ -129,7 +128,7 @@ def cross(request: Request, say: Say) -> Crossed:
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
     course = _course(recipe.gesture, request.steps, sound=request.sound)
     plain = ("plain", "mended") if request.plain else ()
-    rows = {name: trajectory.features(examples, mended=name == "mended") for name in plain}
+    rows = {name: trajectory_baseline.features(examples, mended=name == "mended") for name in plain}
     work = _Work(data, recipe, group, symmetry, course, rows, request.choose, request.seed, device)
     listed = _listed(data)
     reading_s = time.process_time() - begun
@@ -187,7 +186,7 @@ def _listed(data: Data) -> Rowed:
         kind.reshape(-1)[session],
         tuple(first[int(one)] for one in people),
         tuple(kinds.tolist()),
-        np.digitize(trajectory.touched(examples), TOUCHED),
+        np.digitize(trajectory_baseline.touched(examples), TOUCHED),
         data.vocabulary.labels,
     )
 
@@ -236,8 +235,8 @@ def _done(
     label, classes = examples.label[examples.ends], len(work.data.vocabulary.labels)
     for name, rows in work.rows.items():
         begun = time.process_time()
-        trees = trajectory.learn(rows[fold.train], label[fold.train], work.seed)
-        arrays[name] = trajectory.ask(trees, rows[fold.test], classes)
+        trees = trajectory_baseline.learn(rows[fold.train], label[fold.train], work.seed)
+        arrays[name] = trajectory_baseline.ask(trees, rows[fold.test], classes)
         words["cpu_s"][name] = time.process_time() - begun
     checkpoint.save(kept, arrays, words)
     for part in folder.glob(f"fold-{number}-*.npz"):

@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models import json_values as plain
+from models import json_values
 from models.data import splits
 from models.data.splits import Fold
-from models.evaluation import bootstrap as intervals
+from models.evaluation import bootstrap
 from models.results.figure import Figure
 
 BY: Final = ("user", "session")
@@ -181,7 +181,7 @@ class Crossed:
 
     def text(self) -> str:
         """Return it as JSON; what is no number is null."""
-        return plain.text(asdict(self))
+        return json_values.text(asdict(self))
 
 
 def judge(
@@ -239,11 +239,11 @@ def _stretches(rows: Rowed, answers: Rows) -> tuple[Index, NDArray[np.bool_]]:
 
 
 def _share(right: NDArray[np.bool_], person: Index, seed: int) -> Figure:
-    return intervals.share(np.bincount(person, right), np.bincount(person), seed)
+    return bootstrap.share(np.bincount(person, right), np.bincount(person), seed)
 
 
 def _difference(more: NDArray[np.float64], person: Index, seed: int) -> Figure:
-    return intervals.rate(np.bincount(person, more), np.bincount(person), seed)
+    return bootstrap.rate(np.bincount(person, more), np.bincount(person), seed)
 
 
 def _each(right: NDArray[np.bool_], group: Index, count: int) -> tuple[float, ...]:

@@ -22,10 +22,10 @@ from controller.recognition.users import Users
 from controller.simulator.hand import GESTURES
 from models import user_files
 from models.data.recipe import Course
-from models.evaluation import user_metrics as judge
+from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results.figure import Figure
-from models.training import user_task as lesson
+from models.training import user_task
 from models.training.networks import GestureNet
 from models.training.simulated_users import Anew, Town
 from models.training.user_data import Crowd, blocks, crowd, join
@@ -77,14 +77,14 @@ def learn(
     """Return a network of so many outputs, and its score on windows at random."""
     torch.manual_seed(seed)
     work = People(taught.touched, taught.who, outputs, course, mood, random)
-    net = lesson.teach(work, seed, lesson.silent)
+    net = user_task.teach(work, seed, user_task.silent)
     work.net = net
     return net, work.random()
 
 
 def judged(net: GestureNet, new: Crowd, users: Users) -> Figure:
     """Return the share of gestures whose maker is named."""
-    return judge.share(lesson.said(net, new.touched), new.who, new.touched.session, users)
+    return user_metrics.share(user_task.said(net, new.touched), new.who, new.touched.session, users)
 
 
 def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict[str, Any]:
@@ -111,24 +111,24 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     half = np.isin(backs.touched.session, np.unique(backs.touched.session)[::2])
     before = learn(join(own.some(own.day < size.enrolled - 1), backs.some(half)), outputs, seed)[0]
     last, away = own.some(own.day == size.enrolled - 1), backs.some(~half)
-    said = lesson.said(before, last.touched), lesson.said(before, away.touched)
-    users = judge.tuned(said, last.who, away.touched.session, size.users)
+    said = user_task.said(before, last.touched), user_task.said(before, away.touched)
+    users = user_metrics.tuned(said, last.who, away.touched.session, size.users)
     found |= {"temperature": users.temperature, "accept": users.accept}
     found["enrolled"] = {}
     for count in (1, 2, size.enrolled):
         net = learn(join(own.some(own.day < count), backs), outputs, seed)[0]
-        heard = lesson.said(net, new.touched), new.who, new.touched.session
-        stranger = lesson.said(net, strange.touched), strange.touched.session
+        heard = user_task.said(net, new.touched), new.who, new.touched.session
+        stranger = user_task.said(net, strange.touched), strange.touched.session
         found["enrolled"][str(count)] = {
-            "seen": {str(seen): figure(judge.share(*heard, users, seen)) for seen in SEEN},
-            "open": [asdict(judge.openly(heard, stranger, users, seen)) for seen in SEEN],
+            "seen": {str(seen): figure(user_metrics.share(*heard, users, seen)) for seen in SEEN},
+            "open": [asdict(user_metrics.openly(heard, stranger, users, seen)) for seen in SEEN],
         }
     return found
 
 
 def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict[str, Any]:
     """Return what one session of each is worth, as in the paper, by every protocol."""
-    labels, outputs, users = len(gestures), 1 + size.users, judge.users_of(size.users)
+    labels, outputs, users = len(gestures), 1 + size.users, user_metrics.users_of(size.users)
     ours = range(size.users)
     found: dict[str, Any] = {}
     for name, drifting, tracked in (
@@ -139,7 +139,7 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
         day = partial(_day, town, ours, labels, tracked)
         mood = MOOD if tracked else STEADY
         own = day(0)
-        out = lesson.drawn(len(own.touched.ends), seed)
+        out = user_task.drawn(len(own.touched.ends), seed)
         net, random = learn(own, outputs, seed, mood=mood, random=out)
         row = {"random": {"value": round(random, 5)}}
         row["new"] = figure(judged(net, day(size.enrolled), users))

@@ -19,7 +19,7 @@ from models.data.load import Data
 from models.data.recipe import Course
 from models.data.training_split import Parts, Split
 from models.evaluation import scores
-from models.results import missed_gestures as missed
+from models.results import missed_gestures
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
 from models.training.loop import fit
 from models.training.tasks import Gestures
@@ -66,11 +66,11 @@ def advise(result: Training, work: Work, *, measured: bool, say: Say) -> Trainin
         say("measuring how much more examples would help")
         rows = _with_curves(rows, work)
     table, asks = result.gesture.answered, work.data.vocabulary.table
-    wrong = missed.failing(table)
+    wrong = missed_gestures.failing(table)
     rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
     for i in wrong:  # what is named rightly may not be answered all the same
         little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
-        said = missed.advice(result.labels, table, i, more=rows[i].more, little=little)
+        said = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
         rows[i] = replace(rows[i], advice=said)
     lines = [
         *(rows[i].advice for i in wrong),

@@ -20,7 +20,7 @@ from torch import nn
 
 from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
-from controller.bundles.inference import onnxruntime_engine as ort
+from controller.bundles.inference import onnxruntime_engine
 from controller.recognition import users
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.preprocess import PreprocessSettings
@@ -252,7 +252,7 @@ def _part(
 
 
 def _run(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
-    session = ort.session(model)
+    session = onnxruntime_engine.session(model)
     name = session.get_inputs()[0].name
     return np.asarray(session.run(None, {name: questions})[0], dtype=np.float32)
 

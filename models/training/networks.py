@@ -17,7 +17,7 @@ from typing import Final, Self
 import torch
 from torch import Tensor, nn
 
-from models.training import matmul_convolution as products
+from models.training import matmul_convolution
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 CONVOLUTIONS: Final = 2  # layers before the dense ones
@@ -72,10 +72,10 @@ class GestureNet(nn.Module):
             self.norms.extend(nn.BatchNorm3d(maps) for maps in channels)
             self.norms.extend(nn.BatchNorm1d(width) for width in hidden)
         # On a small grid it learns by products, which answer the same.
-        self._small = strides and rows * columns <= products.MOST
+        self._small = strides and rows * columns <= matmul_convolution.MOST
         if self._small:
-            self.reach1 = nn.Buffer(products.reach(rows, columns, 2), persistent=False)
-            self.reach2 = nn.Buffer(products.reach(*taxels, 1), persistent=False)
+            self.reach1 = nn.Buffer(matmul_convolution.reach(rows, columns, 2), persistent=False)
+            self.reach2 = nn.Buffer(matmul_convolution.reach(*taxels, 1), persistent=False)
         self._made_of = (window, rows, columns, classes, channels, hidden)
         self._strides = strides
 
@@ -108,7 +108,7 @@ class GestureNet(nn.Module):
         for number, (layer, reached) in enumerate(
             ((self.conv1, self.reach1), (self.conv2, self.reach2))
         ):
-            x = products.convolve(x, layer, reached)
+            x = matmul_convolution.convolve(x, layer, reached)
             apart = x.view(-1, layer.out_channels, 1, 1, reached.shape[2])
             x = torch.relu(self.norms[number](apart) if self.norms else apart).view(x.shape)
         # Maps first, as the convolutions have it: (batch, maps, images, taxels).

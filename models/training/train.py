@@ -16,20 +16,17 @@ from controller.console import count
 from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import software
 from models import user_files
-from models.data import load as reading
-from models.data import touch_images as touches
-from models.data import training_split as splitting
+from models.data import load, touch_images, training_split
 from models.data.augment import Symmetry
 from models.data.examples import read_training, refuse_test_seed
 from models.data.load import Choice, Data
 from models.data.recipe import RECIPES, Recipe
 from models.data.touch_images import Touches
-from models.evaluation import held_out_replay as replayed
+from models.evaluation import held_out_replay
 from models.reports import training_card
 from models.results.training import Training
-from models.training import advice, checkpoint, export
+from models.training import advice, checkpoint, export, train_networks
 from models.training import base_bundle as base
-from models.training import train_networks as learn
 from models.training.loop import prepare_torch
 from models.training.train_networks import Work
 
@@ -99,15 +96,15 @@ def train(request: Request, say: Say) -> Training:
     if request.base is not None:
         bundle.read(request.base)  # before anything that takes long
     device = prepare_torch(request.seed)
-    recipe = learn.epochs(RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs)
-    paths = (*request.paths, *request.auxiliary)
-    data = reading.read(
-        paths, recipe, request.labels, say, window=request.window, every=request.every
+    recipe = train_networks.epochs(
+        RECIPES[request.recipe], request.epochs, PLACE_EPOCHS * request.epochs
     )
+    paths = (*request.paths, *request.auxiliary)
+    data = load.read(paths, recipe, request.labels, say, window=request.window, every=request.every)
     answers = _answers(request, data.vocabulary)
     people = len({row.user for row in data.rows})
     recipe = replace(recipe, gesture=recipe.gesture.of_people(people))
-    found = touches.find(data.examples, recipe.averaged, request.seed)
+    found = touch_images.find(data.examples, recipe.averaged, request.seed)
     gesture, location = _tasks(request.task, data, found)
     if request.bare:
         if (gesture, location, request.base) != (True, False, None):
@@ -117,7 +114,7 @@ def train(request: Request, say: Say) -> Training:
         lender = base.choose(request.base, data, gesture=gesture, location=location)
     if request.auxiliary and (gesture, location) != (True, False):
         raise ValueError("--auxiliary is for gestures alone; add --task gesture")
-    split = splitting.split(data, request.split, request.seed)
+    split = training_split.split(data, request.split, request.seed)
     how = recipe.sentences(gesture=gesture, location=location)
     plan = _plan(request, data, split, recipe, how, answers)
     for line in _announcement(plan, data, lender, gesture=gesture, location=location):
@@ -126,7 +123,7 @@ def train(request: Request, say: Say) -> Training:
     folder = _claim(request, recipe, data)
     work = Work(data, split, recipe, request.seed, device, folder, answers)
     if gesture:
-        learned, net = learn.gestures(work)
+        learned, net = train_networks.gestures(work)
         plan = replace(plan, gesture=learned)
         first, worst = export.gesture_part(net, _windows(data, split, request.seed))
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
@@ -135,7 +132,7 @@ def train(request: Request, say: Say) -> Training:
         first = export.parts_of(lender)[0]
     second = _second(lender, data)
     if location:
-        placed, place_net = learn.places(work, found)
+        placed, place_net = train_networks.places(work, found)
         plan = replace(plan, location=placed)
         second, worst = export.location_part(place_net, _images(found, request.seed))
         say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
@@ -143,7 +140,7 @@ def train(request: Request, say: Say) -> Training:
     if plan.gesture is not None:
         tried = folder / "tried.orb"
         export.write_bundle(tried, manifest, first, second)
-        answered = replayed.replay(bundle.read(tried), data, split)
+        answered = held_out_replay.replay(bundle.read(tried), data, split)
         plan = replace(plan, gesture=replace(plan.gesture, answered=answered))
         measured = request.advised and not request.auxiliary
         plan = advice.advise(plan, work, measured=measured, say=say)
@@ -186,7 +183,7 @@ def _answers(request: Request, vocabulary: Vocabulary) -> int:
 def _plan(
     request: Request,
     data: Data,
-    split: splitting.Split,
+    split: training_split.Split,
     recipe: Recipe,
     how: Sequence[str],
     answers: int,
@@ -269,7 +266,7 @@ def _claim(request: Request, recipe: Recipe, data: Data) -> Path:
     return checkpoint.claim(folder, "training.npz", of, "training")
 
 
-def _windows(data: Data, split: splitting.Split, seed: int) -> Any:
+def _windows(data: Data, split: training_split.Split, seed: int) -> Any:
     """Return real windows for the comparison of the engines."""
     held = split.windows.check if len(split.windows.check) else split.windows.train
     ends = data.examples.ends[held]

@@ -10,16 +10,15 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from models.data import training_split as splitting
+from models.data import training_split
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import Recipe
 from models.data.touch_images import Touches
 from models.data.training_split import Split
-from models.evaluation import position_error as surely
-from models.evaluation import scores
+from models.evaluation import position_error, scores
 from models.results.training import Epoch, GestureResult, LocationResult
-from models.training import progress as curves
+from models.training import progress
 from models.training.loop import Fitted, fit
 from models.training.networks import GestureNet, LocationNet
 from models.training.tasks import Gestures, Places
@@ -107,7 +106,7 @@ def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
         (0 if all(whole.mirror[i] == i for i in located) else -1,),
     )
     torch.manual_seed(work.seed)
-    parts = splitting.touches(work.split, data, found, work.seed)
+    parts = training_split.touches(work.split, data, found, work.seed)
     if parts.words:
         print(parts.words, file=sys.stderr)
     lesson = Places(found, parts, symmetry, work.recipe.location, work.device)
@@ -134,7 +133,7 @@ def places(work: Work, found: Touches) -> tuple[LocationResult, LocationNet]:
         _mean(each[away]),
         _weights(net),
         parts.words,
-        surely.measure(found.blur[check], off.astype(np.float64)),
+        position_error.measure(found.blur[check], off.astype(np.float64)),
     )
     return result, net.eval()
 
@@ -148,10 +147,10 @@ def epochs(recipe: Recipe, gesture: int, location: int) -> Recipe:
     )
 
 
-def _fit(work: Work, name: str, lesson: Gestures | Places, words: curves.Words) -> Fitted:
+def _fit(work: Work, name: str, lesson: Gestures | Places, words: progress.Words) -> Fitted:
     """Train a network where it was interrupted, and show how it goes."""
     passes = lesson.course.passes(lesson.steps() * lesson.course.batch)
-    show = curves.watch(name, passes, words, sys.stderr)
+    show = progress.watch(name, passes, words, sys.stderr)
     keep = None if work.folder is None else work.folder / f"{name.lower()}.npz"
     fitted = fit(lesson, lesson.course, work.seed, keep, show)
     if fitted.stopped:

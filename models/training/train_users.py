@@ -11,20 +11,17 @@ from numpy.typing import NDArray
 from controller.bundles import bundle, mapping_file
 from controller.bundles.bundle import Bundle
 from controller.recognition.users import Users
-from models import text as words
-from models import user_files
-from models.data import load as reading
-from models.data import splits
+from models import text, user_files
+from models.data import load, splits
 from models.data.examples import refuse_test_seed
 from models.data.load import Choice, Data
 from models.data.recipe import RECIPES
-from models.evaluation import user_metrics as judge
+from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
 from models.reports import users_page
 from models.results.training import SessionRow
 from models.results.users import Enrolled, Telling
-from models.training import enroll as enrol
-from models.training import user_task as lesson
+from models.training import enroll, user_task
 from models.training.loop import prepare_torch
 from models.training.networks import GestureNet
 from models.training.user_recipe import COURSE, MOOD
@@ -103,7 +100,7 @@ def train(request: Request, say: Say) -> Telling:
     base = bundle.read(request.base or bundle.default_path())
     rules = mapping_file.read(request.mapping, base.labels) if request.mapping is not None else None
     prepare_torch(request.seed)
-    data = reading.read(
+    data = load.read(
         (*request.paths, *request.others), RECIPES["default"], request.labels, say,
         window=base.window, every=request.every,
     )  # fmt: skip
@@ -115,7 +112,7 @@ def train(request: Request, say: Say) -> Telling:
     if rules is not None:  # a mistake in it is told before anything is learned
         Users(names).overridden(*rules)
     held = _held(group, names, request.split)
-    count = words.several(len(names), "person", "people")
+    count = text.several(len(names), "person", "people")
     say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")
     found, who = _judge(request, group, held, names, gestures)
     whole = _learn(group, len(names), request)[0] if request.split != "time" else who[0]
@@ -123,7 +120,7 @@ def train(request: Request, say: Say) -> Telling:
     path = request.base or bundle.default_path()
     said = f"{count}, {request.command}; single gestures named rightly, unseen: "
     said += f"{found.seen[1].value:.1%}"
-    enrol.write(path, request.out, whole, known, said, request.mapping)
+    enroll.write(path, request.out, whole, known, said, request.mapping)
     users_page.write(request.out, found)
     return found
 
@@ -243,7 +240,7 @@ def _learn(
     """Return a network, and its score on windows at random."""
     course = replace(COURSE, epochs=request.epochs or COURSE.epochs)
     work = People(group.touched, group.who, 1 + people, course, MOOD, random)
-    net = lesson.teach(work, request.seed, lesson.silent)
+    net = user_task.teach(work, request.seed, user_task.silent)
     work.net = net
     return net, work.random()
 
@@ -257,16 +254,16 @@ def _judge(
 ) -> tuple[Telling, tuple[GestureNet, tuple[float, float]]]:
     """Train without what is held out, and say what that is worth."""
     learned = group.some(~_near(group, held) if request.split == "time" else ~held)
-    drawn = lesson.drawn(len(learned.touched.ends), request.seed)
+    drawn = user_task.drawn(len(learned.touched.ends), request.seed)
     net, random = _learn(learned, len(names), request, drawn)
     away = group.some(held)
-    said = lesson.said(net, away.touched)
+    said = user_task.said(net, away.touched)
     strange = away.who == 0
     own = said[~strange], away.who[~strange], away.session[~strange]
     others = said[strange], away.session[strange]
-    fitted = judge.tuned((own[0], others[0]), own[1], others[1], len(names))
+    fitted = user_metrics.tuned((own[0], others[0]), own[1], others[1], len(names))
     known = replace(fitted, names=tuple(names))
-    belief, first = judge.beliefs(own[0], own[2], known, 1)
+    belief, first = user_metrics.beliefs(own[0], own[2], known, 1)
     right = 1 + belief[:, 1:].argmax(axis=1) == own[1][first]
     people = tuple(
         Enrolled(
@@ -289,10 +286,12 @@ def _judge(
             else "Held out: the last session of each; the network in the bundle learned from all."
         ),
         random=random,
-        seen={seen: judge.share(*own, known, seen) for seen in SEEN},
+        seen={seen: user_metrics.share(*own, known, seen) for seen in SEEN},
         events=len(first),
         strangers=strangers,
-        open=tuple(judge.openly(own, others, known, seen) for seen in SEEN) if strangers else (),
+        open=tuple(user_metrics.openly(own, others, known, seen) for seen in SEEN)
+        if strangers
+        else (),
         temperature=known.temperature,
         accept=known.accept,
         notes=_notes(len(names), strangers),

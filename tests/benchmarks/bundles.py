@@ -28,9 +28,7 @@ from typing import Final
 from controller import npz
 from controller.bundles import archive, bundle
 from controller.bundles.bundle import BundleError
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graphs
-from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition import users
 
@@ -150,8 +148,8 @@ def judge(data: bytes) -> str:
     try:
         for model in (read.gesture_onnx, read.location_onnx, read.user_onnx, *read.heads.values()):
             if model:
-                shapes.sizes(graphs.read(model))
-    except graphs.GraphError:
+                onnx_shapes.sizes(onnx_reader.read(model))
+    except onnx_reader.GraphError:
         return "walk and limits"
     try:
         for engine in engines.NAMES:

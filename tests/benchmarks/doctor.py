@@ -17,10 +17,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.cli import doctor as command
+from controller.cli import doctor
 from controller.cli.doctor import RATE_HZ
-from controller.diagnostics import measurements as probe
-from controller.diagnostics import wiring_checks as leads
+from controller.diagnostics import measurements, wiring_checks
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
@@ -83,9 +82,9 @@ def draw(kind: str, name: str, seed: int) -> tuple[str, dict[str, Any]]:
 def diagnose(sensor: Wired, *, press: bool) -> list[Row]:
     """Return what the doctor finds wrong."""
     if press:
-        rows = command.sensor_rows(sensor, command.find_hand)
+        rows = doctor.sensor_rows(sensor, doctor.find_hand)
     else:
-        rows = iter(leads.judge(probe.measure(sensor.board), 10.0))
+        rows = iter(wiring_checks.judge(measurements.measure(sensor.board), 10.0))
     return [row for row in rows if row.verdict is Verdict.FAULT]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
-from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.inference import onnx_reader
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import TOLERANCE
 
@@ -37,7 +37,7 @@ def network(model: bytes) -> Network:
     Raises:
         ValueError: It has an operator that is not written here.
     """
-    read = graph.read(model)
+    read = onnx_reader.read(model)
     content = _Writer(read).content()
     interpreter = importlib.import_module(f"{NAME}.interpreter").Interpreter(
         model_content=content, num_threads=1
@@ -58,7 +58,7 @@ def network(model: bytes) -> Network:
 class _Writer:
     """Writes one graph, node by node."""
 
-    def __init__(self, read: graph.Graph) -> None:
+    def __init__(self, read: onnx_reader.Graph) -> None:
         self._read = read
         self._schema: Any = importlib.import_module(f"{NAME}.schema_py_generated")
         self._model = self._schema.ModelT()
@@ -86,7 +86,7 @@ class _Writer:
         builder.Finish(self._model.Pack(builder), b"TFL3")
         return bytes(builder.Output())
 
-    def _write(self, node: graph.Node, at: int, *, relu: bool) -> int:
+    def _write(self, node: onnx_reader.Node, at: int, *, relu: bool) -> int:
         """Add what a node does to tensor `at`, and return the tensor that it makes."""
         weights = [self._read.weights[name] for name in node.inputs if name in self._read.weights]
         match node.op:
@@ -106,7 +106,7 @@ class _Writer:
                 return self._operator("SOFTMAX", [at], self._shapes[at], "SoftmaxOptions", beta=1.0)
         raise ValueError(f"{node.op} is not written for LiteRT")
 
-    def _conv(self, node: graph.Node, at: int, kernel: Any, bias: Any, *, relu: bool) -> int:
+    def _conv(self, node: onnx_reader.Node, at: int, kernel: Any, bias: Any, *, relu: bool) -> int:
         """Add a 3D convolution; padding that LiteRT has no word for goes before it."""
         pads: Any = node.attributes.get("pads", (0,) * 6)
         strides: Any = node.attributes.get("strides", (1, 1, 1))

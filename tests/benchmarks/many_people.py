@@ -24,8 +24,7 @@ import numpy as np
 import torch
 
 from controller.recordings import reader, writer
-from models.data import load as reading
-from models.data import training_split as splitting
+from models.data import load, training_split
 from models.data.augment import Symmetry
 from models.data.recipe import DEFAULT
 from models.data.simulate import DataSet
@@ -74,7 +73,7 @@ def measure(preset: str) -> Cost:
             (folder / f"sub-{user:02d}_ses-01_run-01.npz").write_bytes(content)
         files = sorted(folder.iterdir())
         survey_s, _ = _spent(lambda: [reader.survey(file) for file in files])
-        read_s, read = _spent(lambda: reading.read([folder], DEFAULT, "auto", lambda line: None))
+        read_s, read = _spent(lambda: load.read([folder], DEFAULT, "auto", lambda line: None))
     examples = read.examples
     columns = ("images", "label", "touch", "ends", "session", "idle")
     size = sum(getattr(examples, name).nbytes for name in columns)
@@ -92,10 +91,10 @@ def _spent(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - begun, done
 
 
-def _step(read: reading.Data) -> tuple[float, int]:
+def _step(read: load.Data) -> tuple[float, int]:
     """Return the processor-seconds of a step, and how many windows an epoch goes through."""
     device = prepare_torch(0)
-    split = splitting.split(read, "", 0)
+    split = training_split.split(read, "", 0)
     shape = read.examples.images.shape[1:]
     lesson = Gestures(read.examples, split.windows, len(read.vocabulary.labels),
                       Symmetry.of(read.vocabulary, *shape), DEFAULT.gesture, device)  # fmt: skip

@@ -30,14 +30,12 @@ import torch
 from numpy.typing import NDArray
 
 from controller.__main__ import main as controller
-from models.data import load as reading
-from models.data import splits
+from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT
 from models.data.training_split import Parts
-from models.studies import cross_validation as cross
-from models.studies import fold_card
+from models.studies import cross_validation, fold_card
 from models.studies.cross_validation import Request
 from models.studies.fold_statistics import Crossed
 from models.training.loop import fit, prepare_torch
@@ -90,13 +88,13 @@ def why(folder: Path, steps: int, say: Callable[[str], None]) -> dict[str, float
     """Return the share of the first fold's windows named rightly, by what is left to see."""
     device = prepare_torch(0)
     recipe = replace(DEFAULT, repair=False)
-    data = reading.read([folder], recipe, "auto", lambda _: None, window=WINDOW)
+    data = load.read([folder], recipe, "auto", lambda _: None, window=WINDOW)
     examples = data.examples
     fold = splits.by_group(examples.ends, WINDOW, data.user[examples.session], FOLDS)[0]
     whole = replace(recipe.gesture.augmentation, dropout=0.0, electrode=0.0)
     course = replace(
-        recipe.gesture, steps=steps, limits=(1, cross.MOST), keep_best=False, patience=0.0,
-        augmentation=whole,
+        recipe.gesture, steps=steps, limits=(1, cross_validation.MOST), keep_best=False,
+        patience=0.0, augmentation=whole,
     )  # fmt: skip
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
     found = {}
@@ -164,7 +162,7 @@ def main(argv: list[str] | None = None) -> int:
             (recordings,), folder / "people.json", folds=FOLDS, steps=asked.steps, window=WINDOW,
             given=True, choose=asked.choose, sound=True, command="tests.benchmarks.people",
         )  # fmt: skip
-        found = cross.cross(request, say)
+        found = cross_validation.cross(request, say)
         left = why(recordings, max(1, asked.steps // 4), say) if asked.why else {}
     print(fold_card.text(found))
     for name, value in left.items():

@@ -39,7 +39,7 @@ from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Result
 from models.results.figure import Figure
-from models.studies import users as study
+from models.studies import users
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
@@ -203,7 +203,7 @@ def main() -> None:
         results += rows(preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
         results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
-        who = study.QUICK if arguments.quick else study.Size()
+        who = users.QUICK if arguments.quick else users.Size()
         results += recognition_users.rows(
             preset, who, arguments.cache, _say, again=arguments.retrain
         )

@@ -34,7 +34,7 @@ from controller.simulator.presets import PRESETS
 from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
-from models.evaluation import bootstrap as intervals
+from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, answered, feel
 from models.results.figure import Figure
@@ -179,12 +179,12 @@ def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
     right_after = [int(np.trace(t.named[1:-1, 1:-1])) for t in after]
     old = [int(t.named[1:-1].sum()) for t in after]
     lost = np.array(right_before) - np.array(right_after)
-    loss = intervals.rate(100.0 * lost, old)
+    loss = bootstrap.rate(100.0 * lost, old)
     events = [t.events for t in after]
     return {
-        f"few_shot_{k}": intervals.share([n for n, _ in new], [of for _, of in new]),
+        f"few_shot_{k}": bootstrap.share([n for n, _ in new], [of for _, of in new]),
         f"few_shot_{k}_old_loss": loss,
-        f"few_shot_{k}_f1": intervals.f1(
+        f"few_shot_{k}_f1": bootstrap.f1(
             [t.hits for t in after], [int(t.answers.sum()) for t in after], events
         ),
         f"few_shot_{k}_false_alarms_per_min": _alarms(after),
@@ -192,7 +192,7 @@ def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
 
 
 def _alarms(tallies: list[Tally]) -> Figure:
-    return intervals.rate([t.false_alarms for t in tallies], [t.idle_minutes for t in tallies])
+    return bootstrap.rate([t.false_alarms for t in tallies], [t.idle_minutes for t in tallies])
 
 
 def _of(outcomes: list[Outcome], label: str) -> float:

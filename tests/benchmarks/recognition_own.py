@@ -32,7 +32,7 @@ from controller.simulator.user_style import Style
 from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
-from models.evaluation import bootstrap as intervals
+from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, answered, feel
 from models.results.figure import Figure
@@ -166,12 +166,12 @@ def _figures(tallies: list[Tally], numbers: list[int]) -> dict[str, Figure]:
     rows = [one.answered[number] for one, number in zip(tallies, numbers, strict=True)]
     right = [int(row[number]) for row, number in zip(rows, numbers, strict=True)]
     return {
-        "recall": intervals.share(right, [int(row.sum()) for row in rows]),
-        "f1": intervals.f1(
+        "recall": bootstrap.share(right, [int(row.sum()) for row in rows]),
+        "f1": bootstrap.f1(
             [one.hits for one in tallies], [int(one.answers.sum()) for one in tallies],
             [one.events for one in tallies],
         ),
-        "false_alarms_per_min": intervals.rate(
+        "false_alarms_per_min": bootstrap.rate(
             [one.false_alarms for one in tallies], [one.idle_minutes for one in tallies]
         ),
     }  # fmt: skip

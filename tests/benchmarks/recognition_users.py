@@ -26,7 +26,7 @@ from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
 from models.data.test_sessions import BENCHMARK_SEED
-from models.studies import users as study
+from models.studies import users
 from models.training.loop import prepare_torch
 
 SEED: Final = BENCHMARK_SEED + 1
@@ -37,12 +37,12 @@ Row = dict[str, Any]
 
 
 def rows(
-    preset: str, size: study.Size, cache: Path, say: study.Say, *, again: bool = False
+    preset: str, size: users.Size, cache: Path, say: users.Say, *, again: bool = False
 ) -> list[Row]:
     """Return the rows of one preset, measuring what is not kept yet."""
     prepare_torch(SEED)
-    path = cache / ("quick-" + KEPT if size == study.QUICK else KEPT)
-    found = study.measure(preset, SEED, size, path, _no, again=again)
+    path = cache / ("quick-" + KEPT if size == users.QUICK else KEPT)
+    found = users.measure(preset, SEED, size, path, _no, again=again)
     one, every, drift = found["one"], found["any"], found["drift"]
     say(
         f"{preset}: {size.users} people; {one['events']} twists in {one['sessions']} new sessions, "
@@ -109,7 +109,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=cache(), help="where results are kept")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    size = study.QUICK if arguments.quick else study.Size()
+    size = users.QUICK if arguments.quick else users.Size()
     results: list[Row] = []
     for preset in PRESETS:
         made = rows(preset, size, arguments.cache, print, again=arguments.retrain)

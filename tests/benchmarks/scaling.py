@@ -20,11 +20,9 @@ import numpy as np
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy import selftest as proof
+from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 
 GRIDS: Final = (5, 10, 15, 20)
 WINDOWS: Final = (10, 20, 40)
@@ -74,8 +72,8 @@ def main() -> None:
     print("".join(f"{engine:>14}" for engine in engines.NAMES) + "   of the time per frame")
     for side, window, rate_hz in cases:
         bundle = sized(shipped, side, window, rate_hz)
-        macs = shapes.sizes(graph.read(bundle.gesture_onnx)).macs / 1e6
-        shown = {engine: proof.measure(bundle, engine).step_us for engine in engines.NAMES}
+        macs = onnx_shapes.sizes(onnx_reader.read(bundle.gesture_onnx)).macs / 1e6
+        shown = {engine: selftest.measure(bundle, engine).step_us for engine in engines.NAMES}
         best = min(shown.values())
         print(f"{side:>5}×{side:<2}{window:>8}{rate_hz:>9g}{macs:>14.2f}", end="")
         print("".join(f"{us:>11.0f} µs" for us in shown.values()), end="")

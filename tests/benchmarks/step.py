@@ -36,9 +36,8 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy import selftest as proof
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
+from controller.bundles.deploy import selftest
+from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
 from controller.protocol.messages import Numbered, encode
@@ -89,7 +88,7 @@ def networks(shipped: Bundle, paper: Bundle | None) -> dict[str, Network | str]:
                 out[key] = f"missing: {PAPER.name}"
                 continue
             model = bundle.gesture_onnx
-            out[key] = engines.open_network(engine, model, graph.read(model))
+            out[key] = engines.open_network(engine, model, onnx_reader.read(model))
         for peer, opened in (("torch", _torch), ("litert", litert.peer)):
             out[f"{name}@{peer}"] = f"missing: {PAPER.name}" if bundle is None else opened(bundle)
     return out
@@ -103,11 +102,11 @@ def _torch(bundle: Bundle) -> Network | str:
     except ImportError:
         return "missing: PyTorch, the [train] extra"
     torch.set_num_threads(1)
-    read = graph.read(bundle.gesture_onnx)
+    read = onnx_reader.read(bundle.gesture_onnx)
     weights = {name: torch.from_numpy(np.array(array)) for name, array in read.weights.items()}
     shape = tuple(int(size) for size in read.weights.get("shape", np.array([-1])))
 
-    def settle(node: graph.Node, values: dict[str, Any]) -> Any:
+    def settle(node: onnx_reader.Node, values: dict[str, Any]) -> Any:
         inputs = [values[name] for name in node.inputs]
         match node.op:
             case "Reshape":
@@ -308,7 +307,7 @@ def main() -> None:
                 {"name": f"inference_{label}@{name}", "preset": "", "value": float(value),
                  "unit": "us", "goal": None}
             )  # fmt: skip
-    chosen = proof.prove(bundles.default_path())[0].engine
+    chosen = selftest.prove(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
     print(f"the engine that `controller install` chooses here: {chosen}")
     for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):

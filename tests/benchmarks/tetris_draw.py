@@ -22,7 +22,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 import numpy as np
 import pygame
 
-from tetris.bots import greedy as bot
+from tetris.bots import greedy
 from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
 from tetris.window.palettes import PALETTES
@@ -63,7 +63,7 @@ def frames_ms(theme: str) -> list[float]:
         if game.phase is Phase.OVER:
             actions = [Action.RESTART]
         elif now_s >= next_s:
-            actions, next_s = [bot.plan(game).actions[0]], now_s + ACTION_S
+            actions, next_s = [greedy.plan(game).actions[0]], now_s + ACTION_S
         events = game.update(now_s, actions)
         began_s = time.process_time()
         view.show(events)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics import touch_checks as guided
+from controller.diagnostics import touch_checks
 from controller.protocol.messages import Contact, Truth
 from controller.recognition.preprocess import Frame
 from controller.sensors.base import Geometry
@@ -32,12 +32,12 @@ def presses(hand: int) -> NDArray[np.float64]:
     rng = np.random.default_rng([7, hand])
     return np.array(
         [
-            guided.pressed(
+            touch_checks.pressed(
                 ROWS, COLUMNS, PITCH_MM, place,
                 off_mm=complex(*rng.normal(0.0, AIM_MM, 2)),
                 depth_mm=float(rng.uniform(*DEPTHS_MM)),
             )
-            for place in guided.places(ROWS, COLUMNS)
+            for place in touch_checks.places(ROWS, COLUMNS)
         ]
     )  # fmt: skip
 
@@ -96,7 +96,7 @@ class Wired:
         fingers = np.zeros(ROWS)
         for contact in contacts:
             place = (round(ROWS - 1 - contact.y), round(contact.x))
-            change = presses(self._hand)[guided.places(ROWS, COLUMNS).index(place)].copy()
+            change = presses(self._hand)[touch_checks.places(ROWS, COLUMNS).index(place)].copy()
             fingers[place[0]] = 1.0
         drift = 1.0 + _DRIFT * self._rng.standard_normal((ROWS, COLUMNS))
         self.bench.touch(self._rest * (1.0 + change) * drift, fingers)

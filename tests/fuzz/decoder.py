@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 
-from controller.protocol import codec as wire
+from controller.protocol import codec
 from controller.protocol.auth import Seal
 from controller.protocol.messages import (
     MAX_FRAME,
@@ -69,7 +69,7 @@ def seeds() -> Iterable[bytes]:
     for number, message in enumerate(MESSAGES):
         frame = encode(message, session=1, sequence=number, t_ms=1000 * number)
         yield b"\0\7" + frame
-        body = wire.cobs_decode(frame[:-1])[:-4]
+        body = codec.cobs_decode(frame[:-1])[:-4]
         yield b"\1\5" + len(body).to_bytes(2, "little") + body
 
 
@@ -106,7 +106,7 @@ def _framed(choices: Choices) -> bytes:
     stream = b""
     while choices.left:
         body = choices.octets(choices.number(2) % 1200)
-        stream += wire.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
+        stream += codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
     return stream
 
 

@@ -14,7 +14,7 @@ from typing import Final
 import host.targets as targets
 from controller.bundles import mapping_file
 from controller.errors import UserError
-from controller.keymap import keymap_file as reading
+from controller.keymap import keymap_file
 from controller.keymap.key_state import Pressed
 from controller.keymap.keymap import KeyMap, KeyMapError, Kind
 from controller.recognition.users import Users
@@ -82,7 +82,7 @@ def one(data: bytes) -> None:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
                         own.command(label, touch)
             return
-        key_map = reading.read(_FILE, KINDS[kind])
+        key_map = keymap_file.read(_FILE, KINDS[kind])
     except (KeyMapError, UserError) as error:
         _is_sentence(str(error))
         return

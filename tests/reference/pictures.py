@@ -14,8 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
-from controller.simulator import membrane
-from controller.simulator import paper_model as paper
+from controller.simulator import membrane, paper_model
 from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import simulate
@@ -174,12 +173,14 @@ def _figure_5b(axes: Axes) -> None:
     """C / C0 of 25 taxels against the paper's l^4 of the deflection, eq. (3)."""
     stretches = np.linspace(1.02, 1.75, 60)
     domes = [membrane.inflate(float(s)) for s in stretches]
-    predicted = np.array([float(paper.capacitance_of_deflection(d.height[:1])[0]) for d in domes])
+    predicted = np.array(
+        [float(paper_model.capacitance_of_deflection(d.height[:1])[0]) for d in domes]
+    )
     x, y = np.meshgrid(np.arange(-2, 3) * 10 / 38, np.arange(-2, 3) * 10 / 38)
     distance = np.hypot(x, y).ravel()
     drop = SKIN.model.permittivity_drop
     grown = np.array([np.interp(distance, d.reference, d.area_ratio) for d in domes])
-    ratio = paper.capacitance_of_stretch(np.sqrt(grown))
+    ratio = paper_model.capacitance_of_stretch(np.sqrt(grown))
     for k in np.argsort(-distance):
         shade = LinearSegmentedColormap.from_list("", ["#1f5fae", "#cfe3f8"])(
             distance[k] / distance.max()

@@ -61,7 +61,7 @@ def plan(
 
     Args:
         game: A game with a piece in play.
-        command_cost: What each action of this move takes off its value; as in `bot.plan`.
+        command_cost: What each action of this move takes off its value; as in `greedy.plan`.
         target: The landing of an earlier plan for this piece; kept while it can be reached.
         width: How many boards to pursue after each piece.
         depth: How many pieces to look ahead; no further than can be seen.

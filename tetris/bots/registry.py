@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from tetris.bots import beam_search as beam
-from tetris.bots import greedy as bot
+from tetris.bots import beam_search, greedy
 from tetris.bots.greedy import Plan
 from tetris.engine.game import Game
 from tetris.engine.pieces import Piece
@@ -22,11 +21,13 @@ class Planner(Protocol):
     def __call__(
         self, game: Game, *, command_cost: float = 0.0, target: Piece | None = None
     ) -> Plan:
-        """Plan the piece in play from where it is now; see `bot.plan`."""
+        """Plan the piece in play from where it is now; see `greedy.plan`."""
         ...
 
 
-BOTS: Final[Mapping[str, Planner]] = MappingProxyType({"dellacherie": bot.plan, "beam": beam.plan})
+BOTS: Final[Mapping[str, Planner]] = MappingProxyType(
+    {"dellacherie": greedy.plan, "beam": beam_search.plan}
+)
 STRONGEST: Final = "beam"
 
 

@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from tetris.engine import events as happened
-from tetris.engine import moves, scoring
+from tetris.engine import events, moves, scoring
 from tetris.engine.board import Board
 from tetris.engine.events import Action, Finish, TopOut
 from tetris.engine.moves import Spin
@@ -46,7 +45,7 @@ class Falling(State):
         if _HOLD in self._initial and self.config.hold:
             kind, self.hold = self.hold or self._draw(), kind
             self.can_hold = False
-            self._events.append(happened.Held(self._at_s, self.hold))
+            self._events.append(events.Held(self._at_s, self.hold))
         self._enter(kind)
         if self.config.undo and self.in_play:
             self._past = self.snapshot()
@@ -78,13 +77,13 @@ class Falling(State):
             self._rest()
         else:
             self._schedule()
-        self._events.append(happened.Spawned(self._at_s, piece))
+        self._events.append(events.Spawned(self._at_s, piece))
 
     def _end(self, reason: TopOut | Finish) -> None:
         if isinstance(reason, TopOut):
-            self._events.append(happened.ToppedOut(self._at_s, reason))
+            self._events.append(events.ToppedOut(self._at_s, reason))
         else:
-            self._events.append(happened.Finished(self._at_s, reason))
+            self._events.append(events.Finished(self._at_s, reason))
         self.result = reason
         self.phase = Phase.OVER
         self.in_play = False
@@ -121,7 +120,7 @@ class Falling(State):
         else:
             self._lowest = min(self._lowest, fallen.lowest_row)
             self._schedule_fall()
-        self._events.append(happened.Moved(self._at_s, fallen, 0, -1, action))
+        self._events.append(events.Moved(self._at_s, fallen, 0, -1, action))
         return True
 
     def _rest(self) -> None:
@@ -160,13 +159,13 @@ class Falling(State):
             len(rows), spin, level=level, streak=self.streak, perfect=perfect
         )
         self.score += clear.points
-        self._events.append(happened.Locked(self._at_s, piece, rows, clear))
+        self._events.append(events.Locked(self._at_s, piece, rows, clear))
         if rows:
             self.lines += clear.lines
             self.level = scoring.level_of(self.lines, self.config.start_level)
             if self.level > level:
                 self._pace()
-                self._events.append(happened.LevelUp(self._at_s, self.level))
+                self._events.append(events.LevelUp(self._at_s, self.level))
         config = self.config
         if (piece.highest_row if config.partial_lock_out else piece.lowest_row) >= config.rows:
             self._end(TopOut.LOCK_OUT)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from tetris.bots import greedy as bot
+from tetris.bots import greedy
 from tetris.bots.registry import Planner
 from tetris.engine.events import Action, Event, Spawned, ToppedOut
 from tetris.engine.game import Game, Phase
@@ -14,7 +14,7 @@ _REST_S: Final = 4.0  # how long its lost game stays on the screen
 class BotPlayer:
     """Plays a game one action at a time, looking at the board before each."""
 
-    def __init__(self, action_s: float, plan: Planner = bot.plan) -> None:
+    def __init__(self, action_s: float, plan: Planner = greedy.plan) -> None:
         """Act every `action_s` seconds, as one of `tetris.bots.registry.BOTS` plans."""
         self._action_s = action_s
         self._plan = plan

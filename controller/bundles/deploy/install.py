@@ -8,12 +8,12 @@ from pathlib import Path
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.deploy import selftest as proofs
+from controller.bundles.deploy import selftest
 from controller.bundles.deploy.record_words import about, called, sensor
 from controller.bundles.deploy.store import Entry, Shelf, name_of
 from controller.console import TROUBLE, complain, printable, run
 from controller.errors import reason
-from controller.protocol import messages as protocol
+from controller.protocol import messages
 
 
 class TooSlowError(BundleError):
@@ -80,7 +80,7 @@ def install(
     if not other_sensor:
         check_fits(fresh, bundles.read(shelf.current()[0]))
     tell(f"{path} is whole: {about(fresh)}")
-    shown = proofs.prove(path)
+    shown = selftest.prove(path)
     for one in shown:
         tell(f"  {one.engine:12} {one.problem or _timed(one)}")
     best, period_us = shown[0], 1e6 / fresh.rate_hz
@@ -121,21 +121,21 @@ def check_packets(fresh: Bundle) -> None:
     Raises:
         BundleError: They do not fit in a packet, at the longest of what else is in it.
     """
-    name, labels, grid = "-" * protocol.MAX_TEXT, fresh.labels, (fresh.rows, fresh.columns)
+    name, labels, grid = "-" * messages.MAX_TEXT, fresh.labels, (fresh.rows, fresh.columns)
     commands = fresh.users.commands(fresh.mapping)
-    welcome = protocol.Welcome(
-        protocol.VERSION, 0, name, name, False, *grid, 1.0, 1.0, 1, 1, labels, commands
+    welcome = messages.Welcome(
+        messages.VERSION, 0, name, name, False, *grid, 1.0, 1.0, 1, 1, labels, commands
     )
     image, shares = bytes(fresh.rows * fresh.columns), (0.0,) * len(labels)
-    telemetry = protocol.Telemetry(0, image, shares, (0.0, 0.0), max(labels, key=len), True, 1.0)
+    telemetry = messages.Telemetry(0, image, shares, (0.0, 0.0), max(labels, key=len), True, 1.0)
     try:
         for message in (welcome, telemetry):
-            protocol.encode(message, session=0, sequence=0, t_ms=0)
-    except protocol.ProtocolError as error:
+            messages.encode(message, session=0, sequence=0, t_ms=0)
+    except messages.ProtocolError as error:
         raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
 
 
-def _timed(proof: proofs.Proof) -> str:
+def _timed(proof: selftest.Proof) -> str:
     worst = f"{proof.worst_us:.0f} µs at most in 99 of 100"
     return f"{proof.step_us:6.0f} µs a step, {worst}; {proof.start_ms:.0f} ms to start"
 

@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle, BundleError
-from controller.bundles.inference import engines
-from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference import onnx_shapes as shapes
+from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.onnx_reader import GraphError
 from controller.recognition.preprocess import Image, Window
@@ -113,8 +111,8 @@ def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engi
         BundleError: It is no plain network, too large a one, or one for other questions.
     """
     try:
-        read = graph.read(model)
-        given = shapes.sizes(read).shapes[read.output]
+        read = onnx_reader.read(model)
+        given = onnx_shapes.sizes(read).shapes[read.output]
         if (read.shape, given) != ((1, *asked), (1, answers)):
             raise GraphError(
                 f"makes {given[1:]} of {read.shape[1:]}; the bundle wants {(answers,)} of {asked}"

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from controller.simulator.hand import GESTURES
 from models.data.recipe import Course, Recipe
-from models.evaluation import user_metrics as judge
+from models.evaluation import user_metrics
 from models.studies.figure7.curves import Row, Say, curve, study
-from models.training import user_task as lesson
+from models.training import user_task
 from models.training.simulated_users import Town
 from models.training.user_data import Crowd, crowd
 from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
@@ -54,21 +54,23 @@ def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[
         crowd(((town.session(u, d), 1 + u, d) for u in range(USERS)), tracked=tracked)
         for d in range(2)
     )
-    known = judge.users_of(USERS)
+    known = user_metrics.users_of(USERS)
 
     def run(share: float) -> list[Row]:
         own = taught.some(first(taught, share))
-        drawn = lesson.drawn(len(own.touched.ends), seed)
+        drawn = user_task.drawn(len(own.touched.ends), seed)
         torch.manual_seed(seed)
         work = People(own.touched, own.who, 1 + USERS, how, mood, drawn)
 
         def judged(last: bool) -> Row:
-            answers = lesson.ask(work.net, day.touched, day.touched.ends[::EVERY])
+            answers = user_task.ask(work.net, day.touched, day.touched.ends[::EVERY])
             right = answers[:, 1:].argmax(axis=1) + 1 == day.who[day.touched.event[::EVERY]]
             row = {"day": float(right.mean())}
             if last:
-                said = lesson.said(work.net, day.touched)
-                row["day events"] = judge.share(said, day.who, day.touched.session, known).value
+                said = user_task.said(work.net, day.touched)
+                row["day events"] = user_metrics.share(
+                    said, day.who, day.touched.session, known
+                ).value
             return row
 
         return curve(work, how, judged, int((~drawn).sum()), seed)

@@ -27,8 +27,7 @@ from controller.simulator.presets import PRESETS
 from controller.simulator.session import LABELS
 from models import user_files
 from models.data import label_repair as people
-from models.data import splits
-from models.data import touch_images as touches
+from models.data import splits, touch_images
 from models.data.augment import Symmetry
 from models.data.examples import Source, prepare
 from models.data.recipe import RECIPES, Recipe
@@ -37,7 +36,7 @@ from models.data.training_split import Parts
 from models.studies.figure7 import people as ten
 from models.studies.figure7.curves import Row, Say, curve, error, events, first, share, study
 from models.studies.figure7.pressing import RATE_HZ, pressing
-from models.training import train_networks as learn
+from models.training import train_networks
 from models.training.tasks import Gestures, Places
 
 WINDOW: Final = 10  # images: likewise
@@ -69,7 +68,7 @@ class Settings:
         recipe = RECIPES[name]
         if name != "paper":
             return replace(recipe, gesture=recipe.gesture.of_people(1))
-        return learn.epochs(recipe, self.epochs, self.place_epochs)
+        return train_networks.epochs(recipe, self.epochs, self.place_epochs)
 
 
 def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
@@ -227,7 +226,7 @@ def locations(preset: str, name: str, settings: Settings, say: Say) -> dict[str,
         sources.append(pressing(preset, settings.seed, user, day, minutes[1], on_sites=False))
     sources.append(pressing(preset, settings.seed, 0, 1 + DAYS + 1, minutes[1], on_sites=True))
     examples = prepare(sources, recipe.settings(RATE_HZ, WINDOW))
-    found = touches.find(examples, recipe.averaged, settings.seed)
+    found = touch_images.find(examples, recipe.averaged, settings.seed)
     of = examples.session[found.frame]
     sets = {
         "day": np.flatnonzero((of >= 2) & (of < 2 + DAYS)),

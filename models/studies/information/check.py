@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.studies.information import gaussians
-from models.studies.information import knn as neighbours
+from models.studies.information import gaussians, knn
 from models.studies.information.windows import Taken
 
 POINTS: Final = 10_000
@@ -72,16 +71,16 @@ def jobs(points: int = POINTS) -> Iterator[tuple[str, Job]]:
 
 def mixture(classes: int, dimensions: int, points: int, seed: int = 0) -> list[Row]:
     """Return what the estimators say of a mixture."""
-    from models.studies.information import classifier_bound as heldout  # PyTorch
+    from models.studies.information import classifier_bound  # PyTorch
 
     case, truth = gaussians.name(classes, dimensions), gaussians.truths()
     rng = np.random.default_rng((seed, classes, dimensions))
     x, y = gaussians.Mixture.of(classes, dimensions).draw(points, rng)
     dealt = _dealt(x, y, classes)
-    told = heldout.told(dealt)
+    told = classifier_bound.told(dealt)
     found = {
-        "Ross": float(np.mean(neighbours.ross(x, y))),
-        "held-out classifier": heldout.windows(dealt, told.scaled).value,
+        "Ross": float(np.mean(knn.ross(x, y))),
+        "held-out classifier": classifier_bound.windows(dealt, told.scaled).value,
     }
     return [
         Row(case, name, dimensions, truth[case], value, bound=name != "Ross")
@@ -91,8 +90,10 @@ def mixture(classes: int, dimensions: int, points: int, seed: int = 0) -> list[R
 
 def pairs(dimensions: int, correlation: float, points: int, seed: int = 0) -> list[Row]:
     """Return what the estimators say of correlated pairs, Gaussian and with heavy tails."""
-    from models.studies.information import classifier_bound as heldout
-    from models.studies.information import infonce as contrast  # PyTorch
+    from models.studies.information import (
+        classifier_bound,
+        infonce,  # PyTorch
+    )
 
     rows = []
     rng = np.random.default_rng((seed, dimensions, round(100 * correlation)))
@@ -100,14 +101,16 @@ def pairs(dimensions: int, correlation: float, points: int, seed: int = 0) -> li
         x, y, truth = draw(dimensions, correlation, points, rng)
         case = f"{words}, correlated by {correlation:g}"
         normal = words == "Gaussian"
-        part, missed = neighbours.ksg_corrected(x, y, seed=seed)
+        part, missed = knn.ksg_corrected(x, y, seed=seed)
         plain = float(np.mean(part))
         rows.append(Row(case, "Kraskov", dimensions, truth, plain))
         rows.append(
             Row(case, "Kraskov, corrected", dimensions, truth, plain + missed, ideal=normal)
         )
         if normal and correlation == gaussians.CORRELATIONS[1]:
-            told = contrast.info_nce(x, y, heldout.folds(_dealt(x, np.zeros(points, int), 1)))
+            told = infonce.info_nce(
+                x, y, classifier_bound.folds(_dealt(x, np.zeros(points, int), 1))
+            )
             rows.append(Row(case, "InfoNCE", dimensions, truth, float(np.nanmean(told)), True))
     return rows
 

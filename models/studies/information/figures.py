@@ -13,7 +13,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLo
 
 from controller.simulator.presets import PRESETS
 from models.studies.figure7.drawing import BLUE, CORAL, DIM, INK, LINE, STYLE, save
-from models.studies.information import scaling as growth
+from models.studies.information import scaling
 from models.studies.information.histogram import BITS, PAPER_H_Y, PAPER_H_Z, PAPER_INFORMATION
 from models.studies.information.results import of_set, sets_of
 from models.studies.information.tables import CLASSIFIERS, UNIFORM, sizes_of
@@ -218,7 +218,7 @@ def _estimates(found: Found, name: str) -> list[tuple[str, Sequence[float], bool
 
 def grown(found: Found) -> Figure | None:
     """How information grows, a panel for each kind."""
-    kinds = [kind for kind in growth.KINDS if _with(found, f"growth {kind}")]
+    kinds = [kind for kind in scaling.KINDS if _with(found, f"growth {kind}")]
     if not kinds:
         return None
     titles = {

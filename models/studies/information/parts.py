@@ -12,11 +12,14 @@ from controller.bundles import bundle
 from models.evaluation import resample
 from models.evaluation.replay import Batched
 from models.results.figure import Figure
-from models.studies.information import classifier_bound as heldout
-from models.studies.information import histogram, vocabulary
-from models.studies.information import infonce as contrast
-from models.studies.information import knn as neighbours
-from models.studies.information import scaling as growth
+from models.studies.information import (
+    classifier_bound,
+    histogram,
+    infonce,
+    knn,
+    scaling,
+    vocabulary,
+)
 from models.studies.information.sets import DAYS, RecordingSet
 from models.studies.information.windows import GAIN, Taken, take
 
@@ -39,7 +42,7 @@ def parts(one: RecordingSet) -> dict[str, Part]:
         "classifier": partial(classifier, one),
         "contrast": partial(told_apart, one),
     }
-    for kind in growth.KINDS:
+    for kind in scaling.KINDS:
         found[f"growth {kind}"] = partial(grows, one, kind)
     found["places"] = partial(places, one)
     if not one.paths:
@@ -104,27 +107,27 @@ def near(one: RecordingSet) -> dict[str, Any]:
     """Ross's estimate on single images and on principal components of windows."""
     taken = _some(take(one.recordings(), choice=one.choice), POINTS)
     window = round(THEILER_S * taken.rate_hz)
-    close = neighbours.Apart(taken.event, taken.frame, taken.session, window)
-    days = neighbours.Apart(taken.session, taken.frame, taken.session)
+    close = knn.Apart(taken.event, taken.frame, taken.session, window)
+    days = knn.Apart(taken.session, taken.frame, taken.session)
     flat = taken.x.reshape(len(taken.x), -1)
     frame = taken.x[:, -1]
     points: dict[str, NDArray[np.float64]] = {
         "image": np.asarray(frame, dtype=np.float64),
-        "image, whitened": neighbours.whitened(frame),
-        **{f"{n} components": neighbours.principal(flat, n) for n in COMPONENTS},
+        "image, whitened": knn.whitened(frame),
+        **{f"{n} components": knn.principal(flat, n) for n in COMPONENTS},
     }
     several = len(np.unique(taken.session)) > 1
     rows = {}
     for name, x in points.items():
-        leaky = neighbours.ross(x, taken.y)
-        apart = neighbours.ross(x, taken.y, apart=close)
+        leaky = knn.ross(x, taken.y)
+        apart = knn.ross(x, taken.y, apart=close)
         rows[name] = {
             "dimensions": x.shape[1],
             "leaky": _figure(resample.mean(leaky, taken.event)),
             "apart": _figure(resample.mean(apart, taken.event)),
         }
         if several:
-            other = neighbours.ross(x, taken.y, apart=days)
+            other = knn.ross(x, taken.y, apart=days)
             rows[name]["days"] = _figure(resample.mean(other, taken.event))
     return {"points": len(taken.y), "theiler_s": THEILER_S, "h_y": _entropy(taken.y), "rows": rows}
 
@@ -137,12 +140,12 @@ def classifier(one: RecordingSet) -> dict[str, Any]:
         taken = take(recordings, choice=one.choice, rest=rest).every(STEP)
         for kind in ("linear", "mlp"):
             varied = (rest, kind) == ("followed", "mlp")  # one layer learns no symmetry
-            shape = heldout.Shape.of(taken) if varied else None
-            told = heldout.told(taken, kind, epochs=EPOCHS, shape=shape)
+            shape = classifier_bound.Shape.of(taken) if varied else None
+            told = classifier_bound.told(taken, kind, epochs=EPOCHS, shape=shape)
             rows[f"{kind}, rest {rest}"] = _told(taken, told)
     if (given := _shipped(taken)) is not None:
         rows["the bundle that ships"] = _told(taken, given)
-    y, _ = heldout.of_gestures(taken, told.scaled)
+    y, _ = classifier_bound.of_gestures(taken, told.scaled)
     return {
         "windows": len(taken.y),
         "days": len(np.unique(taken.session)),
@@ -153,15 +156,15 @@ def classifier(one: RecordingSet) -> dict[str, Any]:
     }
 
 
-def _told(taken: Taken, told: heldout.Told) -> dict[str, Any]:
+def _told(taken: Taken, told: classifier_bound.Told) -> dict[str, Any]:
     return {
-        "raw": _figure(heldout.windows(taken, told.raw)),
-        "scaled": _figure(heldout.windows(taken, told.scaled)),
-        "gesture": _figure(heldout.gestures(taken, told)),
+        "raw": _figure(classifier_bound.windows(taken, told.raw)),
+        "scaled": _figure(classifier_bound.windows(taken, told.scaled)),
+        "gesture": _figure(classifier_bound.gestures(taken, told)),
     }
 
 
-def _shipped(taken: Taken) -> heldout.Told | None:
+def _shipped(taken: Taken) -> classifier_bound.Told | None:
     """Return what the shipped bundle says, its temperature from the other days; None: no fit."""
     loaded = bundle.read(bundle.default_path())
     fits = (
@@ -173,16 +176,16 @@ def _shipped(taken: Taken) -> heldout.Told | None:
     if not fits:
         return None
     z = 1.0 + taken.x.reshape(len(taken.x), -1, *taken.grid) / GAIN
-    return heldout.rescaled(taken, Batched(loaded).probabilities(z.astype(np.float32)))
+    return classifier_bound.rescaled(taken, Batched(loaded).probabilities(z.astype(np.float32)))
 
 
 def told_apart(one: RecordingSet) -> dict[str, Any]:
     """InfoNCE between windows and labels, on days that were held out."""
     taken = take(one.recordings(), choice=one.choice).every(STEP)
-    part = contrast.info_nce(
+    part = infonce.info_nce(
         taken.x.reshape(len(taken.x), -1),
-        contrast.one_hot(taken.y, len(taken.labels)),
-        heldout.folds(taken),
+        infonce.one_hot(taken.y, len(taken.labels)),
+        classifier_bound.folds(taken),
     )
     return {"windows": len(taken.y), "found": _figure(resample.mean(part, taken.event))}
 
@@ -197,31 +200,31 @@ def grows(one: RecordingSet, kind: str) -> list[dict[str, Any]]:
         whole = take(recordings, choice=choice)
         for count in range(1, side + 1):
             rows, columns = min(count, origin.rows), min(count, origin.columns)
-            one_side = partial(growth.taxels, whole, count)
+            one_side = partial(scaling.taxels, whole, count)
             made.append((rows * columns, f"{rows}×{columns}", one_side))
-        for count in () if one.paths else growth.DENSER:
+        for count in () if one.paths else scaling.DENSER:
             denser = replace(one.data(), rows=count, columns=count)
             made.append((count * count, f"{count}×{count}", partial(_simulated, denser)))
     elif kind == "window":
-        for seconds in growth.WINDOWS_S:
+        for seconds in scaling.WINDOWS_S:
             if seconds * rate >= 1:
-                longer = partial(growth.windows, recordings, seconds, choice)
+                longer = partial(scaling.windows, recordings, seconds, choice)
                 made.append((seconds, f"{seconds:g} s", longer))
     elif kind == "rate":
-        for step in growth.SLOWER:
-            some = [growth.slower(recording, step) for recording in recordings]
+        for step in scaling.SLOWER:
+            some = [scaling.slower(recording, step) for recording in recordings]
             made.append((rate / step, f"{rate / step:g} Hz", partial(take, some, choice=choice)))
-        for times in () if one.paths else growth.FASTER:
+        for times in () if one.paths else scaling.FASTER:
             faster = replace(one.data(), rate_hz=times * rate)
             made.append((times * rate, f"{times * rate:g} Hz", partial(_simulated, faster)))
     else:
-        for bits in growth.BITS:
-            some = [growth.coarser(recording, bits) for recording in recordings]
+        for bits in scaling.BITS:
+            some = [scaling.coarser(recording, bits) for recording in recordings]
             made.append((bits, f"{bits} bits", partial(take, some, choice=choice)))
     table: list[dict[str, Any]] = []
     for value, name, of in made:
         try:
-            worth = growth.worth(of())
+            worth = scaling.worth(of())
         except ValueError:  # such a sensor never finds its rest: it says nothing
             worth = {what: [np.nan] * 3 for what in ("window", "gesture")}
         table.append({"value": value, "name": name, **worth})
@@ -262,7 +265,7 @@ def located(
     number = np.arange(len(images))
     rows = {}
     for count in (2, 4, 6):
-        part, missed = neighbours.ksg_corrected(neighbours.principal(images, count), where)
+        part, missed = knn.ksg_corrected(knn.principal(images, count), where)
         found = resample.mean(part, number)
         rows[f"{count} components"] = {
             "dimensions": count, "plain": _figure(found), "missed": missed,
@@ -271,7 +274,7 @@ def located(
         images[:, None].astype(np.float32), np.zeros(len(images), int), day, number, number,
         where.astype(np.float32), ("press",), 1.0, (1, images.shape[1]),
     )  # fmt: skip
-    part = contrast.info_nce(images, where, heldout.folds(one_each), epochs=60)
+    part = infonce.info_nce(images, where, classifier_bound.folds(one_each), epochs=60)
     return {"presses": len(images), "rows": rows, "contrast": _figure(resample.mean(part, number))}
 
 

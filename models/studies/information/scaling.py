@@ -31,13 +31,16 @@ TESTED: Final = 2  # days, of all that there are
 
 def worth(taken: Taken) -> dict[str, list[float]]:
     """Return the held-out bounds of a window's label and of a gesture, [value, low, high], nats."""
-    from models.studies.information import classifier_bound as heldout  # PyTorch
+    from models.studies.information import classifier_bound  # PyTorch
 
     few = taken.every(max(1, round(STEP_S * taken.rate_hz)))
     square = few.x.shape[2] == few.grid[0] * few.grid[1]
-    shape = heldout.Shape.of(few) if square else None
-    told = heldout.told(few, epochs=EPOCHS, shape=shape, most=TESTED, batch=BATCH)
-    found = {"window": heldout.windows(few, told.scaled), "gesture": heldout.gestures(few, told)}
+    shape = classifier_bound.Shape.of(few) if square else None
+    told = classifier_bound.told(few, epochs=EPOCHS, shape=shape, most=TESTED, batch=BATCH)
+    found = {
+        "window": classifier_bound.windows(few, told.scaled),
+        "gesture": classifier_bound.gestures(few, told),
+    }
     return {name: [one.value, one.low, one.high] for name, one in found.items()}
 
 

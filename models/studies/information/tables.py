@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from models.reports import markdown
-from models.studies.information import scaling as growth
+from models.studies.information import scaling
 from models.studies.information.histogram import (
     BITS,
     PAPER_H_Y,
@@ -169,7 +169,7 @@ def gestures(found: Found) -> str:
 def grown(found: Found) -> str:
     """Return how information grows, bits: windows, and whole gestures."""
     tables = []
-    for kind in growth.KINDS:
+    for kind in scaling.KINDS:
         names = _with(found, f"growth {kind}")
         if not names:
             continue

@@ -22,8 +22,7 @@ from models.data.simulate import DataSet
 from models.evaluation import scores
 from models.evaluation.event_counts import attach
 from models.evaluation.replay import Stream, answered, feel
-from models.studies.information import channel
-from models.studies.information import classifier_bound as heldout
+from models.studies.information import channel, classifier_bound
 from models.studies.information.windows import GAIN, take
 
 TAUGHT: Final = 3  # days to learn from, and one more that chooses
@@ -69,9 +68,9 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[Stream]:
     learned = taken.session < TAUGHT
     flat = taken.x.reshape(len(taken.x), -1)
     check = flat[~learned], taken.y[~learned]
-    ask = heldout.fitted(
+    ask = classifier_bound.fitted(
         (flat[learned], taken.y[learned]), check, 1 + len(labels), "mlp", owner, EPOCHS,
-        heldout.Shape(taken.grid, _symmetry(labels, taken.grid)),
+        classifier_bound.Shape(taken.grid, _symmetry(labels, taken.grid)),
     )  # fmt: skip
     hot = scores.temperature(ask(check[0]), check[1])
     settings = PreprocessSettings(rate_hz=taken.rate_hz, window=taken.x.shape[1])

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.evaluation import bootstrap as intervals
+from models.evaluation import bootstrap
 from models.results.figure import Figure
 
 Counts = dict[str, tuple[float, float]]  # unit -> what was counted, of how much
@@ -38,7 +38,7 @@ class Measure:
     def figure(self, counts: Counts) -> Figure:
         """Return the figure of what was counted."""
         top, bottom = columns(counts)
-        return (intervals.share if self.share else intervals.rate)(top, bottom)
+        return (bootstrap.share if self.share else bootstrap.rate)(top, bottom)
 
     def sign(self) -> float:
         """Return +1 where more is better, else -1."""

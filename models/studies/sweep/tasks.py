@@ -12,16 +12,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from models.data import touch_images as touches
-from models.data import training_split as splitting
+from models.data import touch_images, training_split
 from models.data.load import Data
 from models.data.training_split import Split
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
 from models.studies.sweep.recipes import Asked
 from models.studies.users import learn as learn_people
-from models.training import train_networks as learn
-from models.training import user_task as lesson
+from models.training import train_networks, user_task
 from models.training.networks import GestureNet
 from models.training.tasks import AT_ONCE
 from models.training.user_data import Crowd
@@ -40,8 +38,10 @@ def _gestures(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         As `Task` says, with "frames" and "events" of each session, each [right, all]; and
         "confusion": events, true class by named class.
     """
-    split = splitting.split(taught, "", seed)
-    found, net = learn.gestures(learn.Work(taught, split, asked.recipe, seed, DEVICE, None))
+    split = training_split.split(taught, "", seed)
+    found, net = train_networks.gestures(
+        train_networks.Work(taught, split, asked.recipe, seed, DEVICE, None)
+    )
     examples, classes = unseen.examples, len(unseen.vocabulary.labels)
     held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
     for number in np.unique(examples.session[examples.ends]):
@@ -72,12 +72,14 @@ def _places(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         As `Task` says, with "error" of each session: [sum, touches], means over the axes, grid
         units.
     """
-    recipe, split = asked.recipe, splitting.split(taught, "", seed)
-    found = touches.find(taught.examples, recipe.averaged, seed)
-    judged = touches.find(unseen.examples, recipe.averaged, seed)
+    recipe, split = asked.recipe, training_split.split(taught, "", seed)
+    found = touch_images.find(taught.examples, recipe.averaged, seed)
+    judged = touch_images.find(unseen.examples, recipe.averaged, seed)
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording knows where a touch is; sweep task = "gesture" instead')
-    learned, net = learn.places(learn.Work(taught, split, recipe, seed, DEVICE, None), found)
+    learned, net = train_networks.places(
+        train_networks.Work(taught, split, recipe, seed, DEVICE, None), found
+    )
     with torch.no_grad():
         off = net(torch.from_numpy(judged.images[judged.last])).numpy()
     each = np.abs(off - judged.place[judged.last]).mean(axis=1)
@@ -116,13 +118,13 @@ def _people(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         1 + np.searchsorted(names, data.user[of.session])
         for data, of in ((taught, own), (unseen, new))
     )
-    out = lesson.drawn(len(own.ends), seed)
+    out = user_task.drawn(len(own.ends), seed)
     crowd = Crowd(own, who, np.zeros_like(who))
     net, random = learn_people(
         crowd, 1 + len(names), seed, mood=asked.mood, course=asked.user, random=out
     )
-    named = 1 + lesson.said(net, new)[:, 1:].argmax(axis=1) == whose
-    windows = 1 + lesson.ask(net, new, new.ends)[:, 1:].argmax(axis=1) == whose[new.event]
+    named = 1 + user_task.said(net, new)[:, 1:].argmax(axis=1) == whose
+    windows = 1 + user_task.ask(net, new, new.ends)[:, 1:].argmax(axis=1) == whose[new.event]
     held = []
     for number in np.unique(new.session):
         events = new.session == number

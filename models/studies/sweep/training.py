@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.data import load as reading
+from models.data import load
 from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
@@ -95,17 +95,17 @@ def _only(data: Data, chosen: NDArray[np.bool_], minutes: float) -> Data:
 
 
 @lru_cache(maxsize=KEPT)
-def _read(said: str, recipe: Recipe, labels: reading.Choice, window: int, every: bool) -> Data:
+def _read(said: str, recipe: Recipe, labels: load.Choice, window: int, every: bool) -> Data:
     """Return what there is to learn from; simulated people are simulated here."""
     data = json.loads(said)
     if "folders" not in data:
         with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as place:
             folder = Path(place)
             generate(data_set(data), folder, data["users"], data["sessions"], 1, _quiet)
-            return reading.read([folder], recipe, labels, _quiet, window=window, every=every)
-    read = reading.read([Path(one) for one in data["folders"]], recipe, labels, _quiet,
+            return load.read([folder], recipe, labels, _quiet, window=window, every=every)
+    read = load.read([Path(one) for one in data["folders"]], recipe, labels, _quiet,
                         window=window, every=every)  # fmt: skip
-    if reading.fingerprint(read.digest, read.vocabulary) != data["sha256"]:
+    if load.fingerprint(read.digest, read.vocabulary) != data["sha256"]:
         listed = ", ".join(data["folders"])
         raise ValueError(
             f"the recordings in {listed}, or what gestures.toml says of them, are others here; "

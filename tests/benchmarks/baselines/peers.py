@@ -31,16 +31,13 @@ from sklearn.linear_model import LogisticRegression, Ridge
 from torch import nn
 
 from controller.recognition.preprocess import PreprocessSettings
-from models.data import load as reading
-from models.data import touch_images as touches
-from models.data import training_split as splitting
+from models.data import load, touch_images, training_split
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import DEFAULT, NEVER_S, PAPER, Recipe
 from models.evaluation import scores
 from models.results.training import Honesty
-from models.training import checkpoint
-from models.training import train_networks as learn
+from models.training import checkpoint, train_networks
 from models.training.loop import fit, prepare_torch
 from models.training.networks import GAIN
 from models.training.tasks import Gestures, gesture_net, location_net
@@ -166,17 +163,19 @@ def _recipe(name: str) -> Recipe:
 @lru_cache(maxsize=1)
 def _data(paths: tuple[Path, ...], *, paper: bool) -> Data:
     """Return the recordings as the paper's peer sees them, or as all others do."""
-    return reading.read(paths, _recipe("paper" if paper else "same_data"), "auto", lambda _: None)
+    return load.read(paths, _recipe("paper" if paper else "same_data"), "auto", lambda _: None)
 
 
 def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Saved:
-    split = splitting.split(data, "session", SEED)
+    split = training_split.split(data, "session", SEED)
     work = Work(data, split, recipe, SEED, torch.device("cpu"), folder)
     shape = data.examples.window, *data.examples.images.shape[1:], len(data.vocabulary.labels)
     words: dict[str, Any] = {"settings": asdict(data.settings), "shape": shape}
     if name in ("same_data", "paper"):
-        result, net = learn.gestures(work)
-        _, place = learn.places(work, touches.find(data.examples, recipe.averaged, SEED))
+        result, net = train_networks.gestures(work)
+        _, place = train_networks.places(
+            work, touch_images.find(data.examples, recipe.averaged, SEED)
+        )
         words["honesty"] = asdict(result.honesty)
         words["curve"] = [[epoch.train, epoch.check, epoch.random] for epoch in result.epochs]
         arrays = {**checkpoint.pack("gesture", net.state_dict()),
@@ -213,8 +212,8 @@ def _learn_plain(name: str, work: Work) -> dict[str, NDArray[Any]]:
     null = examples.label[ends] == 0
     keep = ~null | (rng.random(len(ends)) < work.recipe.gesture.null_share)
     windows, label = examples.windows(ends[keep]), examples.label[ends[keep]]
-    found = touches.find(examples, True, SEED)
-    mine = splitting.touches(work.split, data, found, SEED).train
+    found = touch_images.find(examples, True, SEED)
+    mine = training_split.touches(work.split, data, found, SEED).train
     images, places = found.images[mine], found.place[mine]
     if name == "logistic":
         line = LogisticRegression(max_iter=300).fit(_flat(windows), label)

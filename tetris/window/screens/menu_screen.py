@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from tetris.window import menu_navigation as navigation
+from tetris.window import menu_navigation
 from tetris.window.attract_mode import Attract
 from tetris.window.keys import Code
 from tetris.window.logo import draw_logo
@@ -88,7 +88,7 @@ class MenuScreen(Screen):
 
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or button by its fixed meaning in menus."""
-        nav = navigation.OF_CODE.get(code)
+        nav = menu_navigation.OF_CODE.get(code)
         if nav:
             self._repeater.press(nav, time_s)
             self.nav(nav, time_s)
