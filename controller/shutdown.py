@@ -1,4 +1,4 @@
-"""How a program ends: signals become reasons, so that a recording is sealed and the host told."""
+"""Shutdown: signals become reasons, so that a recording is sealed and the host told."""
 
 import os
 import signal

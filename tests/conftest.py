@@ -1,4 +1,4 @@
-"""What several rooms' tests share."""
+"""Fixtures and settings that all tests share."""
 
 import signal
 import socket

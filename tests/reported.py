@@ -1,4 +1,4 @@
-"""What a training, a tuning and an evaluation might have found out, for tests of the report."""
+"""Results of a training, a tuning and an evaluation, made up for tests of the report."""
 
 import math
 from dataclasses import astuple, replace

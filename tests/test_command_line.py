@@ -1,4 +1,4 @@
-"""What all commands of the device have in common: their list, signals, output and statuses."""
+"""All commands of the device: their list, signals, output and statuses."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What a command prints: readable on any terminal, and one sentence when something is wrong."""
+"""Output of commands: readable on any terminal, and one sentence when something is wrong."""
 
 import subprocess
 import sys

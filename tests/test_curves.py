@@ -1,4 +1,4 @@
-"""What a training looks like while it runs."""
+"""Progress of a training on a terminal."""
 
 import io
 import math

@@ -1,4 +1,4 @@
-"""What is broken in a recording afterwards is as if it had been so from the first frame."""
+"""Faults put into a recording afterwards are as if they had been there from the first frame."""
 
 from pathlib import Path
 

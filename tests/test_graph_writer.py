@@ -1,4 +1,4 @@
-"""What is read from an ONNX file is written again as the same network."""
+"""ONNX files are written again as the same network that was read."""
 
 import numpy as np
 import pytest

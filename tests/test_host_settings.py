@@ -1,4 +1,4 @@
-"""What the host remembers of devices, in a file that nothing can spoil for good."""
+"""The store of known devices: a file that nothing can spoil for good."""
 
 import stat
 import sys

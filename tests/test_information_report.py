@@ -1,4 +1,4 @@
-"""What is shown of a study: tables, drawings, a page; and docs/paper.md shows what was found."""
+"""Tables, drawings and page of a study; and docs/paper.md shows what was found."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What each back end packs for its system; none of them is there when the tests run."""
+"""Bytes that each back end packs for its system; none of them is there when the tests run."""
 
 import ctypes
 import errno

@@ -1,4 +1,4 @@
-"""What a mapping may say, and what it is told when it may not."""
+"""Key mapping files: valid entries, and the message for invalid ones."""
 
 from pathlib import Path
 

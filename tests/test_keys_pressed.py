@@ -1,4 +1,4 @@
-"""Which keys are down, step by step on a clock of our own; and at any moment, whatever happens."""
+"""Held keys, step by step on a clock of our own; and at any moment, whatever happens."""
 
 from collections.abc import Callable
 

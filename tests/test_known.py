@@ -1,4 +1,4 @@
-"""What is known of a recording: gestures out of truth and labels, contacts, what does not count."""
+"""Ground truth of a recording: gestures out of truth and labels, contacts, what does not count."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is said of each frame: button, keys and cues side by side, and the line for people."""
+"""Labels of each frame: button, keys and cues side by side, and the line for people."""
 
 import io
 

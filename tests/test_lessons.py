@@ -1,4 +1,4 @@
-"""Which examples an epoch of CNN-3D draws, and how precisely it computes with them."""
+"""Examples that an epoch of CNN-3D draws, and the precision of computing with them."""
 
 from dataclasses import replace
 

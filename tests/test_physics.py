@@ -1,4 +1,4 @@
-"""What a physicist knows of the orb beforehand: symmetries, limits, and the paper's equations."""
+"""Physics known beforehand of the orb: symmetries, limits, and the paper's equations."""
 
 from dataclasses import replace
 

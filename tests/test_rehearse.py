@@ -1,4 +1,4 @@
-"""What a bundle rehearses is chosen from recordings: every gesture, and touches that are none."""
+"""Rehearsal data are chosen from recordings: every gesture, and touches that are none."""
 
 from pathlib import Path
 

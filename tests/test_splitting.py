@@ -1,4 +1,4 @@
-"""What is held out of a training: whole sessions or users, or the end of a session."""
+"""Hold-out of a training: whole sessions or users, or the end of a session."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How far off places are: measured from errors, and told with every touch."""
+"""Position error: measured from errors, and reported with every touch."""
 
 import numpy as np
 import pytest

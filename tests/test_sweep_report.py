@@ -1,4 +1,4 @@
-"""What many trainings say together: intervals over people, the best of many, and the page."""
+"""Aggregation of many trainings: intervals over people, the best of many, and the page."""
 
 from html.parser import HTMLParser
 from itertools import pairwise

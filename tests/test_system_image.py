@@ -1,4 +1,4 @@
-"""What the virtual machine's image is put together with, against the tools that read it."""
+"""The virtual machine's image, against the tools that read it."""
 
 from __future__ import annotations
 

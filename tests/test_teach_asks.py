@@ -1,4 +1,4 @@
-"""What a session of teaching asks for, counts and shows."""
+"""Requests, counts and display of a teaching session."""
 
 import io
 from collections import Counter

@@ -1,4 +1,4 @@
-"""What a stack is worth: each feature on a drawn board."""
+"""Features of a stack, each on a drawn board."""
 
 import pytest
 

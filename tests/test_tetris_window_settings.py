@@ -1,4 +1,4 @@
-"""What the player has chosen: read from a file that anybody may have edited, written safely."""
+"""The player's settings: read from a file that anybody may have edited, written safely."""
 
 import contextlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where games go: best lists, replays, and which games count."""
+"""Saved games: best lists, replays, and which games count."""
 
 from collections.abc import Sequence
 from pathlib import Path

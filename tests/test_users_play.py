@@ -1,4 +1,4 @@
-"""Who touches changes what their gestures mean, and whose network judges them; nothing more."""
+"""Identified users change what their gestures mean and whose network judges them; nothing more."""
 
 import json
 from itertools import pairwise

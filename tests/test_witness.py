@@ -1,4 +1,4 @@
-"""Who touches: evidence adds up over gestures, fades, and is forgotten."""
+"""User identification: evidence adds up over gestures, fades, and is forgotten."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What a bundle rehearses so that its gestures are not forgotten: the part `rehearsal.npz`.
+"""Rehearsal data of a bundle, so that its gestures are not forgotten: the part `rehearsal.npz`.
 
 Some minutes of play from the training's recordings, as bytes, and every example that was taught
 since. Without the part, the golden windows are rehearsed, which is better than nothing.

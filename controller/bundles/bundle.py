@@ -1,9 +1,8 @@
-"""What is deployed: one file `NAME.orb` with networks, labels, settings and golden vectors.
+"""Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle that knows people (`controller/recognition/users.py`) has the user network besides, and,
-for whoever wants one, a gesture network of their own. It is a zip in the one form that
-`controller/bundles/archive.py` knows, so a bit that changed anywhere is found. The hash proves
-integrity; authenticity comes from whoever copied the file.
+A bundle with enrolled users (`controller/recognition/users.py`) also has the user network, and
+gesture networks of single users. It is a zip in the one form that `archive` reads, so any changed
+bit is found. The hash proves integrity; authenticity comes from the channel that carried the file.
 """
 
 import dataclasses

@@ -1,4 +1,4 @@
-"""What a bundle's networks answered when they were made: `golden.npz`."""
+"""Golden vectors: the answers of a bundle's networks when they were made, `golden.npz`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What keys mean while a session is recorded; pure.
+"""Labels from keys while a session is recorded; pure.
 
 Hold 1 to 9: the label of that number, for as long as it is held (1 is the first gesture).
 Space: pause, and go on. Backspace: the last seconds are dropped; again: as many more.

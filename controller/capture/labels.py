@@ -1,4 +1,4 @@
-"""What is said of each frame, and by whom: the button, the keys and the cues, side by side; pure.
+"""Labels of each frame by source: the button, the keys and the cues, side by side; pure.
 
 Nobody is right by default: each says what it says in a column of its own, and whoever learns from
 the recording chooses whom to believe.

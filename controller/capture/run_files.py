@@ -1,4 +1,4 @@
-"""Where a program's recordings go: into one file after the other, none of which was there."""
+"""Output files of a run that records: one after the other; existing files are never replaced."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The virtual orb's own hand as a person who follows cues, for sessions without one."""
+"""The virtual orb's own hand following cues, for sessions without a person."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the commands of `controller recordings` do: files in, lines and new files out."""
+"""The commands of `controller recordings`: files in, lines and new files out."""
 
 import json
 import sys

@@ -62,7 +62,7 @@ def read_running() -> dict[str, Any]:
 
 
 def _runs(pid: object) -> bool:
-    """Return whether there is such a process, whoever's it is."""
+    """Return whether there is such a process, of any user."""
     if not isinstance(pid, int) or pid <= 0:
         return False
     try:

@@ -1,4 +1,4 @@
-"""What can be wrong with Bluetooth, looked at one by one: a row each, with what to do about it."""
+"""Bluetooth checks: a row each, with what to do about it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each fault of the wiring is called, and what to do about it: one table."""
+"""Faults of the wiring: names and what to do about them, one table."""
 
 from typing import Final, NamedTuple
 

@@ -1,4 +1,4 @@
-"""What the doctor says: one row for each thing that was looked at."""
+"""Results of checks: one row for each thing that was looked at."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass

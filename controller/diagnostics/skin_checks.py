@@ -1,4 +1,4 @@
-"""What frames say of the skin while nothing touches it; pure."""
+"""Checks of the skin from frames that nothing touches; pure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

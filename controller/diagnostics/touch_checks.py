@@ -1,4 +1,4 @@
-"""What touches say of the wiring: electrodes that are swapped, mirrored or turned; stiff taxels.
+"""Wiring checks from touches: electrodes swapped, mirrored or turned; stiff taxels.
 
 Somebody presses taxels on both diagonals, one after the other: so every row and every column is
 touched twice, each time with another one. What is felt is held against what a simulated dome feels.

@@ -1,4 +1,4 @@
-"""What the measurements of a board say about its wiring; pure.
+"""Wiring checks from the measurements of a board; pure.
 
 What explains most is said first, and what it explains is not said again: a row that touches ground
 has no taxels to complain of.

@@ -1,4 +1,4 @@
-"""Which keys are down, and why: from commands and snapshots to strokes. Pure; time comes in.
+"""State of held keys: from commands and snapshots to strokes. Pure; time comes in.
 
 Everything that is down belongs to the command that put it down. A key goes up when no command
 holds it any longer, and everything goes up at once when it is disarmed, when the profile changes,

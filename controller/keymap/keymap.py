@@ -1,4 +1,4 @@
-"""What a mapping says: every command's entry, profile by profile."""
+"""Key mappings: each command's entry, profile by profile."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

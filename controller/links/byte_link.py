@@ -1,4 +1,4 @@
-"""What links made of bytes share: one thread that reads and writes, and a session a peer.
+"""Base of the links that carry bytes: one thread that reads and writes, and a session a peer.
 
 The thread sleeps in `select`. Requests cross to the loop's thread through a queue; what the loop
 sends goes out on the loop's own thread as far as the stream takes it without waiting, so that an

@@ -1,4 +1,4 @@
-"""How far away the other end is: round trip and clock offset, from what heartbeats carry.
+"""Round-trip time and clock offset, estimated from heartbeats.
 
 Each heartbeat carries its sender's clock, the newest clock reading that came from the other side,
 and for how long that was held; so both ends measure, as NTP does (RFC 5905, section 8). Whole

@@ -1,4 +1,4 @@
-"""How values become bytes and bytes values: COBS, and the kinds of fields that a packet can have.
+"""Field codecs and COBS: values to bytes and back, and the kinds of fields that a packet can have.
 
 `controller.protocol.messages` joins these kinds to messages. Reading checks everything and raises
 one of `BAD_BYTES`; nothing is read beyond the bytes given. Little endian; the standard library

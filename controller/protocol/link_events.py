@@ -1,4 +1,4 @@
-"""What a program is told of its orb: the connection, its troubles, and the orb's messages."""
+"""Events of a link for the program that uses it: connection, troubles, and the orb's messages."""
 
 from __future__ import annotations
 

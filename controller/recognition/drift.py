@@ -1,4 +1,4 @@
-"""What a change of the skin looks like: a touch, or one of the causes of drift.
+"""Classification of changes of the skin: a touch, or one of the causes of drift.
 
 They are air or warmth (all taxels alike), an electrode (one row or column), the film (one taxel);
 and a finger that was taken into rest and has left. A finger squeezes the skin under it, so it takes

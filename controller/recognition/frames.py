@@ -1,4 +1,4 @@
-"""What an image is: z = C / C0, how much of its capacitance every taxel has left.
+"""Frames and images: z = C / C0, the relative capacitance of every taxel.
 
 The names that frames, images and windows go by, and the settings that say how they are made.
 """

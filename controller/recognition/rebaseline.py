@@ -1,4 +1,4 @@
-"""What a busy sensor comes back to between touches.
+"""Re-baselining: the level to which a busy sensor repeatedly settles between touches.
 
 Between quick touches the rubber never comes to rest, and in a busy minute what it remembers may
 grow beyond the gate. So after long unrest what the sensor comes back to, several times in a row,

@@ -1,4 +1,4 @@
-"""What is not as it should be with the sensor while people play, in sentences with what to do.
+"""Runtime health monitor of the sensor: faults in sentences with what to do.
 
 Frame by frame: taxels that have no lead or feel nothing, rest that drifts and why, a hand that
 never leaves. It only reports; what keeps play going is `controller.recognition.preprocess`. Pure.

@@ -1,4 +1,4 @@
-"""Who touches: what each gesture says of it, gathered over successive gestures.
+"""Bayesian user identification: evidence of each gesture, gathered over successive gestures.
 
 While something is made, the user network is asked with every window; the first ones tell most, so
 it does not wait until the gesture is known. If one was, the mean of the log probabilities, over a

@@ -1,4 +1,4 @@
-"""Whom a bundle knows by their touch, and what it does for each: the table [users] of its manifest.
+"""Enrolled users and their own rules: the table [users] of a bundle's manifest.
 
     [users]
     names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0 is anybody else

@@ -1,4 +1,4 @@
-"""What a TOML file says of other people's arrays, so that they can become recordings."""
+"""Descriptions of foreign arrays in TOML, by which they are imported as recordings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields

@@ -1,4 +1,4 @@
-"""What a crash or a bad disk has left of a journal: all that is whole, and nothing else."""
+"""Recovery of what is whole in a journal after a crash or a disk error."""
 
 import dataclasses
 import heapq

@@ -1,4 +1,4 @@
-"""What a recording says of its origin, as text that strangers may have written: JSON, checked."""
+"""Origin of a recording as JSON text that strangers may have written, checked."""
 
 import dataclasses
 import json

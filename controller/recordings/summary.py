@@ -1,4 +1,4 @@
-"""What a recording is, in a few lines and a small picture."""
+"""Summary of a recording: a few lines and a small picture."""
 
 from collections import Counter
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""Where the time goes: how long each hop of the latest frames took, in memory that never grows.
+"""Latency statistics: the time of each hop of the latest frames, in memory that never grows.
 
 A ledger takes one line of stamps a frame: when it was due, then the end of each hop. It knows no
 clock; whoever has one stamps. `Digest` is what people are told.

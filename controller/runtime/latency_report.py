@@ -1,4 +1,4 @@
-"""What becomes of the loop's time: a stamp at the end of each hop, and what is done in between.
+"""Latency reports of the loop, and work scheduled between frames: a stamp at the end of each hop.
 
 The loop says when a frame begins, the stages mark the ends of their hops, and between two frames,
 when there is time, garbage is swept, the host and `controller status` are told, and the ledger's

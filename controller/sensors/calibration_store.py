@@ -1,4 +1,4 @@
-"""What a sensor reads untouched, kept from one day to the next under the device's identity."""
+"""Stored calibrations: the untouched frame of each sensor, under the device's identity."""
 
 import json
 import logging

@@ -1,4 +1,4 @@
-"""What breaks on real orbs, to switch on and off at any time.
+"""Faults of real orbs, to switch on and off at any time.
 
 Fault.parse("dead:2,3")      # taxel in row 2, column 3, counted from the top left, from 0
 Fault.parse("short_row:1")   # rows 1 and 2 touch

@@ -1,4 +1,4 @@
-"""What a hand can do: the gestures that ship and those of a user's own files, checked."""
+"""Gesture files of the simulated hand: those that ship and a user's own, checked."""
 
 import re
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""What one finger does to the unit disc, and which loads make several of them agree.
+"""Green's functions of the unit disc: the effect of one finger, and the loads of several.
 
 Time is the last axis everywhere. Systems have at most a few unknowns but thousands of steps, so
 elimination is written out: each operation runs over all steps, and a step's result does not

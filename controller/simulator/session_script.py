@@ -1,4 +1,4 @@
-"""What a hand does during one session, step by step, before any sensor feels it.
+"""Scripts of simulated sessions: the hand's gestures step by step, before any sensor.
 
 Two protocols. A `stream` has gestures and distractors in any order, as in play. `blocks` has each
 class by itself for an equal time, as the paper collected its training data (section 4.2).

@@ -1,4 +1,4 @@
-"""How somebody touches: each user's own style, each session's mood, and the ten users."""
+"""Users of the simulated hand: each user's style, each session's mood, and the ten users."""
 
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache

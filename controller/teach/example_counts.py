@@ -1,4 +1,4 @@
-"""How many examples there are of each gesture, and what the present model made of them; pure."""
+"""Counts of examples by gesture, and what the present model made of them; pure."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What comes after teaching, as one question: train, tune, evaluate; or tell people apart."""
+"""The step after teaching, as one question: train, tune, evaluate; or tell people apart."""
 
 import shlex
 import subprocess

@@ -1,4 +1,4 @@
-"""What people see while they teach: what to do, and how many examples there are of what."""
+"""The display while people teach: what to do, and how many examples there are of what."""
 
 import os
 import sys

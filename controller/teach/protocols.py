@@ -1,4 +1,4 @@
-"""What a session asks for: examples of every gesture, or of one at every place; pure."""
+"""Protocols of teaching sessions: examples of every gesture, or of one at every place; pure."""
 
 from collections.abc import Sequence
 from typing import Final

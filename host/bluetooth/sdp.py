@@ -1,4 +1,4 @@
-"""Which RFCOMM channel a service has: one question of the Service Discovery Protocol.
+"""Lookup of a service's RFCOMM channel: one question of the Service Discovery Protocol.
 
 Bluetooth Core Specification, volume 3, part B: 3 says how values are written, 4 how questions are.
 """

@@ -1,4 +1,4 @@
-"""What a device played last is what it plays again: `host --device`, and plain `host`'s offer."""
+"""Defaults of known devices: target and mapping that `host --device` last played with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the host remembers of every device, under the identity that the device says it has.
+"""Store of known devices, under the identity that each reports.
 
     [device."orb-0042"]
     name = "OrbTouch"

@@ -1,4 +1,4 @@
-"""Which orbs are there: by their identity, whatever port they are behind.
+"""Discovery of orbs by their identity, whatever port they are behind.
 
 Nothing is scanned by opening ports. Looked at are only those where an orb has been before, those
 whose USB descriptor says that they may be one, and those of bonded Bluetooth devices; any other is

@@ -1,4 +1,4 @@
-"""What other programs can read along: one module a tap, found by name.
+"""Taps: streams for other programs, one module each, found by name.
 
 `--tap NAME` or `--tap NAME://WHERE` opens one. A tap hears what the program hears, on a thread of
 its own behind a bounded queue: what it cannot take in time is dropped and counted, and nothing

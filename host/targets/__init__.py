@@ -1,4 +1,4 @@
-"""What the orb's commands drive: one module a target, found by name."""
+"""Targets that commands drive: one module each, found by name."""
 
 import importlib
 import pkgutil

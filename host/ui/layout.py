@@ -1,4 +1,4 @@
-"""Where game, orb and cards are in a window of one size, and how they are drawn."""
+"""Layout of game, orb and cards in a window of any size."""
 
 from collections.abc import Mapping
 from typing import Final

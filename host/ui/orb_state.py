@@ -1,4 +1,4 @@
-"""What the host knows of the orb: telemetry and events, in the shape in which they are drawn.
+"""State of the orb for drawing: telemetry and events in the shape in which they are drawn.
 
 `OrbView` takes messages and the passing of time; it draws nothing. `host/ui/panel.py` draws it.
 """

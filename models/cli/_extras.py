@@ -1,4 +1,4 @@
-"""What training needs beyond the four packages that play: the [train] extra, asked for by name."""
+"""Check for the optional packages of training: the [train] extra, asked for by name."""
 
 from importlib.util import find_spec
 from typing import Final

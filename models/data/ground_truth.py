@@ -1,4 +1,4 @@
-"""What is known of a recording's frames, whatever a network says: gestures, places, who."""
+"""Ground truth of a recording's frames: gestures, places and users, independent of any network."""
 
 import itertools
 from collections.abc import Sequence

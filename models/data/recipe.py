@@ -1,4 +1,4 @@
-"""How networks are trained: the paper's recipe, and the best we know, as plain values."""
+"""Training recipes as plain values: the paper's, and the best known."""
 
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,4 +1,4 @@
-"""Which sessions are held out of a training, and which windows show what the paper would report."""
+"""Hold-out of a training: sessions held out, and the windows for the paper's protocol."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where touches are, as far as anybody knows: a simulation, or the cue that asked for the place."""
+"""True positions of touches: from a simulation, or from the cue that asked for the place."""
 
 import re
 from typing import Final

@@ -1,4 +1,4 @@
-"""How sure a figure is: 95 % intervals by resampling whole sessions.
+"""Bootstrap intervals: 95 % by resampling whole sessions.
 
 Events of one session share a hand, an orb and a mood, so they are not independent; sessions are.
 Where nothing was seen to fail, resampling would promise that nothing ever does; then the bound

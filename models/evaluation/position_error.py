@@ -1,4 +1,4 @@
-"""How far off the places that a bundle tells are: measured once, told with every touch after it.
+"""Calibration of a bundle's position error: measured once, reported with every touch.
 
 A place is the less sure the noisier the image is that it was told from, and how noisy that is the
 device knows (controller/recognition/touch_position.py). Two figures make a deviation in grid units

@@ -1,4 +1,4 @@
-"""How sure an estimate is: 95 % intervals by drawing events anew.
+"""Intervals of an estimate: 95 % by drawing events anew.
 
 Windows of one touch are nearly one observation, events are nearly independent. So what is drawn,
 with replacement, are whole events and whole pauses. Days and people are not drawn: an interval

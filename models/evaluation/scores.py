@@ -1,4 +1,4 @@
-"""What a freshly trained network is worth: scores with intervals, confusion, calibration."""
+"""Scores of a freshly trained network: figures with intervals, confusion, calibration."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What telling people apart is worth, by gestures seen and against people never enrolled.
+"""Metrics of user identification, by gestures seen and against people never enrolled.
 
 What is chosen by it as well: the temperature, and how probable somebody must be to be named.
 """

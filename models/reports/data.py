@@ -1,4 +1,4 @@
-"""What a report shows: what a training, a tuning and an evaluation found out, any of them."""
+"""Content of a report: results of a training, a tuning and an evaluation, any of them."""
 
 from dataclasses import dataclass
 

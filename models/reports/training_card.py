@@ -1,4 +1,4 @@
-"""What lies beside a bundle that was just trained: its card, its figures and its report."""
+"""Files beside a bundle that was just trained: its card, its figures and its report."""
 
 import math
 from pathlib import Path

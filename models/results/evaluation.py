@@ -1,4 +1,4 @@
-"""What an evaluation and a tuning found out, as plain values: what cards, reports and JSON show.
+"""Results of an evaluation and a tuning, as plain values for cards, reports and JSON.
 
 Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure
 that could not be had; in JSON it is null. Locations are in grid units, errors are means over the

@@ -1,4 +1,4 @@
-"""What a training found out, as plain values: what the report shows and `NAME.json` holds.
+"""Results of a training, as plain values for the report and `NAME.json`.
 
 Lists of lists, numbers and texts only, so that JSON carries all of it. NaN is a figure that could
 not be had; in the file it is null.

@@ -1,4 +1,4 @@
-"""What a cross-validation found out, as Markdown."""
+"""Card of a cross-validation, as Markdown."""
 
 from collections.abc import Iterable, Sequence
 

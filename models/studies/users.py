@@ -1,4 +1,4 @@
-"""What telling ten people apart is worth, by every protocol, and how much of it is the day's drift.
+"""Study of user identification among ten people, by every protocol, and the share of drift in it.
 
 Ten people make one gesture, as in section 4.2 of the paper. The network is judged on windows drawn
 at random from the sessions that it learned from (the most that the paper can have done), on a block

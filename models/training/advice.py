@@ -1,4 +1,4 @@
-"""What to do next: enough or more of each gesture, which are confused, which is safest.
+"""Advice after a training: enough or more of each gesture, which are confused, which is safest.
 
 Whether more examples would help is read off a learning curve: CNN-3D is trained for a short while
 on a quarter, a half and all of the examples. If the errors of a gesture still fall as examples

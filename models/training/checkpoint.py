@@ -1,4 +1,4 @@
-"""What an interrupted training needs to go on: plain arrays and JSON in one `.npz`, never pickled.
+"""Checkpoints of interrupted trainings: plain arrays and JSON in one `.npz`, never pickled.
 
 A checkpoint is taken after every epoch and holds the random generators too, so that a training
 that goes on gives the same bytes as one that was never interrupted.

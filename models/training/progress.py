@@ -1,4 +1,4 @@
-"""What a training looks like while it runs: one line that renews itself, or a line an epoch."""
+"""Progress of a training on a terminal: one line that renews itself, or a line an epoch."""
 
 import math
 import time

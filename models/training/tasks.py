@@ -1,4 +1,4 @@
-"""What the two networks learn from: windows and their classes, touches and their places."""
+"""Training tasks of the two networks: windows and their classes, touches and their places."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""How the user network is trained: like CNN-3D, but varied only as one person varies.
+"""Recipe of the user network: like CNN-3D, but varied only as one person varies.
 
 Symmetries are left out: which hand somebody uses, and from where it comes, *is* the person. What
 differs from day to day in one person is added instead: how the dome lies under the hand, how firm

@@ -1,4 +1,4 @@
-"""What the user network learns: who made the gesture that a window shows."""
+"""Training task of the user network: the user who made the gesture in a window."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What tells who touches: the windows of gestures, and who made each."""
+"""Windows of gestures with their users, for the user network."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How well the bots play: Dellacherie on a small board, and the look-ahead against it.
+"""Strength of the bots: Dellacherie on a small board, and the look-ahead against it.
 
     python -m tests.benchmarks.bots [--games N] [--pairs N] [--out FILE] [--json]
 

@@ -1,4 +1,4 @@
-"""What a device does with bundles that somebody or something changed.
+"""Robustness against changed bundles: mutated by a program, loaded by a device.
 
     python -m tests.benchmarks.bundles [--count N] [--seed N] [--json]
 

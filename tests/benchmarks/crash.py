@@ -1,4 +1,4 @@
-"""What a crash costs: recordings killed, cut, bit-flipped and half lost, then recovered.
+"""Cost of crashes: recordings killed, cut, bit-flipped and half lost, then recovered.
 
     python -m tests.benchmarks.crash [--kills N] [--damages N] [--seed N] [--json]
 

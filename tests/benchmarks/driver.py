@@ -1,4 +1,4 @@
-"""What the shipped bundle makes of an orb behind its driver, beside the virtual orb's own read-out.
+"""Recognition of an orb behind its driver, beside the virtual orb's own read-out.
 
 python -m tests.benchmarks.driver [--minutes 8] [--seeds 2] [--json]
 

@@ -1,4 +1,4 @@
-"""How much an orb can say, all of it: section 6, estimators on known cases, bounds, play.
+"""Information of an orb: section 6, estimators on known cases, bounds, play.
 
     python -m tests.benchmarks.information [--keep FOLDER] [--quick] [--json]
 

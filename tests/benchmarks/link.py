@@ -1,4 +1,4 @@
-"""What the link costs: packets, round trips against bare pyserial, cuts, silence; and each key.
+"""Cost of the link: packets, round trips against bare pyserial, cuts, silence; and each key.
 
     python -m tests.benchmarks.link [--packets N] [--trips N] [--cuts N] [--silent S] [--keys N]
                                     [--wire NAME ...] [--json]

@@ -1,4 +1,4 @@
-"""What the link is measured over: one row a wire. Another one, such as RFCOMM, is another row."""
+"""Wires of the link benchmark: one row each; another one, such as RFCOMM, is another row."""
 
 from __future__ import annotations
 

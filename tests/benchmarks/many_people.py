@@ -1,4 +1,4 @@
-"""What recordings of many people cost: measured on a few simulated ones, and multiplied openly.
+"""Cost of recordings of many people: measured on a few simulated ones, and multiplied openly.
 
     python -m tests.benchmarks.many_people [--people N] [--minutes M] [--json]
 

@@ -1,4 +1,4 @@
-"""How punctual the loop is: lateness and missed frames while the other core is busy.
+"""Punctuality of the loop: lateness and missed frames while the other core is busy.
 
     python -m tests.benchmarks.pace [--minutes N] [--rate HZ] [--realtime] [--json]
 

@@ -1,4 +1,4 @@
-"""How well gestures and places are recognised, with peers: the recognition rows of the goals.
+"""Recognition of gestures and places, with peers: the recognition rows of the goals.
 
     python -m tests.benchmarks.recognition [--bundle FILE] [--quick] [--only ours|peers] [--json]
 

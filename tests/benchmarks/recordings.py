@@ -1,4 +1,4 @@
-"""How fast recordings open, and how much memory a data set takes to be trained on.
+"""Speed of opening recordings, and memory of a data set in training.
 
     python -m tests.benchmarks.recordings [--recordings N] [--minutes M] [--repeats R] [--json]
 

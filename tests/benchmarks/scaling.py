@@ -1,4 +1,4 @@
-"""How the cost of a control step grows with the grid, the window and the rate.
+"""Growth of a control step's cost with the grid, the window and the rate.
 
     python -m tests.benchmarks.scaling [--json]
 

@@ -1,4 +1,4 @@
-"""How long a scan takes, and how right and how quiet what it reads is.
+"""Duration, error and noise of a scan.
 
 python -m tests.benchmarks.scan [--json]
 

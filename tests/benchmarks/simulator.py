@@ -1,4 +1,4 @@
-"""How fast the virtual orb is: frames per second and core, whole sessions with hand and labels.
+"""Speed of the virtual orb: frames per second and core, whole sessions with hand and labels.
 
     python -m tests.benchmarks.simulator [--minutes N] [--repeats N] [--json]
 

@@ -1,4 +1,4 @@
-"""What a control step costs: the networks in every engine, the paced step, and the start.
+"""Cost of a control step: the networks in every engine, the paced step, and the start.
 
     python -m tests.benchmarks.step [--calls N] [--seconds S] [--json]
 

@@ -1,4 +1,4 @@
-"""How fast the game is, beside other Python games, a random policy each, interleaved in one run.
+"""Speed of the game beside other Python games, a random policy each, interleaved in one run.
 
     python -m tests.benchmarks.tetris [--peer NAME=PYTHON ...] [--rounds N] [--games N] [--json]
 

@@ -1,4 +1,4 @@
-"""How long a picture of the game takes, and how soon the first one is there.
+"""Duration of a picture of the game, and time to the first one.
 
     python -m tests.benchmarks.tetris_draw [--json]
 

@@ -1,4 +1,4 @@
-"""What it costs to learn: CPU-seconds until CNN-3D is as good as it gets, and PyTorch's plain way.
+"""Cost of training: CPU-seconds to CNN-3D's plateau, and PyTorch's plain way.
 
     python -m tests.benchmarks.training [--seeds N] [--epochs N] [--minutes M] [--quick] [--json]
 

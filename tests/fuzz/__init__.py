@@ -1,1 +1,1 @@
-"""What arbitrary bytes do to us: harnesses for atheris, and for hypothesis in the default tests."""
+"""Fuzzing with arbitrary bytes: harnesses for atheris, and for hypothesis in the default tests."""

@@ -1,4 +1,4 @@
-"""What the reference takes the orb, its air and a finger to be, and the units it computes in."""
+"""Material constants of the reference solver: orb, air and finger, and its units."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What a converter samples of random orbs, by ngspice: test data for the driver.
+"""Waveforms at the converter of random orbs, by ngspice: test data for the driver.
 
 python -m tests.reference.waveforms [--orbs 60] [--out tests/data/waveforms.npz]     (needs ngspice)
 

@@ -1,4 +1,4 @@
-"""What the cases of the HID links share: an orb in this process, and a desktop to try it with."""
+"""Parts of the HID cases: an orb in this process, and a desktop to try it with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the cases of the serial link share: a waiting orb, a pairing, a demo game."""
+"""Parts of the serial cases: a waiting orb, a pairing, a demo game."""
 
 from __future__ import annotations
 

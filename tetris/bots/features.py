@@ -1,4 +1,4 @@
-"""What a stack of blocks is worth: the features of the field, counted on the board's bits.
+"""Features of the field for evaluating a stack, counted on the board's bits.
 
 C. Thiery and B. Scherrer, Building Controllers for Tetris, ICGA Journal, 2009, define the
 features; the weights are Dellacherie's, set by hand, and theirs, found by search ("BCTS").

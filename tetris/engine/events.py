@@ -1,4 +1,4 @@
-"""What a player can do, and what the engine says has happened."""
+"""Actions of a player, and events of the engine."""
 
 from dataclasses import dataclass
 from enum import Enum

@@ -1,4 +1,4 @@
-"""What a game does by itself: pieces enter, fall, come to rest, lock, and end it."""
+"""Gravity and its consequences: pieces enter, fall, come to rest, lock, and end the game."""
 
 from typing import Final
 

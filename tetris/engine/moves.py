@@ -1,4 +1,4 @@
-"""What a piece can do on a board: shift, turn with kicks, drop, and spin.
+"""Moves of a piece on a board: shift, turn with kicks, drop, and spin.
 
 Every function takes the board's bits and a piece and returns a new piece. Source: the
 Super Rotation System, docs/tetris.md "srs", and "tspin".

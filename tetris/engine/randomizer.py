@@ -1,4 +1,4 @@
-"""Which piece comes next: docs/tetris.md "randomizer"."""
+"""Randomizer of pieces: docs/tetris.md "randomizer"."""
 
 from random import Random
 from typing import Final

@@ -1,4 +1,4 @@
-"""What a game is at one moment, and how to keep that moment and come back to it."""
+"""State of a game at one moment, kept and restored."""
 
 from collections import deque
 from collections.abc import Collection

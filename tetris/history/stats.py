@@ -1,4 +1,4 @@
-"""How well somebody plays: pieces and commands, speed, finesse, and what was cleared.
+"""Statistics of play: pieces and commands, speed, finesse, and clears.
 
 Pure: events and counted commands come in. Finesse asks of each piece whether its place could
 have been reached with fewer inputs. An input is a turn or a shift that the player gave, whether

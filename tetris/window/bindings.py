@@ -1,4 +1,4 @@
-"""Which keys and pad buttons do what: names for files and screens, and the defaults.
+"""Bindings of keys and pad buttons: names for files and screens, and the defaults.
 
 A binding is written down by name (`space`, `pad_a`), because pygame's numbers mean nothing to
 a reader. Keys are numbers to `tetris.window.keys`, pad buttons stay names.

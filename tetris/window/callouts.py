@@ -1,4 +1,4 @@
-"""What a lock was worth, in words, beside the board: "T-spin double", "combo ×3", "+1,200"."""
+"""Callouts beside the board when a piece locks: "T-spin double", "combo ×3", "+1,200"."""
 
 from collections.abc import Iterable
 from typing import Final

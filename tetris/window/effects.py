@@ -1,4 +1,4 @@
-"""What flashes and fades on the board after an event: locks, clears, drops, new levels."""
+"""Effects on the board after events: locks, clears, drops, new levels."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence

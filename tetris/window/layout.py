@@ -1,4 +1,4 @@
-"""Where the parts of a game are drawn inside a rectangle, in multiples of one cell."""
+"""Layout of a game's parts inside a rectangle, in multiples of one cell."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -1,4 +1,4 @@
-"""Where games go: their replays as files, their figures into the best lists."""
+"""Saved games: replays as files, figures in the best lists."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What never changes while a game is drawn: cards, headings, the empty well."""
+"""The unchanging parts of a game's picture: cards, headings, the empty well."""
 
 import pygame
 

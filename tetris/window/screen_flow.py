@@ -1,4 +1,4 @@
-"""Which screen follows which: from the title to a game, its pause and its end, and back."""
+"""Flow between screens: from the title to a game, its pause and its end, and back."""
 
 import secrets
 from collections.abc import Callable

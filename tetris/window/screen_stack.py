@@ -1,4 +1,4 @@
-"""What all screens share: settings, look, sounds, pads, and which screen is seen."""
+"""The stack of screens, and what all share: settings, look, sounds, pads."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What the player has chosen, kept in a TOML file.
+"""The player's settings, kept in a TOML file.
 
 A file from another version, or edited by hand, is read as far as it makes sense: a value that
 is out of its limits or of another kind is as if it were not there. A file that is no TOML at

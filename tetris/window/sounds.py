@@ -1,4 +1,4 @@
-"""What is heard: sounds for events, at the volumes that the player chose.
+"""Sounds for events, at the volumes that the player chose.
 
 The mixer opens in a thread, because some systems take seconds to say that there is no audio
 device. Until it is open, and where there is none, playing is quietly nothing.

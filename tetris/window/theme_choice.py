@@ -1,4 +1,4 @@
-"""How the game looks: a theme, and what the player wants to see of it."""
+"""The chosen look of the game: a theme, and what of it is shown."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""What the commands of the shelf say of a bundle."""
+"""Descriptions of bundles for the commands that install and list them."""
 
 from typing import Final
 

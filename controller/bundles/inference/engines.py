@@ -1,4 +1,4 @@
-"""What runs a network: one file an engine, found by name.
+"""Inference engines: one module each, found by name.
 
     network = engines.open("numpy", model)
     answer = network(question)  # (1, ...) float32 to (1, ...) float32

@@ -1,4 +1,4 @@
-"""What an ONNX file computes, read by a bounded walk before any engine sees it.
+"""Bounded reader of ONNX files: the network as a chain of operators, before any engine runs it.
 
 An ONNX file is a protocol buffer, and the format allows far more than a network needs: pictures of
 other files, functions, loops, arrays of any size. Here it is read field by field, and whatever is

@@ -1,4 +1,4 @@
-"""What a network would cost: the shape of every array in it, found without running it.
+"""Shape inference and cost limits of a network, without running it.
 
 A graph that `controller/bundles/inference/onnx_reader.py` has read is harmless as text, but a
 convolution with pads of a million would still ask for all the memory there is. So every shape is

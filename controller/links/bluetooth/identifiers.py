@@ -1,4 +1,4 @@
-"""Who we are on Bluetooth: the identifiers that both ends and BlueZ must agree on."""
+"""Bluetooth identifiers that both ends and BlueZ must agree on."""
 
 from typing import Final
 

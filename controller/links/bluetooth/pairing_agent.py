@@ -1,4 +1,4 @@
-"""Who may pair, and who may connect: BlueZ asks this agent, and it says no unless asked to be open.
+"""The pairing agent: confirms or refuses pairings and connections for BlueZ.
 
 Outside the pairing window nobody may pair. Inside it a host may, and where somebody can look at a
 screen, only after both sides showed the same six digits. Services are for bonded hosts only.

@@ -1,4 +1,4 @@
-"""Whether a recording is any good: everything that can be found out, and a verdict."""
+"""Quality check of a recording: all findings, and a verdict."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace

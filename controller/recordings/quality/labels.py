@@ -1,4 +1,4 @@
-"""What each labeller said in a recording, and how well that fits what the sensor felt.
+"""Label quality: the labels of each labeller, and how well they fit the response of the sensor.
 
 A labeller is one of the label columns: the truth, the label button, the keyboard, the cues.
 """

@@ -1,4 +1,4 @@
-"""What a sensor felt in a recording: how far every taxel was from rest, frame by frame."""
+"""Response of a sensor in a recording: how far every taxel was from rest, frame by frame."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -1,4 +1,4 @@
-"""How evenly the frames of a recording came, and which are missing."""
+"""Timing of a recording: how evenly its frames came, and which are missing."""
 
 from dataclasses import dataclass
 from typing import Final

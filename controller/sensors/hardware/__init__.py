@@ -1,4 +1,4 @@
-"""What a real orb hangs on: pins, converter, pump, and the circuit from picofarads to counts.
+"""Hardware of a real orb: pins, converter, pump, and the circuit from picofarads to counts.
 
 Pure: wiring, reading, schedule, inversion, converters, pump. Edges: pins and knobs (gpiozero), spi
 (spidev). `emulated` puts a simulated circuit in place of the edges, and needs no hardware.

@@ -1,4 +1,4 @@
-"""What a scan needs of the hardware: pins, converters and a clock. Real or emulated, all alike."""
+"""The hardware that a scan needs: pins, converters and a clock. Real or emulated, all alike."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What stands around the orb: label button, status LED and pump, by gpiozero."""
+"""Controls around the orb: label button, status LED and pump, by gpiozero."""
 
 from contextlib import ExitStack
 from typing import Any

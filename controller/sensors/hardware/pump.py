@@ -1,4 +1,4 @@
-"""When the pump runs: to a pressure, and never beyond limits in pressure and time; pure."""
+"""Pump control: to a pressure, and never beyond limits in pressure and time; pure."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What a scan does, step by step: pure.
+"""The schedule of a scan, step by step: pure.
 
 A slot grounds all electrodes, lets its rows float, raises its column, lets that settle, converts,
 and lowers the column again.

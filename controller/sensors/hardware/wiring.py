@@ -1,4 +1,4 @@
-"""How an orb is wired: which electrode hangs on which pin, and the times of a scan; pure.
+"""Wiring of an orb: electrodes and their pins, and the times of a scan; pure.
 
 `reading` makes one from TOML. What is the default here is in `default.toml`, with comments, and
 docs/hardware.md draws it.

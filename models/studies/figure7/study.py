@@ -1,4 +1,4 @@
-"""What figure 7 shows, measured: one user teaches, and both recipes are judged twice.
+"""Figure 7 measured: one user teaches, and both recipes are judged twice.
 
 Parts c and d, ten users, are in models/studies/figure7/people.py.
 

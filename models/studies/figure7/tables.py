@@ -1,4 +1,4 @@
-"""What figure 7 says in numbers, as Markdown: the tables of docs/paper.md."""
+"""Tables of figure 7 as Markdown, for docs/paper.md."""
 
 from collections.abc import Mapping
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""How much an orb can say: the paper's section 6, what is wrong with it, and what it left open.
+"""Information in an orb's signals: the paper's section 6, its errors, and what it left open.
 
     histogram   the paper's statistics, corrected ones, and what chance alone would give
     neighbours  mutual information from distances (Ross, Kraskov), temporal neighbours left out

@@ -1,4 +1,4 @@
-"""How much a sensor says: the paper's histogram statistics (section 6, figure 9).
+"""Information of a sensor: the paper's histogram statistics (section 6, figure 9).
 
 The paper scales every sensor to [0, 1] for each gesture on its own, puts scaled values and
 labels into 25-bin histograms, and prints H(y), H(z) and I(z, y); the paper says "bits", the figures

@@ -1,4 +1,4 @@
-"""What a study found, as plain data that a file keeps.
+"""Results of an information study, as plain data in a file.
 
 "settings" of each set; "parts": under "SET|PART" what models/studies/information/parts.py returns,
 in nats; "games": under a name what games.py returns; "check": rows of check.py.

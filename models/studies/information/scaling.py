@@ -1,4 +1,4 @@
-"""How information grows with taxels, length of the window, rate, and bits of the converter.
+"""Growth of information with taxels, length of the window, rate, and bits of the converter.
 
 Everything is the held-out bound of heldout.py, with the same classifier and as many windows each
 time: a sensor, a window or a rate is changed, and nothing else. Fewer taxels are a coarser choice

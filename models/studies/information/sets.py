@@ -1,4 +1,4 @@
-"""What is measured: recordings in files, or simulated people; each process gets them by itself."""
+"""Data sets of the study: recordings in files, or simulated people; loaded by each process."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What was estimated, in numbers, as Markdown: the answer, and the tables of docs/paper.md."""
+"""Tables of the estimates as Markdown: the answer, and those of docs/paper.md."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""How large a vocabulary is worth teaching: two gestures, three, ... all that the hand can do.
+"""Information by vocabulary size: two gestures, three, ... all that the hand can do.
 
 For each vocabulary its owner plays it, alone, on some days; a classifier learns it (heldout.py),
 the device's debouncer answers, its threshold chosen on one more day; and other days say which

@@ -1,4 +1,4 @@
-"""What is estimated from: windows of several sessions, with their classes, events and times."""
+"""Windows for the estimators, of several sessions, with their classes, events and times."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What many trainings say together: a figure with its interval for each point of a sweep.
+"""Aggregation of many trainings: a figure with its interval for each point of a sweep.
 
 Seeds and folds only repeat a training: a point is all of them. Its interval is 95 %, by
 resampling whole people (or sessions) that were held out; every one counts once, however many

@@ -1,4 +1,4 @@
-"""Who is held out of a training and who is learned from: whole people or sessions, always."""
+"""Hold-out of whole people or sessions from a training."""
 
 from collections.abc import Mapping
 from typing import Any, Final

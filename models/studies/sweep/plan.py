@@ -1,4 +1,4 @@
-"""What a sweep's file says: data, how networks are trained, what is held out, and the axes.
+"""Plan files of sweeps: data, recipes, what is held out, and the axes.
 
     [data]                  recordings in folders, or a simulation by its seed
     [train]                 how every network is trained

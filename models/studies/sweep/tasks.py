@@ -1,4 +1,4 @@
-"""What a sweep trains: gestures, places, or who touches; each learned, and judged on what was held.
+"""Tasks of a sweep: gestures, places, or users; each learned, and judged on what was held out.
 
 A result is plain data. Whatever is learned is split as `models train` splits it: some of it
 chooses the epoch; people's network has nothing to choose, and learns from all.

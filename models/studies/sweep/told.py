@@ -1,4 +1,4 @@
-"""What a sweep found out, in words and tables of plain text."""
+"""Results of a sweep in words and tables of plain text."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Which program a result is of: every machine of a sweep must run the same one."""
+"""Version of a result: every machine of a sweep must run the same program."""
 
 import hashlib
 from collections.abc import Mapping

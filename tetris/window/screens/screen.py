@@ -1,4 +1,4 @@
-"""What every screen can be told and asked."""
+"""Base class of all screens."""
 
 from abc import ABC, abstractmethod
 

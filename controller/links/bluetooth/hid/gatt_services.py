@@ -1,4 +1,4 @@
-"""What a host reads, writes and subscribes to over GATT: HID, battery and device information.
+"""GATT services of the HID device: HID, battery and device information.
 
 As the specifications HIDS 1.0, BAS 1.0 and DIS 1.1 want it, in tables. Everything needs an
 encrypted link, so that a host which is not paired learns nothing. Pure: whoever owns the bus asks

@@ -1,4 +1,4 @@
-"""What is down, and until when: from commands and snapshots to reports. Pure; time comes in.
+"""State of held keys and buttons: from commands and snapshots to reports. Pure; time comes in.
 
 Everything that is down belongs to the command that put it down. A tap ends after its time; what is
 held ends when the orb says that it is, or says nothing for a second.

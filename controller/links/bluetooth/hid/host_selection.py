@@ -1,4 +1,4 @@
-"""Which of several paired hosts has the orb. Pure; time comes in.
+"""Selection of the active one of several paired hosts. Pure; time comes in.
 
 One host at a time: what is pressed shall reach one screen only. The orb waits for the host that had
 it last, and after a while takes whichever paired host comes. A player changes hosts by a command.

@@ -1,4 +1,4 @@
-"""What the device itself knows: hosts from the last run, and the charge of its battery."""
+"""Stored hosts of the last run, and the charge of the device's battery."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a host is told of our reports: one map for a keyboard and a gamepad.
+"""The HID report map: one for a keyboard and a gamepad.
 
 Items are encoded as in "Device Class Definition for Human Interface Devices (HID)", version 1.11,
 section 6.2.2; usages are those of the "HID Usage Tables", version 1.5.

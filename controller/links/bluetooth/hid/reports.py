@@ -1,4 +1,4 @@
-"""What is down, as the bytes of reports; `report_map` tells a host how to read them."""
+"""HID reports as bytes; `report_map` describes them to hosts."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

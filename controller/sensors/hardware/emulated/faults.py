@@ -1,4 +1,4 @@
-"""What goes wrong between a real orb and its computer, to switch on and off at any time.
+"""Wiring faults between an orb and its computer, to switch on and off at any time.
 
 WiringFault.parse("open_row:2")          # the third row's lead is off
 WiringFault.parse("short_taxel:1,3")     # row 1 touches column 3 through the rubber
