@@ -154,13 +154,12 @@ def sync_folder(folder: Path) -> None:
     """Put a folder's names on the disk, where the system can do that."""
     if os.name != "posix":
         return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError:
-        pass  # some network drives refuse; the file itself is on the disk
-    finally:
-        os.close(handle)
+    with contextlib.suppress(OSError):  # some network drives refuse; the file itself is on the disk
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _special(mode: int, path: Path) -> OSError:

@@ -25,6 +25,7 @@ _ADDRESS: Final = re.compile(
 )
 _PLACE: Final = re.compile(r'(?:(?:AT_FDCWD|\d+)<([^>]*)>, )?"((?:[^"\\]|\\.)*)"')
 PATIENCE_S: Final = 60.0  # an upper bound; everything here takes seconds
+_RESOLVER: Final = re.compile(r'sun_path="([^"]*[Rr]esolve[^"]*)"')  # of systemd, for names
 _DNS: Final = 53  # the port at which names are looked up, on this machine or elsewhere
 
 
@@ -35,7 +36,8 @@ class Trace:
     Attributes:
         status: Its exit status.
         output: Its standard output and error.
-        contacts: Addresses outside this machine and name servers anywhere, "ADDRESS:PORT".
+        contacts: Addresses outside this machine and name servers anywhere, "ADDRESS:PORT" or the
+            path of a socket.
         made: Files and folders that it made or tried to make, but for devices.
     """
 
@@ -87,11 +89,12 @@ def contacted(name: str, arguments: str) -> set[str]:
     """Return whom a call contacts that is not this machine, or looks up names."""
     if name not in _CONTACTS:
         return set()
-    return {
+    outside = {
         f"{address}:{port}"
         for port, address in _ADDRESS.findall(arguments)
         if int(port) == _DNS or not ip_address(address).is_loopback
     }
+    return outside | set(_RESOLVER.findall(arguments))
 
 
 def _made(name: str, arguments: str, folder: Path) -> set[Path]:

@@ -219,3 +219,13 @@ def test_a_status_that_is_none_is_no_running_controller(
     assert status.read_running() == {}
     (tmp_path / "status.json").write_text(json.dumps(SOUND))
     assert status.read_running() == SOUND
+
+
+@pytest.mark.parametrize("command", ["", "calibrate", "doctor", "teach"])
+def test_a_seed_that_is_none_is_refused_by_every_command_that_reads_a_sensor(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in ("-1", "1.5", str(2**32)):
+        with pytest.raises(SystemExit, match="2"):
+            main([*command.split(), "--seed", seed])
+        assert f"{seed} must be a whole number from 0 to 4294967295" in capsys.readouterr().err

@@ -113,6 +113,9 @@ def test_a_library_that_looks_up_names_or_leaves_files_would_be_seen(tmp_path: P
         ('3<socket:[1]>, {sa_family=AF_INET, sin_port=htons(80), sin_addr=inet_addr("127.0.0.1")}',
          set()),
         ('3<socket:[1]>, {sa_family=AF_UNIX, sun_path="/tmp/.X11-unix/X0"}, 20) = 0', set()),
+        ('3<socket:[1]>, {sa_family=AF_UNIX, '
+         'sun_path="/run/systemd/resolve/io.systemd.Resolve"}, 42) = 0',
+         {"/run/systemd/resolve/io.systemd.Resolve"}),
     ],
 )  # fmt: skip
 def test_addresses_outside_this_machine_are_told_apart(arguments: str, whom: set[str]) -> None:

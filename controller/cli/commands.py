@@ -13,7 +13,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "models": ("controller.cli.bundles", "list the bundles of this device"),
     "rollback": ("controller.cli.rollback", "take the previous bundle into use"),
     "calibrate": (
-        "controller.diagnostics.calibrate",
+        "controller.cli.calibrate",
         "measure the untouched sensor and keep the result",
     ),
     "doctor": ("controller.cli.doctor", "check computer, wiring, sensor and link"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from controller import folders
 from controller.bundles import bundle as bundles
+from controller.cli.sensor_options import add_sensor, chosen
 from controller.diagnostics import (
     link_check,
     measurements,
@@ -26,8 +27,7 @@ from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
 from controller.recognition.preprocess import LEAST_REST
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorError, SensorOptions, VirtualSensor
-from controller.simulator.presets import PRESETS
+from controller.sensors.base import Sensor, SensorError, VirtualSensor
 
 REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
 _BLUETOOTH: Final = "controller.diagnostics.bluetooth"
@@ -59,8 +59,7 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
-    add("--sensor", metavar="NAME", default="virtual",
-        help=f"what to look at: {', '.join(sensors.names())} (default: virtual)")  # fmt: skip
+    add_sensor(grammar, "what to look at")
     add("--json", action="store_true", help="print one JSON object in place of the table")
     add("--bundle", metavar="FILE", type=Path, default=bundles.default_path(),
         help="networks that ONNX Runtime is tried with (default: those that ship)")  # fmt: skip
@@ -69,13 +68,6 @@ def parser() -> argparse.ArgumentParser:
     add("--no-touch", action="store_true", help="ask for no presses: leads that are swapped stay "
         "unseen")  # fmt: skip
     add("--bluetooth", action="store_true", help="look at Bluetooth as well")
-    add("--seed", metavar="N", type=int, default=1, help="which orb is simulated (default: 1)")
-    add("--wiring", metavar="FILE", type=Path,
-        help="what hangs on which pin (default: as docs/hardware.md draws it)")  # fmt: skip
-    add("--preset", metavar="NAME", default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")  # fmt: skip
-    add("--fault", metavar="FAULT", action="append", default=[],
-        help="break the simulated orb: docs/simulator.md, docs/hardware.md")  # fmt: skip
     return grammar
 
 
@@ -94,12 +86,8 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     yield link_check.link(options.link)
     if options.bluetooth:
         yield from _bluetooth()
-    wish = SensorOptions(
-        seed=options.seed, preset=options.preset, faults=tuple(options.fault),
-        wiring=options.wiring,
-    )  # fmt: skip
     try:
-        sensor = sensors.load(options.sensor, wish)
+        sensor = sensors.load(options.sensor, chosen(options))
     except SensorError as error:
         if not real:
             raise

@@ -9,10 +9,8 @@ from pathlib import Path
 from controller import __version__
 from controller.bundles.inference import engines
 from controller.cli.commands import COMMANDS
+from controller.cli.sensor_options import add_sensor
 from controller.links import PRINT
-from controller.sensors import base as sensors
-
-PRESETS = ("nominal", "paper-snr")  # by name: what they are takes the whole simulator to say
 
 
 def parser() -> argparse.ArgumentParser:
@@ -30,26 +28,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add = grammar.add_argument
     add("--version", action="version", version=f"controller {__version__}")
-    add(
-        "--sensor",
-        metavar="NAME",
-        default="virtual",
-        help=f"where frames come from: {', '.join(sensors.names())} (default: virtual)",
-    )
-    add(
-        "--wiring",
-        metavar="FILE",
-        type=Path,
-        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
-        "draws it)",
-    )
-    add(
-        "--seed",
-        metavar="N",
-        type=_seed,
-        default=1,
-        help="which orb and hand are simulated, 0 or more (default: 1)",
-    )
+    add_sensor(grammar, "where frames come from")
     add(
         "--hand-of",
         metavar="NAME[:DAY]",
@@ -57,20 +36,6 @@ def parser() -> argparse.ArgumentParser:
         default=("", ""),
         help="whose hand the virtual orb has, as `controller teach --user NAME --session DAY` has "
         "it; another DAY is another mood of that person's (default: nobody's hand)",
-    )
-    add(
-        "--preset",
-        metavar="NAME",
-        default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
-    )
-    add(
-        "--fault",
-        metavar="FAULT",
-        action="append",
-        default=[],
-        help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
-        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md",
     )
     add(
         "--bundle",
@@ -179,12 +144,6 @@ def parser() -> argparse.ArgumentParser:
         help="ask the system to wake the loop before all ordinary programs",
     )
     return grammar  # fmt: skip
-
-
-def _seed(words: str) -> int:
-    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
-    return int(words)
 
 
 def _hand_of(words: str) -> tuple[str, str]:

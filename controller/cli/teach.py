@@ -13,13 +13,12 @@ from controller.bundles import bundle as bundles
 from controller.bundles.deploy import install
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.capture.terminal_keys import keyboard
+from controller.cli.sensor_options import add_sensor
 from controller.console import INTERRUPTED, TROUBLE, complain
 from controller.errors import TroubleError, UserError, reason
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
-from controller.sensors import base as sensors
 from controller.shutdown import signals
-from controller.simulator.presets import PRESETS
 from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
 from controller.teach.session import Lesson, say
@@ -194,13 +193,7 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
     )
     add = grammar.add_argument
-    add(
-        "--sensor",
-        metavar="NAME",
-        default="virtual",
-        help=f"what is touched: {', '.join(sensors.names())} (default: virtual, whose own hand "
-        "does what the cues ask for)",
-    )
+    add_sensor(grammar, "what is touched; the virtual orb's own hand does what the cues ask for")
     add(
         "--labels",
         metavar="FILE",
@@ -255,33 +248,6 @@ def parser() -> argparse.ArgumentParser:
         help="sensor scans per second (default: the sensor's own)",
     )
     add(
-        "--wiring",
-        metavar="FILE",
-        type=Path,
-        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
-        "draws it)",
-    )
-    add(
-        "--seed",
-        metavar="N",
-        type=_seed,
-        default=1,
-        help="of the order, and which orb and hand are simulated, 0 or more (default: 1)",
-    )
-    add(
-        "--preset",
-        metavar="NAME",
-        default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
-    )
-    add(
-        "--fault",
-        metavar="FAULT",
-        action="append",
-        default=[],
-        help="break the virtual orb, as often as you like: docs/simulator.md",
-    )
-    add(
         "--speed",
         metavar="X",
         type=_speed,
@@ -324,12 +290,6 @@ def parser() -> argparse.ArgumentParser:
 def _repetitions(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
-    return int(words)
-
-
-def _seed(words: str) -> int:
-    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
-        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
     return int(words)
 
 

@@ -1,29 +1,16 @@
-"""`controller calibrate`: take the rest image with care, judge it, and keep it."""
+"""Calibration: judge the rest image of an untouched sensor."""
 
-import argparse
-import json
-import logging
-import sys
-from collections.abc import Sequence
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.frame_source import Watch
-from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
 from controller.recognition.dead_taxels import MOST, Filler
 from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
 from controller.recognition.taxel_text import names
-from controller.sensors import base as sensors
-from controller.sensors import calibration_store
-from controller.sensors.base import SensorOptions
-from controller.sensors.calibration_store import Calibration
-from controller.simulator.presets import PRESETS
 
 Frames = NDArray[np.float32]
 Change = NDArray[np.float64]
@@ -41,33 +28,6 @@ _NOISY: Final = 0.09  # mean |z - 1|; a preset as noisy as the paper's figures i
 _MOVED: Final = 0.012  # what rest may drift meanwhile
 _OTHER: Final = 0.08  # ln C against the last calibration: of all taxels, of a line
 _LINE: Final = 0.15
-
-
-def main(argv: Sequence[str]) -> int:
-    """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
-    options = _parser().parse_args(argv)
-    logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    wish = SensorOptions(
-        seed=options.seed, preset=options.preset, faults=tuple(options.fault),
-        wiring=options.wiring,
-    )  # fmt: skip
-    sensor = sensors.load(options.sensor, wish)
-    try:
-        if options.forget:
-            there = calibration_store.forget(sensor.device_id)
-            print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
-            return 0
-        if not sensor.virtual:
-            print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
-        frames = Watch(sensor).frames(SECONDS)
-        last = calibration_store.load(sensor.device_id)
-        before = None if last is None else last.rest
-        rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
-        kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
-    finally:
-        sensor.close()
-    _show(rows, kept, as_json=options.json)
-    return 0 if kept else 1
 
 
 def judge(
@@ -180,50 +140,3 @@ def _changes(rest: Frame, last: Frame | None, lost: NDArray[np.bool_]) -> list[R
             words = f"{100 * np.expm1(sizes[i]):+.0f} % against the others since the last time"
             rows.append(Row(f"{word} {i}", Verdict.DOUBTFUL, words, "Look at its lead.", "line"))
     return rows
-
-
-def _keep(device_id: str, rows: Sequence[Row], rest: Frame, idle: float) -> Path:
-    verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-    made = datetime.now(UTC).isoformat(timespec="seconds")
-    return calibration_store.save(Calibration(device_id, rest, idle, made, verdict))
-
-
-def _show(rows: Sequence[Row], kept: Path | None, *, as_json: bool) -> None:
-    verdict = "failed" if faulty(rows) else (
-        "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
-    )  # fmt: skip
-    if as_json:
-        plain = {
-            "verdict": verdict, "kept": None if kept is None else str(kept),
-            "rows": [row.plain() for row in rows],
-        }  # fmt: skip
-        print(json.dumps(plain))
-        return
-    print(table(rows))
-    print(f"calibration: {verdict}" + ("" if kept is None else f", kept in {kept}"))
-
-
-def _parser() -> argparse.ArgumentParser:
-    grammar = argparse.ArgumentParser(
-        prog="controller calibrate",
-        description="Take the rest image of the untouched orb for ten seconds, judge it, and keep "
-        "it: the controller then begins sooner, and notices a finger that is there from the start. "
-        "Exit status 0: kept; 1: refused.",
-        epilog="Try it without hardware: controller calibrate --sensor virtual",
-        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
-    )
-    add = grammar.add_argument
-    add("--sensor", metavar="NAME", default="virtual",
-        help=f"which: {', '.join(sensors.names())} (default: virtual)")  # fmt: skip
-    add("--wiring", metavar="FILE", type=Path,
-        help="what hangs on which pin (default: as docs/hardware.md draws it)")  # fmt: skip
-    add("--anyway", action="store_true",
-        help="keep it although something seems to lie on the orb")  # fmt: skip
-    add("--forget", action="store_true", help="remove what is kept of this sensor instead")
-    add("--json", action="store_true", help="print one JSON object")
-    add("--seed", metavar="N", type=int, default=1, help="which orb is simulated (default: 1)")
-    add("--preset", metavar="NAME", default="nominal",
-        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)")  # fmt: skip
-    add("--fault", metavar="FAULT", action="append", default=[],
-        help="break the simulated orb: docs/simulator.md")  # fmt: skip
-    return grammar

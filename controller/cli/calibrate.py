@@ -1,0 +1,80 @@
+"""`controller calibrate`: take the rest image with care, judge it, and keep it."""
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from controller.cli.sensor_options import add_sensor, chosen
+from controller.diagnostics.calibrate import SECONDS, judge
+from controller.diagnostics.frame_source import Watch
+from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.recognition.preprocess import Frame
+from controller.sensors import base as sensors
+from controller.sensors import calibration_store
+from controller.sensors.calibration_store import Calibration
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
+    options = _parser().parse_args(argv)
+    logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
+    sensor = sensors.load(options.sensor, chosen(options))
+    try:
+        if options.forget:
+            there = calibration_store.forget(sensor.device_id)
+            print(f"{sensor.device_id}: {'forgotten' if there else 'nothing was kept'}")
+            return 0
+        if not sensor.virtual:
+            print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
+        frames = Watch(sensor).frames(SECONDS)
+        last = calibration_store.load(sensor.device_id)
+        before = None if last is None else last.rest
+        rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)
+        kept = None if rest is None else _keep(sensor.device_id, rows, rest, idle)
+    finally:
+        sensor.close()
+    _show(rows, kept, as_json=options.json)
+    return 0 if kept else 1
+
+
+def _keep(device_id: str, rows: Sequence[Row], rest: Frame, idle: float) -> Path:
+    verdict = "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
+    made = datetime.now(UTC).isoformat(timespec="seconds")
+    return calibration_store.save(Calibration(device_id, rest, idle, made, verdict))
+
+
+def _show(rows: Sequence[Row], kept: Path | None, *, as_json: bool) -> None:
+    verdict = "failed" if faulty(rows) else (
+        "good" if all(row.verdict is Verdict.GOOD for row in rows) else "doubtful"
+    )  # fmt: skip
+    if as_json:
+        plain = {
+            "verdict": verdict, "kept": None if kept is None else str(kept),
+            "rows": [row.plain() for row in rows],
+        }  # fmt: skip
+        print(json.dumps(plain))
+        return
+    print(table(rows))
+    print(f"calibration: {verdict}" + ("" if kept is None else f", kept in {kept}"))
+
+
+def _parser() -> argparse.ArgumentParser:
+    grammar = argparse.ArgumentParser(
+        prog="controller calibrate",
+        description="Take the rest image of the untouched orb for ten seconds, judge it, and keep "
+        "it: the controller then begins sooner, and notices a finger that is there from the start. "
+        "Exit status 0: kept; 1: refused.",
+        epilog="Try it without hardware: controller calibrate --sensor virtual",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=18),
+    )
+    add = grammar.add_argument
+    add_sensor(grammar, "which")
+    add("--anyway", action="store_true",
+        help="keep it although something seems to lie on the orb")  # fmt: skip
+    add("--forget", action="store_true", help="remove what is kept of this sensor instead")
+    add("--json", action="store_true", help="print one JSON object")
+    return grammar

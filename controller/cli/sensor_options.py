@@ -1,0 +1,74 @@
+"""Options that choose and simulate a sensor, alike in all commands that read one."""
+
+import argparse
+from pathlib import Path
+
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorOptions
+
+PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
+
+
+def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
+    """Add --sensor, --wiring, --seed, --preset and --fault.
+
+    Args:
+        grammar: The command's.
+        sensor: The beginning of the help for --sensor.
+    """
+    add = grammar.add_argument
+    add(
+        "--sensor",
+        metavar="NAME",
+        default="virtual",
+        help=f"{sensor}: {', '.join(sensors.names())} (default: virtual)",
+    )
+    add(
+        "--wiring",
+        metavar="FILE",
+        type=Path,
+        help="what hangs on which pin of a real or emulated orb (default: as docs/hardware.md "
+        "draws it)",
+    )
+    add(
+        "--seed",
+        metavar="N",
+        type=seed,
+        default=1,
+        help="which orb and hand are simulated, 0 or more (default: 1)",
+    )
+    add(
+        "--preset",
+        metavar="NAME",
+        default="nominal",
+        help=f"the virtual orb's quality: {', '.join(PRESETS)} (default: nominal)",
+    )
+    add(
+        "--fault",
+        metavar="FAULT",
+        action="append",
+        default=[],
+        help="break the virtual orb, as often as you like: dead:ROW,COLUMN, open_row:ROW, "
+        "air_leak ...: docs/simulator.md; with --sensor emulated its wiring, too: docs/hardware.md",
+    )
+
+
+def chosen(options: argparse.Namespace) -> SensorOptions:
+    """Return the settings of the sensor that `add_sensor`'s options choose."""
+    return SensorOptions(
+        seed=options.seed,
+        preset=options.preset,
+        faults=tuple(options.fault),
+        wiring=options.wiring,
+    )
+
+
+def seed(words: str) -> int:
+    """Return a seed of 32 bits.
+
+    Raises:
+        argparse.ArgumentTypeError: The words are none.
+    """
+    if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
+        raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
+    return int(words)
