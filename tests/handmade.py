@@ -9,16 +9,14 @@ from controller.protocol.auth import Seal, seals
 from controller.protocol.messages import (
     VERSION,
     Command,
-    Decoder,
     Heartbeat,
     Hello,
     Join,
     Message,
     Numbered,
     Offer,
-    Packet,
-    encode,
 )
+from controller.protocol.packets import Decoder, Packet, encode
 
 HELLO = Hello(VERSION, VERSION, "", "a test", False)  # as the device's program is told of it
 JOIN = Join("", "a test", False, host_nonce=77, boot_nonce=0, done=0)

@@ -28,16 +28,8 @@ from controller.protocol.host_session import (
     Stale,
     pause_s,
 )
-from controller.protocol.messages import (
-    DEADMAN_MS,
-    LATE_MS,
-    MAX_FRAME,
-    Bye,
-    Command,
-    Hello,
-    State,
-    Telemetry,
-)
+from controller.protocol.messages import DEADMAN_MS, LATE_MS, Bye, Command, Hello, State, Telemetry
+from controller.protocol.packets import MAX_FRAME
 from controller.protocol.retransmit import MOST, Outbox
 
 TICK_MS = 10

@@ -22,7 +22,6 @@ from controller.capture.session_recorder import Tape
 from controller.protocol.messages import (
     VERSION,
     Command,
-    Decoder,
     Grant,
     Granted,
     Hello,
@@ -33,8 +32,8 @@ from controller.protocol.messages import (
     Refuse,
     Truth,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import Decoder, encode
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder

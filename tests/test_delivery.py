@@ -22,14 +22,13 @@ from controller.protocol.messages import (
     PIECE,
     PROVING,
     WANTED,
-    Decoder,
     Deliver,
     Delivery,
     Message,
     Piece,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import Decoder, encode
 from controller.runtime.bundle_updates import Clerk
 from host.connection.bundle_upload import (
     NO_OUTCOME,

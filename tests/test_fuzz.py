@@ -10,7 +10,7 @@ from fuzz.choices import Choices
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.protocol.messages import Decoder, encode
+from controller.protocol.packets import Decoder, encode
 
 HARNESSES = (decoder, session, mapping)
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from controller.protocol import codec
 from controller.protocol import messages as protocol
+from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import (
     COMMANDS,
-    MAX_FRAME,
     MAX_PAYLOAD,
     PIECE,
     VERSION,
@@ -25,7 +25,6 @@ from controller.protocol.messages import (
     Contact,
     Contacts,
     Correct,
-    Decoder,
     Deliver,
     Delivery,
     Grant,
@@ -39,10 +38,8 @@ from controller.protocol.messages import (
     Numbered,
     Offer,
     Pace,
-    Packet,
     Perform,
     Piece,
-    ProtocolError,
     Refuse,
     Spot,
     State,
@@ -50,11 +47,10 @@ from controller.protocol.messages import (
     Truth,
     Welcome,
     Who,
-    encode,
     image_from_bytes,
-    is_ahead,
     quantise_image,
 )
+from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode, is_ahead
 
 u8, u16, u32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 size, span = st.integers(1, 255), st.integers(1, 65535)

@@ -32,7 +32,6 @@ from controller.protocol.messages import (
     Command,
     Contact,
     Contacts,
-    Decoder,
     Grant,
     Granted,
     Hello,
@@ -45,8 +44,8 @@ from controller.protocol.messages import (
     Telemetry,
     Truth,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import Decoder, encode
 from host.connection import receiver as receiver_module
 from host.connection import transport as transport_module
 from host.connection.receiver import (

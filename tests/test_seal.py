@@ -20,14 +20,13 @@ from controller.protocol.messages import (
     Bye,
     Command,
     Contacts,
-    Decoder,
     Hello,
     Message,
     Offer,
     Refuse,
     Telemetry,
-    encode,
 )
+from controller.protocol.packets import Decoder, encode
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
 NONCE = bytes(range(16))

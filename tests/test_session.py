@@ -9,6 +9,7 @@ from handmade import HELLO, JOIN, numbered
 
 from controller.protocol import codec
 from controller.protocol.clock_sync import NEVER
+from controller.protocol.codec import ProtocolError
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from controller.protocol.host_session import (
     Connected,
@@ -28,7 +29,6 @@ from controller.protocol.messages import (
     Bye,
     Command,
     Contacts,
-    Decoder,
     Grant,
     Granted,
     Heartbeat,
@@ -37,15 +37,13 @@ from controller.protocol.messages import (
     Message,
     Numbered,
     Offer,
-    Packet,
     Perform,
-    ProtocolError,
     Refuse,
     State,
     Telemetry,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import Decoder, Packet, encode
 from controller.protocol.retransmit import Outbox
 
 DROP = Command("drop", "pinch", 0.5, None, 1)

@@ -6,16 +6,8 @@ from typing import Final
 
 from controller.diagnostics.report import Row, Verdict
 from controller.links import LinkError, open_link
-from controller.protocol.messages import (
-    DEADMAN_MS,
-    HEARTBEAT_MS,
-    VERSION,
-    Decoder,
-    Hello,
-    Offer,
-    Welcome,
-    encode,
-)
+from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Hello, Offer, Welcome
+from controller.protocol.packets import Decoder, encode
 
 _ANSWER_S: Final = 2.0
 _SLOW_MS: Final = 150.0  # half of the dead man's time

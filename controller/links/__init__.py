@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Protocol
 
 from controller.errors import TroubleError, UserError
-from controller.protocol.messages import Message, ProtocolError, Welcome
+from controller.protocol.codec import ProtocolError
+from controller.protocol.messages import Message, Welcome
 
 _JOINT = re.compile(r"\+(?=[a-z]+:)")  # a plus elsewhere belongs to its URL
 

@@ -21,7 +21,8 @@ from typing import Protocol
 from controller.links import Access
 from controller.log_limit import Hush
 from controller.protocol.device_session import DeviceSession
-from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome, encode
+from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
+from controller.protocol.packets import encode
 from controller.protocol.retransmit import Outbox
 
 REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off

@@ -16,7 +16,8 @@ from urllib.parse import urlsplit
 
 from controller.links import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
-from controller.protocol.messages import ProtocolError, Welcome
+from controller.protocol.codec import ProtocolError
+from controller.protocol.messages import Welcome
 
 SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
 PEERS = 8  # connections at a time; one of them is the host, the others are told so

@@ -25,7 +25,6 @@ from controller.protocol.messages import (
     Command,
     Contacts,
     Correct,
-    Decoder,
     Deliver,
     Grant,
     Heartbeat,
@@ -34,15 +33,13 @@ from controller.protocol.messages import (
     Message,
     Numbered,
     Offer,
-    Packet,
     Perform,
     Piece,
     Refuse,
     State,
     Welcome,
-    encode,
-    is_ahead,
 )
+from controller.protocol.packets import Decoder, Packet, encode, is_ahead
 from controller.protocol.retransmit import Outbox, Posted
 from controller.protocol.states import DEVICE, next_states
 

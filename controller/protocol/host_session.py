@@ -30,7 +30,6 @@ from controller.protocol.messages import (
     Alive,
     Bye,
     Command,
-    Decoder,
     Delivery,
     Grant,
     Granted,
@@ -42,7 +41,6 @@ from controller.protocol.messages import (
     Numbered,
     Offer,
     Pace,
-    Packet,
     Refuse,
     Spot,
     State,
@@ -50,9 +48,8 @@ from controller.protocol.messages import (
     Truth,
     Welcome,
     Who,
-    encode,
-    is_ahead,
 )
+from controller.protocol.packets import Decoder, Packet, encode, is_ahead
 from controller.protocol.states import HOST, next_states
 
 BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempt; the last one again and again

@@ -141,16 +141,11 @@ Granted time
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from controller.protocol import codec
-from controller.protocol.auth import SIZE as TAG
-from controller.protocol.auth import Seal
-from controller.protocol.codec import ProtocolError as ProtocolError
+from controller.protocol.codec import ProtocolError
 
 VERSION = 2  # of the payloads: the upper nibble of every packet
 MAX_PAYLOAD = 1024  # bytes
@@ -440,115 +435,6 @@ Message = (
 )  # fmt: skip
 
 
-class Packet(NamedTuple):
-    """One message with its header.
-
-    message is None where a foreign version hides it; or, in our own, where a key is needed and does
-    not confirm it.
-    """
-
-    session: int
-    sequence: int
-    t_ms: int
-    version: int
-    message: Message | None
-
-
-def encode(
-    message: Message, *, session: int, sequence: int, t_ms: int, seal: Seal | None = None
-) -> bytes:
-    """Return a message as one frame, the closing zero included.
-
-    Args:
-        message: What to say; a Command travels as Numbered.
-        session: The session's number, u16.
-        sequence: The packet's number, u16.
-        t_ms: The sender's time in milliseconds; it wraps at 2**32.
-        seal: What proves that we know the key, if one is needed.
-
-    Raises:
-        ProtocolError: A field has no place on the wire: too long, too large, not finite.
-    """
-    try:
-        kind, record = _KINDS[type(message)]
-        first = VERSION << 4 | (SEALED if seal else 0)
-        head = _HEADER.pack(first, kind, session, sequence, t_ms & 0xFFFFFFFF)
-        body = head + record.write(message)
-    except KeyError:
-        raise ProtocolError(f"{type(message).__name__} does not travel by itself") from None
-    except (struct.error, ValueError, OverflowError, TypeError) as error:
-        raise ProtocolError(f"cannot send {type(message).__name__}: {error}") from None
-    if len(body) > _HEADER.size + MAX_PAYLOAD:
-        size = len(body) - _HEADER.size
-        raise ProtocolError(
-            f"{type(message).__name__} has {size} bytes of payload; {MAX_PAYLOAD} fit in a packet"
-        )
-    if seal:
-        body += seal.tag(body, sequence)
-    return codec.cobs_encode(body + zlib.crc32(body).to_bytes(4, "little")) + b"\0"
-
-
-class Decoder:
-    """From bytes, cut anywhere and with noise in between, to packets.
-
-    Attributes:
-        noise_bytes: Bytes dropped because they were part of no valid frame.
-        bad_frames: Runs of bytes between two zeros that were no valid frame.
-        unknown: Valid frames whose type this version does not know.
-        seal: What frames have to be sealed with from now on, but Hello and Refuse; None: none is.
-    """
-
-    def __init__(self) -> None:
-        self.noise_bytes = 0
-        self.bad_frames = 0
-        self.unknown = 0
-        self.seal: Seal | None = None
-        self._tail = b""
-        self._skipping = False  # the present run is too long to become a frame
-
-    def feed(self, data: bytes) -> list[Packet]:
-        """Return the packets that these bytes complete. Takes any bytes, never raises."""
-        *runs, tail = data.split(b"\0")
-        packets: list[Packet] = []
-        if runs:
-            self._finish(self._tail + runs[0], packets)
-            for run in runs[1:]:
-                self._finish(run, packets)
-            self._tail = b""
-        self._keep(tail)
-        return packets
-
-    def _finish(self, run: bytes, packets: list[Packet]) -> None:
-        """Turn one run between two zeros into a packet, or count it as dropped."""
-        if self._skipping:
-            self._skipping = False
-            self.noise_bytes += len(run)
-        elif run:
-            try:
-                packet = _parse(run, self.seal)
-            except codec.BAD_BYTES:
-                self.bad_frames += 1
-                self.noise_bytes += len(run)
-            else:
-                if packet is None:
-                    self.unknown += 1
-                else:
-                    packets.append(packet)
-
-    def _keep(self, tail: bytes) -> None:
-        """Remember the beginning of a frame, but never more than a frame can have."""
-        self._tail += tail
-        if self._skipping or len(self._tail) > MAX_FRAME:
-            self.bad_frames += not self._skipping
-            self.noise_bytes += len(self._tail)
-            self._tail, self._skipping = b"", True
-
-
-def is_ahead(sequence: int, last: int) -> bool:
-    """Return whether a packet is newer than the last one taken, across the wrap at 65536."""
-    return 0 < (sequence - last) & 0xFFFF < 0x8000
-
-
 def quantise_image(values: Iterable[float]) -> bytes:
     """Return relative capacitances z as bytes: steps of 0.005, 128 untouched, z 0.36 to 1.635.
 
@@ -566,46 +452,7 @@ def image_from_bytes(image: bytes) -> list[float]:
     return [_Z[value] for value in image]
 
 
-_HEADER = struct.Struct("<BBHHI")  # version and flags, type, session, sequence, t_ms
-SEALED = 0b0100  # the flag of a frame with a tag
-_INCOMPATIBLE = 0b1100  # flags that may not be ignored
-_LARGEST = _HEADER.size + MAX_PAYLOAD + TAG + 4
-MAX_FRAME = _LARGEST + -(-_LARGEST // 254)  # bytes, without the closing zero
 _Z = tuple(1.0 + (value - 128) / 200.0 for value in range(256))
-
-
-def _parse(run: bytes, seal: Seal | None) -> Packet | None:
-    """Return the packet of one frame, or None if its type is unknown; raise if it is none."""
-    if len(run) > MAX_FRAME:
-        raise ProtocolError("too long for a frame")
-    frame = codec.cobs_decode(run)
-    body = frame[:-4]
-    if len(body) < _HEADER.size:
-        raise ProtocolError("too short for a packet")
-    if zlib.crc32(body) != int.from_bytes(frame[-4:], "little"):
-        raise ProtocolError("wrong checksum")
-    first, kind, session, sequence, t_ms = _HEADER.unpack_from(body)
-    version = first >> 4
-    record = _RECORDS.get(kind)
-    if version != VERSION and kind not in _EVERY_VERSION:
-        return Packet(session, sequence, t_ms, version, None)
-    if first & _INCOMPATIBLE or seal is not None:
-        if first & _INCOMPATIBLE & ~SEALED or (seal is None and first & SEALED):
-            raise ProtocolError("unknown incompatible flags")
-        if first & SEALED and seal is not None:
-            body, tag = body[:-TAG], body[-TAG:]
-            if len(body) < _HEADER.size or not seal.confirms(body, sequence, tag):
-                return Packet(session, sequence, t_ms, version, None)
-        elif kind not in _EVERY_VERSION:
-            return Packet(session, sequence, t_ms, version, None)
-    if record is None:
-        return None
-    if len(body) > _HEADER.size + MAX_PAYLOAD:
-        raise ProtocolError("too long for a packet")
-    message, end = record.read(body, _HEADER.size)
-    if end != len(body):
-        raise ProtocolError("bytes are left over")
-    return Packet(session, sequence, t_ms, version, message)
 
 
 def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Record]]:
@@ -654,5 +501,5 @@ def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Rec
     return {message: (number, records[number]) for number, message, _ in table}, records
 
 
-_KINDS, _RECORDS = _tables()
-_EVERY_VERSION = (_KINDS[Hello][0], _KINDS[Refuse][0])  # their layout never changes
+KINDS, RECORDS = _tables()
+EVERY_VERSION = (KINDS[Hello][0], KINDS[Refuse][0])  # their layout never changes

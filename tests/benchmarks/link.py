@@ -32,16 +32,8 @@ import serial
 
 from controller.protocol.auth import Seal
 from controller.protocol.host_session import HostSession
-from controller.protocol.messages import (
-    Decoder,
-    Grant,
-    Granted,
-    Heartbeat,
-    Message,
-    Numbered,
-    Telemetry,
-    encode,
-)
+from controller.protocol.messages import Grant, Granted, Heartbeat, Message, Numbered, Telemetry
+from controller.protocol.packets import Decoder, encode
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
 from host.connection.transport import open_transport
 

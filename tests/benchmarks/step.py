@@ -40,7 +40,8 @@ from controller.bundles.deploy import selftest
 from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
-from controller.protocol.messages import Numbered, encode
+from controller.protocol.messages import Numbered
+from controller.protocol.packets import encode
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Preprocessor, Window
 from controller.recordings import reader, writer

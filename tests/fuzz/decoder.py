@@ -13,13 +13,11 @@ from collections.abc import Iterable
 from controller.protocol import codec
 from controller.protocol.auth import Seal
 from controller.protocol.messages import (
-    MAX_FRAME,
     VERSION,
     Alive,
     Bye,
     Contact,
     Contacts,
-    Decoder,
     Grant,
     Heartbeat,
     Hello,
@@ -27,15 +25,14 @@ from controller.protocol.messages import (
     Message,
     Numbered,
     Offer,
-    Packet,
     Perform,
     Refuse,
     State,
     Telemetry,
     Truth,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
 
 from .choices import Choices
 

@@ -15,7 +15,6 @@ from typing import Final
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
 from controller.protocol.host_session import Delivered, HostSession, Missed, Past, Received
 from controller.protocol.messages import (
-    MAX_FRAME,
     Bye,
     Command,
     Contacts,
@@ -26,8 +25,8 @@ from controller.protocol.messages import (
     Telemetry,
     Truth,
     Welcome,
-    encode,
 )
+from controller.protocol.packets import MAX_FRAME, encode
 from controller.protocol.retransmit import Outbox
 
 from .choices import Choices

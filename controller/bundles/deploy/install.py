@@ -13,7 +13,7 @@ from controller.bundles.deploy.record_words import about, called, sensor
 from controller.bundles.deploy.store import Entry, Shelf, name_of
 from controller.console import TROUBLE, complain, printable, run
 from controller.errors import reason
-from controller.protocol import messages
+from controller.protocol import codec, messages, packets
 
 
 class TooSlowError(BundleError):
@@ -130,8 +130,8 @@ def check_packets(fresh: Bundle) -> None:
     telemetry = messages.Telemetry(0, image, shares, (0.0, 0.0), max(labels, key=len), True, 1.0)
     try:
         for message in (welcome, telemetry):
-            messages.encode(message, session=0, sequence=0, t_ms=0)
-    except messages.ProtocolError as error:
+            packets.encode(message, session=0, sequence=0, t_ms=0)
+    except codec.ProtocolError as error:
         raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
 
 
