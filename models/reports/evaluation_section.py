@@ -45,9 +45,7 @@ def tuned_cards(found: Tuning) -> list[str]:
     point, on = found.chosen, "on the streams it was chosen on"
     return [
         text.card(text.percent(point.recall), "of events answered rightly", on),
-        text.card(
-            text.number(point.false_alarms_per_min), "false alarms per idle minute", "likewise"
-        ),
+        text.card(text.number(point.false_alarms_per_min), "false alarms per idle minute", on),
         text.card(text.seconds(point.latency_s), "from onset to answer", "median"),
     ]
 

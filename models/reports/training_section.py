@@ -22,7 +22,7 @@ def cards(found: Training) -> list[str]:
             else words.card(words.percent(gesture.event_accuracy), "of gestures named rightly",
                             "in sessions it never saw"),
             words.card(words.percent(gesture.honesty.unseen), "of single windows named rightly",
-                       "likewise"),
+                       "in the same sessions"),
         ]  # fmt: skip
     if (location := found.location) is not None:
         error, mm = location.honesty.unseen, location.honesty.unseen * found.pitch_mm

@@ -41,7 +41,8 @@ def advice(
         labels: "null" first.
         table: What was answered.
         number: The class.
-        more: How many more examples are known to help; 0: it is unknown.
+        more: How many more examples are known to help; 0: it is unknown. Fewer than were missed are
+            not named: one more example would not mend six misses.
         little: More examples are known to help little.
     """
     row, label = table[number], labels[number]
@@ -54,7 +55,8 @@ def advice(
     if little:
         first = "more of it would help little: "
     else:
-        first = f"record {more} more, " if more else "record more of it, "
+        named = more >= sum(row) - row[number]
+        first = f"record {more} more, " if named else "record more of it, "
     unlike = f"from {labels[worst]}" if (worst := _taken_for(row, number)) else "from rest"
     return (
         f"{label} is answered rightly in {row[number]} of {sum(row)} ({how}): {first}make it "
