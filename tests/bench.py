@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles import bundle
-from controller.capture.cues import Cue, Cues, Phase
+from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import Plain, Tape
-from controller.protocol.messages import Contact, Contacts, Hello, Message, Perform, Truth
+from controller.capture.session_recorder import Plain, SessionRecorder
+from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 from controller.runtime.device import Device, Wish, steady
 from controller.runtime.loop import Loop
 from controller.sensors.base import Geometry, SensorError
@@ -71,7 +71,7 @@ class Slab:
         self.reads: list[tuple[float, float]] = []  # (asked for, the clock)
         self.touches: list[tuple[float, tuple[Contact, ...]]] = []
         self.performances: list[tuple[float, str]] = []
-        self.ended: list[Truth] = []
+        self.ended: list[GroundTruth] = []
         self.closed = False
         self.lost_s = float("inf")  # when it is unplugged
 
@@ -92,9 +92,9 @@ class Slab:
         if label == "juggle":
             raise SensorError("the hand cannot juggle")
         self.performances.append((t_s, label))
-        self.ended.append(Truth(number, label, round(t_s * 1000), round(t_s * 1000) + 500))
+        self.ended.append(GroundTruth(number, label, round(t_s * 1000), round(t_s * 1000) + 500))
 
-    def truths(self) -> list[Truth]:
+    def truths(self) -> list[GroundTruth]:
         ended, self.ended = self.ended, []
         return ended
 
@@ -130,7 +130,7 @@ class Bench:
         await_host: bool = False,
         orphan_s: float | None = None,
         record: Path | None = None,
-        cues: Cues | None = None,
+        cues: CueSession | None = None,
         lost_s: float = float("inf"),
     ) -> None:
         self.world = World(*requests)
@@ -156,14 +156,14 @@ class Bench:
             device.obey = obey
         return device
 
-    def tape(self, path: Path, pipeline: Pipeline) -> Tape:
-        origin = Origin("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
+    def tape(self, path: Path, pipeline: Pipeline) -> SessionRecorder:
+        origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
 
         def begin(state: State) -> Recorder:
             return Recorder(path, origin, state)
 
         labeller = Labeller(SHIPPED.labels, cues=self.cues)
-        return Tape(begin, pipeline, labeller, tell=self.told.append)
+        return SessionRecorder(begin, pipeline, labeller, tell=self.told.append)
 
     def run(self, seconds: float) -> "Bench":
         self.loop.run(self.world.after(seconds))

@@ -20,11 +20,11 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
-from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, Offer
+from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, ServiceValues
 from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import Pad
-from controller.links.bluetooth.hid.host_selection import Hosts, Known
-from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, Channels, record
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.reports import Report
 
@@ -71,8 +71,8 @@ class Orb:
     def __init__(self, device: Device, mapping: str) -> None:
         self.device = device
         self.told: list[str] = []
-        hosts = Hosts(Known(), now_s=asyncio.get_running_loop().time())
-        self.pad = Pad(
+        hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
             Held(read(mapping)), hosts, tell=self.told.append, remember=lambda known: None
         )
         self.pad.open(self)
@@ -95,11 +95,11 @@ class Orb:
 
 
 class GattOrb(Orb):
-    """The orb over GATT: `SERVICES` and `Offer`, carried by Bumble's GATT server."""
+    """The orb over GATT: `SERVICES` and `ServiceValues`, carried by Bumble's GATT server."""
 
     def __init__(self, device: Device, mapping: str = "gamepad") -> None:
         super().__init__(device, mapping)
-        self.offer = Offer("OrbTouch", 87)
+        self.offer = ServiceValues("OrbTouch", 87)
         self._carried: dict[str, gatt.Characteristic[Any]] = {}
         for uuid, characteristics in SERVICES.items():
             carried = [self._carry(one.name, one.uuid, one.flags, one.descriptors)
@@ -169,11 +169,11 @@ class GattOrb(Orb):
 
 
 class ClassicOrb(Orb):
-    """The orb over classic Bluetooth: `Channels` and `record`, carried by Bumble's L2CAP."""
+    """The orb over classic Bluetooth: `HidChannels` and `record`, carried by Bumble's L2CAP."""
 
     def __init__(self, device: Device, mapping: str = "gamepad") -> None:
         super().__init__(device, mapping)
-        self.talk = Channels()
+        self.talk = HidChannels()
         self._channels: dict[int, l2cap.ClassicChannel] = {}
         device.sdp_service_records = {1: attributes(record("OrbTouch"))}
         for port in (CONTROL, INTERRUPT):
@@ -205,7 +205,7 @@ class ClassicOrb(Orb):
 
     def _opened(self, channel: l2cap.ClassicChannel) -> None:
         if channel.psm == CONTROL:
-            self.talk = Channels()
+            self.talk = HidChannels()
             channel.sink = self._control
         self._channels[channel.psm] = channel
         channel.on("close", lambda: self._closed(channel))

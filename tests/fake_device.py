@@ -27,11 +27,11 @@ from controller.protocol.messages import (
     Contacts,
     Grant,
     Granted,
+    GroundTruth,
     Hello,
     Perform,
     State,
     Telemetry,
-    Truth,
     Welcome,
 )
 
@@ -89,7 +89,7 @@ class Loop:
                     pressed = ("down",) if request.contacts else ()
                     self.link.send(State(pressed), self.t_ms)
                 elif isinstance(request, Perform):
-                    truth = Truth(request.number, request.label, self.t_ms, self.t_ms)
+                    truth = GroundTruth(request.number, request.label, self.t_ms, self.t_ms)
                     self.link.send(truth, self.t_ms)
             if not self.granted and time.monotonic() - start >= (self.t_ms + REAL_STEP_MS) / 1000:
                 self.step(REAL_STEP_MS)

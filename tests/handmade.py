@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from controller.protocol.auth import Seal, seals
+from controller.protocol.auth import FrameAuthenticator, seals
 from controller.protocol.messages import (
     VERSION,
     Command,
@@ -13,7 +13,7 @@ from controller.protocol.messages import (
     Hello,
     Join,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
 )
 from controller.protocol.packets import Decoder, Packet, encode
@@ -37,7 +37,7 @@ class HandMadeHost:
         self._read, self._write, self._key = read, write, key
         self.decoder = Decoder()
         self._packets: list[Packet] = []
-        self._seal: Seal | None = None
+        self._seal: FrameAuthenticator | None = None
         self.session = 0
         self.sequence = 100
 
@@ -86,16 +86,16 @@ class HandMadeHost:
 
 def numbered(
     command: Command, number: int = 1, done: int | None = None, sent_ms: int = 0
-) -> Numbered:
+) -> NumberedCommand:
     """Return a command as it travels, with none before it that is still to come."""
     done = number - 1 if done is None else done
     c = command
-    return Numbered(c.name, c.label, c.probability, c.touch, c.frame, number, done, sent_ms)
+    return NumberedCommand(c.name, c.label, c.probability, c.touch, c.frame, number, done, sent_ms)
 
 
 def plain(message: Message | None) -> Message | None:
     """Return a message, and a command as it was before it travelled."""
-    if not isinstance(message, Numbered):
+    if not isinstance(message, NumberedCommand):
         return message
     m = message
     return Command(m.name, m.label, m.probability, m.touch, m.frame)

@@ -15,9 +15,9 @@ import numpy as np
 
 from controller import npz
 from controller.recordings import meta, reader, writer
-from controller.recordings.recording import Mark, Origin, Recording, unlabelled
+from controller.recordings.recording import Mark, Provenance, Recording, unlabelled
 
-ORIGIN: Final = Origin("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
+ORIGIN: Final = Provenance("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
 COUNT: Final = 30
 DEFLATE64: Final = 9
 

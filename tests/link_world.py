@@ -22,15 +22,15 @@ from controller.protocol.host_session import (
     HostSession,
     Lost,
     Missed,
-    Past,
     Received,
     Refused,
+    SessionHistory,
     Stale,
     pause_s,
 )
 from controller.protocol.messages import DEADMAN_MS, LATE_MS, Bye, Command, Hello, State, Telemetry
 from controller.protocol.packets import MAX_FRAME
-from controller.protocol.retransmit import MOST, Outbox
+from controller.protocol.retransmit import MOST, RetransmitQueue
 
 TICK_MS = 10
 LATENCY_MS = 3  # of the wire, one way
@@ -89,11 +89,11 @@ class World:
         self._begun: dict[int, set[int]] = {}
         self._frame = 0
         self.held: tuple[str, ...] = ()
-        self.outbox = Outbox()
+        self.outbox = RetransmitQueue()
         self.lines: list[DeviceSession] = []  # the newest is the one that the host is at
         self._start_device()
         # the host
-        self.past = Past(host_nonce=1)
+        self.past = SessionHistory(host_nonce=1)
         self._hosts = 1
         self.host: HostSession | None = None
         self._next_ms = 0  # when the host tries again
@@ -150,7 +150,7 @@ class World:
 
     def restart_device(self) -> None:
         """Switch the device off and on: it forgets everything."""
-        self.outbox, self.held = Outbox(), ()
+        self.outbox, self.held = RetransmitQueue(), ()
         self.lines.clear()
         self._start_device()
         self._end_line()
@@ -159,7 +159,7 @@ class World:
     def restart_host(self) -> None:
         """Start the host's program anew: it forgets everything."""
         self._hosts += 1
-        self.past = Past(host_nonce=self._hosts)
+        self.past = SessionHistory(host_nonce=self._hosts)
         self.host, self._next_ms, self._failures = None, self.now_ms, 0
         self._end_line()
         self.happened["host restarts"] += 1

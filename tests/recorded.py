@@ -15,9 +15,9 @@ from controller.recordings.recording import (
     LABELLERS,
     UNKNOWN,
     Mark,
-    Origin,
+    Provenance,
     Recording,
-    Truth,
+    SimulatedTruth,
     unlabelled,
 )
 from controller.simulator.faults import Fault
@@ -29,13 +29,13 @@ from controller.simulator.virtual_orb import VirtualOrb
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 
 
-def origin(rows: int = 5, columns: int = 5, **changes: Any) -> Origin:
+def origin(rows: int = 5, columns: int = 5, **changes: Any) -> Provenance:
     """Where a recording of a small orb comes from."""
-    usual = Origin("virtual-1", rows, columns, 10.0, 10.0, LABELS, "", "", "0.1.0")
+    usual = Provenance("virtual-1", rows, columns, 10.0, 10.0, LABELS, "", "", "0.1.0")
     return replace(usual, **changes)
 
 
-def of(frames: Any, about: Origin | None = None, **columns: Any) -> Recording:
+def of(frames: Any, about: Provenance | None = None, **columns: Any) -> Recording:
     """A recording of these frames, ten a second; everything else may be given by name."""
     taken = np.asarray(frames, dtype=np.float32)
     n = len(taken)
@@ -67,7 +67,7 @@ def played(preset: str = "nominal", seed: int = 0, minutes: float = 2.0) -> Reco
         origin(user="01", session="01", preset=preset, seed=TEST_SEEDS.start + seed),
         label=session.label,
         button=session.button,
-        truth=Truth(session.touch, session.contact[:, :3], session.events),
+        truth=SimulatedTruth(session.touch, session.contact[:, :3], session.events),
     )
 
 
@@ -162,7 +162,7 @@ def recordings(draw: st.DrawFn) -> Recording:
     truth = None
     if draw(st.booleans()):
         fingers = draw(st.integers(0, 2))
-        truth = Truth(
+        truth = SimulatedTruth(
             anywhere(np.float32, n, 2),
             anywhere(np.float32, n, fingers, 3),
             tuple(draw(st.lists(event, max_size=2))),

@@ -6,10 +6,10 @@ import numpy as np
 
 from controller.recordings.journal import NOWHERE, Journal
 from controller.recordings.journal_repair import Decoded
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 
 KEY = bytes(range(16))
-ORIGIN = Origin(
+ORIGIN = Provenance(
     device_id="virtual-1",
     rows=2,
     columns=3,

@@ -12,8 +12,8 @@ from bench import FINGER, HELLO, Bench
 from controller.adapt import AdaptError, correction
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.store import Entry, Shelf, name_of
-from controller.bundles.deploy.upload import Intake
+from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
+from controller.bundles.deploy.upload import UploadReceiver
 from controller.cli.options import parser
 from controller.protocol.messages import (
     DECLINED,
@@ -21,16 +21,16 @@ from controller.protocol.messages import (
     PROVING,
     Contact,
     Contacts,
-    Correct,
-    Delivery,
+    Correction,
     Telemetry,
+    UploadStatus,
 )
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed
-from controller.runtime.bundle_updates import Clerk
+from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
-from host.ui.correction_keys import Correcting
+from host.ui.correction_keys import CorrectionKeys
 
 RATE_HZ = 10.0
 SHIPPED = bundles.default_path()
@@ -66,13 +66,13 @@ def test_what_was_long_ago_or_never_is_refused(seen: np.ndarray) -> None:
         correction.example("pinch", seen, RATE_HZ)
 
 
-def copied(shelf: Shelf) -> Callable[[Path, str | None], str]:
+def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
     """Return what takes a bundle into use without a proof, which the shelf's tests look at."""
 
     def install(path: Path, corrects: str | None = None) -> str:
         data = path.read_bytes()
         name = name_of(bundles.parse(data))
-        shelf.install(data, Entry(name, "numpy", 1.0, "now", corrects))
+        shelf.install(data, StoredBundle(name, "numpy", 1.0, "now", corrects))
         return name
 
     return install
@@ -81,7 +81,7 @@ def copied(shelf: Shelf) -> Callable[[Path, str | None], str]:
 def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
     tmp_path: Path,
 ) -> None:
-    shelf = Shelf(tmp_path)
+    shelf = BundleStore(tmp_path)
     seen, install = images((25, 31)), copied(shelf)
 
     def correct(label: str) -> str:
@@ -101,7 +101,7 @@ def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by
     assert not list((tmp_path / "incoming").iterdir())
 
 
-def outcome(clerk: Clerk) -> Delivery | None:
+def outcome(clerk: BundleUpdater) -> UploadStatus | None:
     """What the clerk says when its thread has ended."""
     assert clerk._thread is not None
     clerk._thread.join()
@@ -115,30 +115,34 @@ def test_the_loop_hears_at_once_and_again_when_it_is_learned(tmp_path: Path) -> 
         asked.append((label, len(seen)))
         return "learned"
 
-    clerk = Clerk(Intake(tmp_path), lambda path: "", learn)
-    assert clerk.correct(Correct("pinch"), list(images())) == Delivery(PROVING, 0, "learning")
-    assert outcome(clerk) == Delivery(IN_USE, 0, "learned")
+    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
+    assert clerk.correct(Correction("pinch"), list(images())) == UploadStatus(
+        PROVING, 0, "learning"
+    )
+    assert outcome(clerk) == UploadStatus(IN_USE, 0, "learned")
     assert asked == [("pinch", 40)]
     assert clerk.switched
 
 
 def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path) -> None:
-    clerk = Clerk(Intake(tmp_path, "no key"), lambda path: "", lambda label, seen: "")
-    assert clerk.correct(Correct("pinch"), []) == Delivery(DECLINED, 0, "no key")
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
+    )
+    assert clerk.correct(Correction("pinch"), []) == UploadStatus(DECLINED, 0, "no key")
 
 
 def test_what_cannot_be_learned_is_told_and_play_goes_on(tmp_path: Path) -> None:
     def learn(label: str, seen: list[np.ndarray]) -> str:
         raise AdaptError("that touch is too weak to learn from")
 
-    clerk = Clerk(Intake(tmp_path), lambda path: "", learn)
-    clerk.correct(Correct("pinch"), [])
-    assert outcome(clerk) == Delivery(DECLINED, 0, "that touch is too weak to learn from")
+    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
+    clerk.correct(Correction("pinch"), [])
+    assert outcome(clerk) == UploadStatus(DECLINED, 0, "that touch is too weak to learn from")
     assert not clerk.switched
 
 
 def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
-    keys = Correcting()
+    keys = CorrectionKeys()
     assert not keys.key(pygame.K_1, pygame.KMOD_CTRL, 0.0)  # no orb is there yet
     keys.labels = ("null", "press", "pinch")
     assert not keys.key(pygame.K_2, 0, 0.0)  # two fingers, as ever
@@ -147,11 +151,11 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     assert keys.told(0.0) == "there is no gesture 3"
     for code, label in ((pygame.K_2, "pinch"), (pygame.K_0, "null"), (pygame.K_BACKSPACE, "")):
         assert keys.key(code, pygame.KMOD_LCTRL, 1.0)
-        assert keys.outgoing() == [Correct(label)]
+        assert keys.outgoing() == [Correction(label)]
         assert keys.outgoing() == []
-    keys.answer(Delivery(PROVING, 0, "learning"), 2.0)
+    keys.answer(UploadStatus(PROVING, 0, "learning"), 2.0)
     assert keys.told(30.0) == "learning"
-    keys.answer(Delivery(IN_USE, 0, "learned: that was pinch"), 31.0)
+    keys.answer(UploadStatus(IN_USE, 0, "learned: that was pinch"), 31.0)
     assert keys.told(32.0) == "learned: that was pinch"
     assert keys.told(40.0) == ""
 
@@ -160,45 +164,45 @@ def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
     """It never waits: the clerk answers at once, and ends the loop when it has learned."""
     given: list[tuple[str, int]] = []
 
-    class Patient(Clerk):
+    class Patient(BundleUpdater):
         polled = 0
 
         def __init__(self) -> None:
             self.switched = False
 
-        def correct(self, message: Correct, images: list[np.ndarray]) -> Delivery:
+        def correct(self, message: Correction, images: list[np.ndarray]) -> UploadStatus:
             given.append((message.label, len(images)))
-            return Delivery(PROVING, 0, "learning")
+            return UploadStatus(PROVING, 0, "learning")
 
-        def poll(self) -> Delivery | None:
+        def poll(self) -> UploadStatus | None:
             if not given:
                 return None
             self.polled += 1
             if self.polled < 20:
                 return None
             self.switched = True
-            return Delivery(IN_USE, 0, "learned")
+            return UploadStatus(IN_USE, 0, "learned")
 
-    bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correct("pinch")))
+    bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
     bench.loop._clerk = clerk = Patient()
     bench.run(20.0)
     assert given == [("pinch", 40)]  # four seconds of images
     assert clerk.switched
     assert bench.world.now_s - bench.world.start_s < 10.0
-    said = bench.messages(Delivery)
-    assert said == [Delivery(PROVING, 0, "learning"), Delivery(IN_USE, 0, "learned")]
+    said = bench.messages(UploadStatus)
+    assert said == [UploadStatus(PROVING, 0, "learning"), UploadStatus(IN_USE, 0, "learned")]
     frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
     assert frames == list(range(1, len(frames) + 1))  # none was missed meanwhile
 
 
-class Switching(Clerk):
+class Switching(BundleUpdater):
     """A clerk with whom another bundle comes into use at the first look."""
 
     def __init__(self) -> None:
         self.switched = False
-        self.answers = [Delivery(IN_USE, 0, "learned")]
+        self.answers = [UploadStatus(IN_USE, 0, "learned")]
 
-    def poll(self) -> Delivery | None:
+    def poll(self) -> UploadStatus | None:
         self.switched = self.switched or bool(self.answers)
         return self.answers.pop() if self.answers else None
 
@@ -213,7 +217,7 @@ def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
 
     bench.loop._clerk, bench.loop._exchange = Switching(), exchange
     bench.run(3.0)
-    assert bench.messages(Delivery) == [Delivery(IN_USE, 0, "learned")]
+    assert bench.messages(UploadStatus) == [UploadStatus(IN_USE, 0, "learned")]
     assert len(asked) == 1
     assert len(bench.sensors) == 1
     frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
@@ -223,7 +227,7 @@ def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
 @pytest.fixture
 def run_of_a_bundle(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[tuple[Parts, Device, Shelf]]:
+) -> Iterator[tuple[Parts, Device, BundleStore]]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
     monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
@@ -235,14 +239,14 @@ def run_of_a_bundle(
     for _ in range(30):
         device.advance(10.0)
     try:
-        yield parts, device, Shelf(tmp_path / "shelf")
+        yield parts, device, BundleStore(tmp_path / "shelf")
     finally:
         device.close()
         parts.link.close()
 
 
 def test_networks_are_exchanged_while_the_orb_runs(
-    run_of_a_bundle: tuple[Parts, Device, Shelf], tmp_path: Path
+    run_of_a_bundle: tuple[Parts, Device, BundleStore], tmp_path: Path
 ) -> None:
     parts, device, shelf = run_of_a_bundle
     device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)  # type: ignore[attr-defined]
@@ -275,7 +279,7 @@ def test_networks_are_exchanged_while_the_orb_runs(
 
 
 def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
-    run_of_a_bundle: tuple[Parts, Device, Shelf],
+    run_of_a_bundle: tuple[Parts, Device, BundleStore],
 ) -> None:
     parts, _, _ = run_of_a_bundle
     fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))

@@ -16,7 +16,7 @@ from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
 from controller.bundles.inference.networks import A_FEW, Recognizer
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.default_path()
 
@@ -122,7 +122,7 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
     plain = re.sub(r"\[location\]\n(\w.*\n)*", "", manifest.decode())
     for table, spread in (
         ("", None),
-        ("\n[location]\nfloor = 0.07\nnoise = 3\n", Spread(0.07, 3.0)),
+        ("\n[location]\nfloor = 0.07\nnoise = 3\n", PositionSpread(0.07, 3.0)),
     ):
         bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
         assert bundle.read(tmp_path / "new.orb").spread == spread

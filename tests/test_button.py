@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from controller.capture.cues import Cue, Phase
-from controller.capture.simulated_hand import Obedient
-from controller.recordings.recording import UNKNOWN, Origin, Recording
+from controller.capture.simulated_hand import CuedHand
+from controller.recordings.recording import UNKNOWN, Provenance, Recording
 from controller.sensors import base as sensors
 from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.sensors.replay import Replay
@@ -52,7 +52,7 @@ def test_a_brush_is_not_labelled() -> None:
 
 
 def test_a_replay_says_what_the_button_said() -> None:
-    origin = Origin("x", 5, 5, 10.0, 10.0, ("null", "press"), "hash", "none", "0")
+    origin = Provenance("x", 5, 5, 10.0, 10.0, ("null", "press"), "hash", "none", "0")
     nobody = np.full(3, UNKNOWN, dtype=np.int16)
     replay = Replay(
         Recording(
@@ -74,7 +74,7 @@ def test_a_replay_says_what_the_button_said() -> None:
 
 
 def test_an_obedient_hand_reacts_to_go_and_to_nothing_else() -> None:
-    hand = Obedient(GRID, seed=1)
+    hand = CuedHand(GRID, seed=1)
     quiet = [Cue(Phase.GET_READY, "press"), Cue(Phase.REST, "press"), Cue(Phase.GO, "null")]
     assert [hand.obey(cue, 1.0) for cue in quiet] == [None] * 3
     assert hand.obey(Cue(Phase.GO, "press", paused=True), 1.0) is None

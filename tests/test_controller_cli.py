@@ -18,26 +18,26 @@ from controller.bundles import bundle
 from controller.bundles.inference import engines
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import Tape
+from controller.capture.session_recorder import SessionRecorder
 from controller.protocol.messages import (
     VERSION,
     Command,
     Grant,
     Granted,
+    GroundTruth,
     Hello,
     Join,
     Message,
     Offer,
     Perform,
     Refuse,
-    Truth,
     Welcome,
 )
 from controller.protocol.packets import Decoder, encode
 from controller.recognition.pipeline import Pipeline
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 from controller.runtime.assemble import TOKEN
 from controller.runtime.device import Device, steady
 from controller.sensors import base as sensors
@@ -73,7 +73,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     shipped = bundle.read(BUNDLE)
     sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
     pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
-    origin = Origin(
+    origin = Provenance(
         sensor.device_id,
         5,
         5,
@@ -85,7 +85,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
         "test",
     )
     labeller = Labeller(shipped.labels)
-    tape = Tape(lambda state: Recorder(path, origin, state), pipeline, labeller)
+    tape = SessionRecorder(lambda state: Recorder(path, origin, state), pipeline, labeller)
     link = Basket()
     script = show(shipped.labels, sensor.geometry, seed=3)
     device = Device(sensor, pipeline, link, steady(rate_hz), tape=tape, script=script)
@@ -444,7 +444,7 @@ def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
     host.say(Grant(12_000))
     heard += host.hear(Granted)
     assert process.stop()[0] == 0
-    assert [m.number for m in heard if isinstance(m, Truth)] == [1, 2, 3]
+    assert [m.number for m in heard if isinstance(m, GroundTruth)] == [1, 2, 3]
     commands = [(m.name, m.frame / 10) for m in heard if isinstance(m, Command)]
     assert [name for name, _ in commands] == ["left", "right", "down"]
     assert main(["--replay", str(path)]) == 0

@@ -9,7 +9,7 @@ from controller.links import byte_link
 from controller.protocol import device_session, messages, states
 from controller.protocol import host_session as host_session
 from controller.protocol.host_session import BACKOFF_S
-from controller.protocol.states import DEVICE, EVENTS, HOST, Way, drawn, listed, next_states
+from controller.protocol.states import DEVICE, EVENTS, HOST, Transition, drawn, listed, next_states
 from host.connection import receiver
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "link.md"
@@ -17,7 +17,7 @@ TABLES = [("device", DEVICE, "waiting"), ("host", HOST, "over")]
 
 
 @pytest.mark.parametrize(("name", "table", "first"), TABLES, ids=lambda value: str(value)[:6])
-def test_the_page_draws_the_table(name: str, table: tuple[Way, ...], first: str) -> None:
+def test_the_page_draws_the_table(name: str, table: tuple[Transition, ...], first: str) -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert f"```mermaid\n{drawn(table, first)}\n```" in page
     assert f"\n\n{listed(table)}\n\n" in page
@@ -49,7 +49,9 @@ def test_the_page_names_the_limits_that_are_kept(sentence: str, value: object) -
 
 
 @pytest.mark.parametrize(("name", "table", "first"), TABLES, ids=lambda value: str(value)[:6])
-def test_every_state_is_reached_and_left(name: str, table: tuple[Way, ...], first: str) -> None:
+def test_every_state_is_reached_and_left(
+    name: str, table: tuple[Transition, ...], first: str
+) -> None:
     ways = next_states(table)
     reached = {first}
     while more := {to for (at, _), to in ways.items() if at in reached} - reached:
@@ -70,12 +72,12 @@ def test_from_everywhere_a_lost_peer_leads_back_to_the_start() -> None:
 
 def test_two_ways_for_one_event_are_a_mistake() -> None:
     with pytest.raises(ValueError, match="two ways from a on x"):
-        next_states((Way(("a", "b"), "x", "b", ""), Way(("a",), "x", "a", "")))
+        next_states((Transition(("a", "b"), "x", "b", ""), Transition(("a",), "x", "a", "")))
 
 
 @pytest.mark.parametrize(("module", "table"), [(device_session, DEVICE), (host_session, HOST)])
 def test_the_sessions_change_their_state_through_the_table_only(
-    module: object, table: tuple[Way, ...]
+    module: object, table: tuple[Transition, ...]
 ) -> None:
     source = Path(str(module.__file__)).read_text(encoding="utf-8")  # type: ignore[attr-defined]
     assigned, events = 0, set()

@@ -6,11 +6,11 @@ import sys
 
 import pytest
 
-from controller.protocol.messages import Command, Truth, Welcome
+from controller.protocol.messages import Command, GroundTruth, Welcome
 from host.connection.receiver import Delivered
 from host.demo import demo
-from host.demo.autoplayer import COMMAND_OF, MANUAL, Player
-from host.demo.demo import Meter, Record
+from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer
+from host.demo.demo import ByteMeter, DemoRecord
 from tetris.engine.game import Action, Game
 
 
@@ -19,13 +19,13 @@ def command(name: str) -> Delivered:
 
 
 def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
-    record = Record(meant={1: "left", 2: "", 3: "drop", 4: "right"})
+    record = DemoRecord(meant={1: "left", 2: "", 3: "drop", 4: "right"})
     record.take([command("left")], 1400)
-    record.take([Delivered(Truth(1, "press", 1000, 1900), 1900)], 1900)
-    record.take([Delivered(Truth(2, "brush", 3000, 3500), 3500)], 3500)
-    record.take([command("left"), Delivered(Truth(3, "pinch", 5000, 6000), 6000)], 5500)
-    record.take([Delivered(Truth(4, "press", 8000, 8500), 8500)], 8500)
-    verdict = record.verdict(1, 10.0, Meter())
+    record.take([Delivered(GroundTruth(1, "press", 1000, 1900), 1900)], 1900)
+    record.take([Delivered(GroundTruth(2, "brush", 3000, 3500), 3500)], 3500)
+    record.take([command("left"), Delivered(GroundTruth(3, "pinch", 5000, 6000), 6000)], 5500)
+    record.take([Delivered(GroundTruth(4, "press", 8000, 8500), 8500)], 8500)
+    verdict = record.verdict(1, 10.0, ByteMeter())
     assert [verdict[k] for k in ("intended", "hits", "wrong", "missed")] == [3, 1, 1, 2]
     assert (verdict["false_alarms"], verdict["stray_touches"]) == (0, 1)
     assert verdict["latency_s"] == {"p50": 0.4, "p95": 0.4}
@@ -34,13 +34,13 @@ def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
 
 
 def test_a_command_for_a_stray_touch_is_a_false_alarm() -> None:
-    record = Record(meant={1: ""})
-    record.take([command("left"), Delivered(Truth(1, "rest", 1000, 1900), 1900)], 1400)
-    assert record.verdict(1, 3.0, Meter())["false_alarms"] == 1
+    record = DemoRecord(meant={1: ""})
+    record.take([command("left"), Delivered(GroundTruth(1, "rest", 1000, 1900), 1900)], 1400)
+    assert record.verdict(1, 3.0, ByteMeter())["false_alarms"] == 1
 
 
 def test_the_player_means_only_what_the_manual_says_and_waits_for_its_hand() -> None:
-    player, game = Player(3, 120.0), Game(3)
+    player, game = Autoplayer(3, 120.0), Game(3)
     game.update(0.0)
     meant, now = [], 0.0
     while now < 100.0:
@@ -70,7 +70,7 @@ SHIPPED = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 
 def holds(labels: tuple[str, ...], commands: tuple[str, ...]) -> set[str]:
     """Return the gestures by which a player holds with an orb that announces these."""
-    player, game, now, made = Player(3, 200.0), Game(3), 0.0, set()
+    player, game, now, made = Autoplayer(3, 200.0), Game(3), 0.0, set()
     player.meet(Welcome(1, 1, "x", "x", True, 5, 5, 10.0, 10.0, 1000, 2000, labels, commands))
     game.update(0.0)
     while now < 190.0:
@@ -101,7 +101,7 @@ def test_the_player_does_not_guess_what_a_gesture_means() -> None:
 
 
 def test_the_player_begins_nothing_that_cannot_be_answered_in_time() -> None:
-    player = Player(1, 20.0)
+    player = Autoplayer(1, 20.0)
     assert player.decide(Game(1), 17.5) is None
 
 

@@ -12,9 +12,9 @@ import pytest
 from controller.__main__ import main
 from controller.bundles import bundle
 from controller.diagnostics import link_check, skin_checks, system_checks, touch_checks
-from controller.diagnostics.frame_source import Person, Watch
+from controller.diagnostics.frame_source import FrameReader, PromptedFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
-from controller.diagnostics.skin_checks import Air
+from controller.diagnostics.skin_checks import PressureReading
 from controller.sensors.base import SensorOptions, load
 
 SOUND = np.zeros((5, 5), dtype=np.bool_)
@@ -106,8 +106,8 @@ def test_a_host_on_this_machine_is_welcomed() -> None:
 # --- air ------------------------------------------------------------------------------------------
 
 
-def air(*kpa: float, pumping: bool = False) -> list[Air]:
-    return [Air(i / 2, value, pumping) for i, value in enumerate(kpa)]
+def air(*kpa: float, pumping: bool = False) -> list[PressureReading]:
+    return [PressureReading(i / 2, value, pumping) for i, value in enumerate(kpa)]
 
 
 def test_what_the_pressure_says_of_pump_and_hose() -> None:
@@ -182,15 +182,15 @@ def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
 
 
 def test_whoever_does_not_want_to_press_need_not() -> None:
-    watch = Watch(load("virtual", SensorOptions(seed=2)))
+    watch = FrameReader(load("virtual", SensorOptions(seed=2)))
     assert watch.frames(0.5).shape == (5, 5, 5)
-    assert Person(lambda words: "\n").press((0, 0))
-    assert not Person(lambda words: "s\n").press((0, 0))
+    assert PromptedFinger(lambda words: "\n").press((0, 0))
+    assert not PromptedFinger(lambda words: "s\n").press((0, 0))
 
     def gone(words: str) -> str:
         raise EOFError
 
-    assert not Person(gone).press((0, 0))
+    assert not PromptedFinger(gone).press((0, 0))
 
 
 # --- the command ----------------------------------------------------------------------------------

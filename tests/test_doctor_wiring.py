@@ -12,13 +12,13 @@ from controller.__main__ import main
 from controller.diagnostics import measurements, system_checks, wiring_checks
 from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
-from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 
 
 def found(*faults: str, seed: int = 3) -> list[tuple[str, str]]:
     """What the measurements of a board say is wrong: (code, where)."""
-    bench = Bench(seed=seed, faults=[WiringFault.parse(fault) for fault in faults])
+    bench = EmulatedBoard(seed=seed, faults=[WiringFault.parse(fault) for fault in faults])
     rows = wiring_checks.judge(measurements.measure(bench.board), 10.0)
     bench.board.close()
     return [(row.code, row.name) for row in rows]

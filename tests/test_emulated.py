@@ -16,7 +16,7 @@ from controller.sensors import base as sensors
 from controller.sensors.base import SensorAwayError, SensorError, SensorOptions, VirtualSensor
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.circuit import Circuit
 from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
 from controller.sensors.hardware.pins import GpioPins
@@ -25,7 +25,7 @@ from controller.sensors.hardware.wiring import SCHEMES, CircuitWiring, Electrode
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_driver_reads_what_the_skin_is(scheme: Scheme) -> None:
-    bench = Bench(Wiring(scheme=scheme, circuit=CircuitWiring(ghosting=0.0)), seed=3)
+    bench = EmulatedBoard(Wiring(scheme=scheme, circuit=CircuitWiring(ghosting=0.0)), seed=3)
     driver = Driver(bench.board)
     rest = np.mean([driver.frame() for _ in range(8)], axis=0)
     assert rest == pytest.approx(bench.picofarads, rel=0.05)  # nobody has measured its rows
@@ -42,7 +42,7 @@ def test_a_driver_reads_what_the_skin_is(scheme: Scheme) -> None:
 def test_every_fault_can_be_switched_on_and_off_again(kind: str) -> None:
     place = {"taxel": ":1,3", "row": ":1", "rows": ":1", "column": ":3", "columns": ":3", "": ""}
     fault = WiringFault.parse(kind + place[KINDS[kind].place])
-    bench = Bench(seed=3)
+    bench = EmulatedBoard(seed=3)
     bench.switch([fault])
     assert bench.faults == (fault,)
     bench.switch([fault], on=False)
@@ -63,7 +63,7 @@ def test_every_fault_can_be_switched_on_and_off_again(kind: str) -> None:
 def test_what_is_unplugged_is_away_blinks_and_comes_back(
     fault: str, told: str, noise_lsb: float
 ) -> None:
-    bench = Bench(seed=3, model=BenchModel(noise_lsb=noise_lsb))
+    bench = EmulatedBoard(seed=3, model=BoardModel(noise_lsb=noise_lsb))
     driver = Driver(bench.board)
     before = driver.frame(0.0)
     assert bench.lit
@@ -83,18 +83,18 @@ def test_what_is_unplugged_is_away_blinks_and_comes_back(
 
 
 def test_the_label_button_is_down_up_or_not_there() -> None:
-    bench = Bench(seed=3)
+    bench = EmulatedBoard(seed=3)
     driver = Driver(bench.board)
     assert driver.button() == "null"
     bench.press(True)
     assert driver.button() == ""
     bench.press(False)
     assert driver.button() == "null"
-    assert Driver(Bench(replace(Wiring(), button=None)).board).button() is None
+    assert Driver(EmulatedBoard(replace(Wiring(), button=None)).board).button() is None
 
 
 def test_the_pump_inflates_the_orb_and_stops() -> None:
-    bench = Bench(seed=3)
+    bench = EmulatedBoard(seed=3)
     bench.kpa = 0.0
     driver = Driver(bench.board)
     pumped = []
@@ -109,7 +109,7 @@ def test_the_pump_inflates_the_orb_and_stops() -> None:
 
 
 def test_a_driver_that_ends_leaves_pump_and_led_off_and_every_pin_free() -> None:
-    bench = Bench(seed=3)
+    bench = EmulatedBoard(seed=3)
     bench.kpa = 1.0
     driver = Driver(bench.board)
     driver.frame(0.0)
@@ -129,7 +129,7 @@ def test_two_things_on_one_pin_are_refused_by_the_board() -> None:
 
 def test_a_converter_of_ten_bits_reads_the_same_a_little_coarser() -> None:
     wiring = replace(Wiring(), converter=replace(Wiring().converter, type="mcp3008"))
-    bench = Bench(wiring, seed=3)
+    bench = EmulatedBoard(wiring, seed=3)
     frame = np.mean([Driver(bench.board).frame() for _ in range(8)], axis=0)
     assert frame == pytest.approx(bench.picofarads, rel=0.06)
 
@@ -142,7 +142,7 @@ def test_a_large_orb_needs_two_converters_and_any_order_will_do() -> None:
         converter=replace(Wiring().converter, devices=(0, 1)),
         order=(6, 0, 5, 1, 4, 2, 3), button=None, led=None, pump=None,
     )  # fmt: skip
-    bench = Bench(wiring, seed=3)
+    bench = EmulatedBoard(wiring, seed=3)
     assert Driver(bench.board).frame() == pytest.approx(bench.picofarads, rel=0.06)
 
 
@@ -182,7 +182,7 @@ def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Collection may come at any moment, when NumPy must not run (see `CircuitPin.close`)."""
-    driver = Driver(Bench(seed=1).board)
+    driver = Driver(EmulatedBoard(seed=1).board)
     driver.frame()
 
     def touched(*arguments: object) -> None:

@@ -20,13 +20,13 @@ from fake_device import welcome
 from controller.links import open_link
 from controller.protocol import psk
 from host.cli import find
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
 from host.discovery import notes, ports, probe, search
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
-from host.discovery.seek import Seeker
+from host.discovery.seek import DevicePort
 
 HANGS = (sys.executable, "-c", "import time; time.sleep(60)")
 
@@ -57,12 +57,12 @@ class Desk:
 
 
 @pytest.fixture
-def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Memory:
+def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DeviceStore:
     """What is remembered here, and a system that lists no ports."""
     path = tmp_path / "devices.toml"
     monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
     monkeypatch.setattr(search, "listed", list)
-    return Memory()
+    return DeviceStore()
 
 
 def hurried() -> float:
@@ -106,7 +106,7 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
 
 
 def test_orb_that_asks_for_a_key_is_found_with_it(
-    desk: Desk, memory: Memory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     file = tmp_path / "orb.key"
@@ -117,7 +117,7 @@ def test_orb_that_asks_for_a_key_is_found_with_it(
     assert "key" in refused.why
     assert probe.ask(port, str(file)).device_id == "orb-1"
     memory.remember("orb-1", port=port, key=str(file))
-    assert Seeker("orb-1", memory).device_id == "orb-1"  # with the remembered one
+    assert DevicePort("orb-1", memory).device_id == "orb-1"  # with the remembered one
     assert "cannot read the key" in probe.ask(port, str(tmp_path / "none")).why
 
 
@@ -188,7 +188,7 @@ def in_process(asked: Iterable[Port], **options: object) -> list[Answer]:
 
 
 def test_devices_are_listed_by_identity_when_their_ports_shuffle(
-    memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     names = ["orb-1", "orb-2", "orb-3"]
@@ -200,24 +200,24 @@ def test_devices_are_listed_by_identity_when_their_ports_shuffle(
             told = json.loads(capsys.readouterr().out)["devices"]
             assert {row["device"]: row["port"] for row in told} == places
             assert {row["seen"] for row in told} == {"now"}
-            assert {k.device_id: k.port for k in Memory().devices} == places
+            assert {k.device_id: k.port for k in DeviceStore().devices} == places
 
 
 def test_device_is_found_again_on_another_port(
-    desk: Desk, memory: Memory, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     old, new = desk.plug("orb-2"), desk.plug("orb-1", "Blue")
     memory.remember("orb-1", name="Blue", port=old, seen="1")
     monkeypatch.setattr(search, "listed", lambda: [Port(old, "USB"), Port(new, "USB")])
     for words in ("orb-1", "Blue"):
-        seeker = Seeker(words, memory)
+        seeker = DevicePort(words, memory)
         assert (seeker.device_id, seeker.url) == ("orb-1", new)
-    assert {k.device_id: k.port for k in Memory().devices} == {"orb-1": new, "orb-2": old}
+    assert {k.device_id: k.port for k in DeviceStore().devices} == {"orb-1": new, "orb-2": old}
 
 
 def test_device_that_is_where_it_was_is_found_without_opening_another_port(
-    desk: Desk, memory: Memory, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[str] = []
 
@@ -229,17 +229,17 @@ def test_device_that_is_where_it_was_is_found_without_opening_another_port(
     monkeypatch.setattr(search, "listed", lambda: [Port("/dev/other", "USB")])
     port = desk.plug("orb-1")
     memory.remember("orb-1", port=port)
-    assert Seeker("orb-1", memory).url == port
+    assert DevicePort("orb-1", memory).url == port
     assert asked == [port]
 
 
 def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
-    desk: Desk, memory: Memory, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     new = desk.plug("orb-1")
     memory.remember("orb-1", port=new)
-    seeker = Seeker("orb-1", memory)
+    seeker = DevicePort("orb-1", memory)
     seeker.url = "/dev/gone"
     transport = seeker.open()
     transport.close()
@@ -247,7 +247,7 @@ def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
 
 
 def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chosen(
-    desk: Desk, memory: Memory, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
@@ -258,23 +258,23 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
     assert memory.devices == []
     monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
     with pytest.raises(LinkError, match="is not one device"):
-        Seeker("orb-1", memory)
+        DevicePort("orb-1", memory)
 
 
 def test_device_that_turns_out_to_be_another_one_ends_the_program(
-    desk: Desk, memory: Memory, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", port=desk.plug("orb-1"))
-    seeker = Seeker("orb-1", memory)
+    seeker = DevicePort("orb-1", memory)
     seeker.hear([Connected(orb_welcome("orb-1"))])
     with pytest.raises(LinkError, match="is now orb-9, not orb-1"):
         seeker.hear([Connected(orb_welcome("orb-9"))])
 
 
-def test_device_that_is_nowhere_is_one_sentence(memory: Memory) -> None:
+def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
     with pytest.raises(LinkError, match="'orb-1' is not there, found no orb; see host find"):
-        Seeker("orb-1", memory)
+        DevicePort("orb-1", memory)
 
 
 def test_interrupt_leaves_nobody_asking(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -300,7 +300,7 @@ def test_fault_of_ours_while_a_port_is_asked_is_seen(capfd: pytest.CaptureFixtur
 
 
 def test_only_remembered_identified_and_bonded_ports_are_asked(
-    memory: Memory, monkeypatch: pytest.MonkeyPatch
+    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     memory.remember("orb-1", port="/dev/ttyUSB7", seen="1")
     system = [
@@ -333,7 +333,9 @@ def test_system_lists_its_ports() -> None:
     assert isinstance(ports.listed(), list)
 
 
-def test_nothing_to_ask_says_what_to_do(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_to_ask_says_what_to_do(
+    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert find.main([]) == 1
     told = capsys.readouterr()
     assert told.out == ""
@@ -341,7 +343,7 @@ def test_nothing_to_ask_says_what_to_do(memory: Memory, capsys: pytest.CaptureFi
 
 
 def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
-    memory: Memory, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert find.main(["--key", str(tmp_path / "no.key")]) == 2
     told = capsys.readouterr()
@@ -350,7 +352,7 @@ def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
 
 
 def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
-    memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", name="Blue", port="/dev/gone", seen="2026-11-20T18:02:00Z")
@@ -361,7 +363,7 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
 
 
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
-    memory: Memory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
@@ -371,9 +373,9 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     assert (told.out + told.err).replace("\n", "").isprintable()
 
 
-def test_device_can_be_forgotten(memory: Memory, capsys: pytest.CaptureFixture[str]) -> None:
+def test_device_can_be_forgotten(memory: DeviceStore, capsys: pytest.CaptureFixture[str]) -> None:
     memory.remember("orb-1", name="Blue", port="A")
     assert find.main(["--forget", "Blue"]) == 0
-    assert Memory().devices == []
+    assert DeviceStore().devices == []
     assert find.main(["--forget", "Blue"]) == 2
     assert "no device is called 'Blue'" in capsys.readouterr().err

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.preprocess import Prepared, Preprocessor, PreprocessSettings
-from controller.recognition.sensor_health import LETTERS, MOST, Health
+from controller.recognition.sensor_health import LETTERS, MOST, HealthMonitor
 
 REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
 
@@ -22,7 +22,7 @@ class Session:
 
     def __init__(self) -> None:
         self.stage = Preprocessor(PreprocessSettings(), 5, 5)
-        self.health = Health(10.0, ratio=True)
+        self.health = HealthMonitor(10.0, ratio=True)
 
     def feel(self, frames: NDArray[np.floating]) -> tuple[str, ...]:
         for frame in frames.astype(np.float32):
@@ -108,7 +108,7 @@ OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all o
 
 def found(frames: list[Prepared], rest: NDArray[np.float64] | None = None) -> tuple[str, ...]:
     """What is found after these frames, at 10 Hz."""
-    health = Health(10.0, ratio=True)
+    health = HealthMonitor(10.0, ratio=True)
     for prepared in frames:
         health.notice(prepared)
         lines = health.look(prepared.dead, rest)
@@ -167,7 +167,7 @@ def test_what_is_found_is_looked_for_once_a_second() -> None:
 
 def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple[str, ...]:
     """What is found once rest has become so many times what a calibration has found."""
-    health = Health(10.0, ratio=ratio, before=REST_PF)
+    health = HealthMonitor(10.0, ratio=ratio, before=REST_PF)
     for _ in range(10):
         health.notice(FELT)
         lines = health.look(None, REST_PF * factor)
@@ -196,7 +196,7 @@ def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
     column, taxel = np.zeros((5, 5)), np.zeros((5, 5))
     column[:, 1], taxel[4, 0] = 0.13, 0.31
     for change in (column, taxel, np.full((5, 5), 0.085)):
-        health = Health(10.0, ratio=True, before=REST_PF)
+        health = HealthMonitor(10.0, ratio=True, before=REST_PF)
         told = []
         for share in (0.9, 1.0, 0.9, 0.75, 0.6, 0.9):
             for _ in range(10):
@@ -207,7 +207,10 @@ def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
 
 
 def test_no_more_than_eight_sentences_are_told_at_once() -> None:
-    health, rest = Health(10.0, ratio=True, before=np.full((20, 20), 40.0)), np.full((20, 20), 40.0)
+    health, rest = (
+        HealthMonitor(10.0, ratio=True, before=np.full((20, 20), 40.0)),
+        np.full((20, 20), 40.0),
+    )
     rest[:9] *= 1.2
     for _ in range(10):
         health.notice(FELT)
@@ -216,7 +219,7 @@ def test_no_more_than_eight_sentences_are_told_at_once() -> None:
 
 
 def test_a_sensor_that_was_never_calibrated_drifts_from_its_first_rest() -> None:
-    health = Health(10.0, ratio=True)
+    health = HealthMonitor(10.0, ratio=True)
     for rest, lines in ((None, 0), (REST_PF, 0), (REST_PF * 0.9, 1)):
         for _ in range(10):
             health.notice(FELT)

@@ -22,10 +22,10 @@ from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
-from controller.links.bluetooth.hid.classic import ClassicPart, Radio
+from controller.links.bluetooth.hid.classic import ClassicPart, L2capSockets
 from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import Pad
-from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
 from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad
@@ -33,10 +33,10 @@ from controller.protocol.messages import Command, State
 
 LAPTOP, PHONE, STRANGER = (f"AA:00:00:00:00:0{n}" for n in (1, 2, 9))
 RELEASE = [bytes([0xA1, report.id]) + report.data for report in RELEASED]
-NOBODY = Known()
+NOBODY = StoredHosts()
 
 
-class PlayedRadio(Radio):
+class PlayedRadio(L2capSockets):
     """Local sockets in place of the kernel's: a folder is the air, a file a port."""
 
     def __init__(self, air: Path) -> None:
@@ -74,12 +74,12 @@ class PlayedRadio(Radio):
 class Table:
     """A fake bluetoothd, a played radio, and the orb's part."""
 
-    def __init__(self, bluez: FakeBluez, bus: Bus, air: Path, known: Known) -> None:
+    def __init__(self, bluez: FakeBluez, bus: Bus, air: Path, known: StoredHosts) -> None:
         self.bluez, self.bus = bluez, bus
         self.radio = PlayedRadio(air)
         self.told: asyncio.Queue[str] = asyncio.Queue()
-        hosts = Hosts(known, now_s=asyncio.get_running_loop().time())
-        self.pad = Pad(
+        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
             Held(read("gamepad")), hosts, tell=self.told.put_nowait, remember=lambda known: None
         )
         self.part = ClassicPart(self.pad, "OrbTouch", self.radio)
@@ -115,7 +115,7 @@ async def heard(end: socket.socket, count: int = 1) -> list[bytes]:
 
 
 @asynccontextmanager
-async def table(address: str, air: Path, known: Known) -> AsyncIterator[Table]:
+async def table(address: str, air: Path, known: StoredHosts) -> AsyncIterator[Table]:
     """Play bluetoothd, register the part, and end both."""
     bluez = await FakeBluez.start(address)
     bluez.know(LAPTOP)
@@ -150,7 +150,7 @@ def play(address: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Play:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", address)
     monkeypatch.setattr(classic, "PAUSES_S", (0.0,))
 
-    def run(scene: Callable[[Table], Awaitable[None]], known: Known = NOBODY) -> None:
+    def run(scene: Callable[[Table], Awaitable[None]], known: StoredHosts = NOBODY) -> None:
         async def whole() -> None:
             async with table(address, tmp_path, known) as it:
                 await scene(it)
@@ -267,7 +267,7 @@ def test_the_orb_calls_the_host_that_had_it_last_five_times_of_five(play: Play) 
                 end.close()
             assert await it.who() == ""
 
-    play(scene, known=Known((LAPTOP,), LAPTOP))
+    play(scene, known=StoredHosts((LAPTOP,), LAPTOP))
 
 
 def test_a_second_host_is_sent_away(play: Play) -> None:

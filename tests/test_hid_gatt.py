@@ -22,14 +22,14 @@ from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
 from controller.links.bluetooth.hid.gatt import GattPart
 from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import Pad
-from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.protocol.messages import Command, State
 
-NOBODY = Known()
+NOBODY = StoredHosts()
 LAPTOP, PHONE = "AA:00:00:00:00:01", "AA:00:00:00:00:02"
 REPORT, BOOT_KEYBOARD, BATTERY, MODE = 0x2A4D, 0x2A22, 0x2A19, 0x2A4E
 KEYBOARD, PAD, LIGHTS = 0, 1, 2  # instances of the characteristic Report
@@ -38,12 +38,12 @@ KEYBOARD, PAD, LIGHTS = 0, 1, 2  # instances of the characteristic Report
 class Table:
     """A fake bluetoothd, and the orb's part registered with it."""
 
-    def __init__(self, bluez: FakeBluez, bus: Bus, known: Known, mapping: str) -> None:
+    def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
         self.bluez, self.bus = bluez, bus
         self.told: list[str] = []
-        self.remembered: list[Known] = []
-        hosts = Hosts(known, now_s=asyncio.get_running_loop().time())
-        self.pad = Pad(
+        self.remembered: list[StoredHosts] = []
+        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
             Held(read(mapping)), hosts, tell=self.told.append, remember=self.remembered.append
         )
         self.percent = 87
@@ -88,7 +88,7 @@ class Table:
 
 @asynccontextmanager
 async def table(
-    address: str, known: Known = NOBODY, mapping: str = "gamepad"
+    address: str, known: StoredHosts = NOBODY, mapping: str = "gamepad"
 ) -> AsyncIterator[Table]:
     """Play bluetoothd, register the part, and end both."""
     bluez = await FakeBluez.start(address)
@@ -256,7 +256,7 @@ def test_a_second_host_is_sent_away_and_hears_nothing(play: Play) -> None:
         await it.settle()
         assert it.values(PHONE) == []
 
-    play(scene, known=Known((LAPTOP, PHONE), LAPTOP))
+    play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP))
 
 
 def test_the_player_gives_the_orb_to_another_host(play: Play, tmp_path: Path) -> None:
@@ -275,9 +275,9 @@ def test_the_player_gives_the_orb_to_another_host(play: Play, tmp_path: Path) ->
         assert it.values(LAPTOP)[-2:] == [report.data for report in RELEASED]
         await it.play(PHONE)
         assert it.told == [LAPTOP, "", PHONE]
-        assert it.remembered[-1] == Known((LAPTOP, PHONE), PHONE)
+        assert it.remembered[-1] == StoredHosts((LAPTOP, PHONE), PHONE)
 
-    play(scene, known=Known((LAPTOP, PHONE), LAPTOP), mapping=str(mapping))
+    play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP), mapping=str(mapping))
 
 
 def test_the_orb_says_that_it_is_a_gamepad(play: Play) -> None:
@@ -359,4 +359,4 @@ def test_hosts_of_another_adapter_are_none_of_ours(play: Play) -> None:
         assert it.told == [LAPTOP]
         assert it.bluez.disconnected == []
 
-    play(scene, known=Known((LAPTOP, PHONE), LAPTOP))
+    play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP))

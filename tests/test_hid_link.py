@@ -19,7 +19,7 @@ from fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 from controller.errors import UserError
 from controller.links import LinkError, open_link
 from controller.links.bluetooth.hid import host_store
-from controller.links.bluetooth.hid.host_selection import Known
+from controller.links.bluetooth.hid.host_selection import StoredHosts
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.links.hid import HidLink
 from controller.protocol.messages import VERSION, Bye, Command, Hello, Message, State
@@ -147,7 +147,7 @@ def test_the_host_that_had_the_orb_last_is_remembered(
         await come(bluez, link)
 
     play(scene)
-    assert host_store.recall(tmp_path / "hid-hosts.json") == Known((LAPTOP,), LAPTOP)
+    assert host_store.recall(tmp_path / "hid-hosts.json") == StoredHosts((LAPTOP,), LAPTOP)
 
 
 def test_a_bluetoothd_that_is_restarted_finds_the_orb_again(
@@ -210,9 +210,9 @@ def test_a_mistake_in_the_url_is_told_in_one_sentence(url: str, said: str) -> No
 def test_a_memory_that_is_broken_is_begun_anew(text: str, tmp_path: Path) -> None:
     file = tmp_path / "hid-hosts.json"
     file.write_text(text, errors="surrogateescape")
-    assert host_store.recall(file) == Known()
-    host_store.remember(file, Known((PHONE,), PHONE))
-    assert host_store.recall(file) == Known((PHONE,), PHONE)
+    assert host_store.recall(file) == StoredHosts()
+    host_store.remember(file, StoredHosts((PHONE,), PHONE))
+    assert host_store.recall(file) == StoredHosts((PHONE,), PHONE)
 
 
 def test_the_battery_is_read_from_the_system(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from fake_device import welcome
 
 from controller.links import open_link
 from host.__main__ import main
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 
 MAPPING = '[profile.game]\ndrop = "space"\npause = { profile = "desk" }\n[profile.desk]\ndrop="a"\n'
 
@@ -42,7 +42,7 @@ def test_device_plays_what_it_played_last_on_whatever_port_it_is(
         port = plugged(stack, "orb-1")
         chosen = ["--target", "keyboard", "--mapping", str(keys), "--profile", "desk"]
         assert main(["--link", port, *chosen, *usual]) == 0
-    [known] = Memory().devices
+    [known] = DeviceStore().devices
     assert (known.device_id, known.name, known.port) == ("orb-1", "Blue", port)
     assert (known.target, known.keys, known.profile) == ("keyboard", str(keys), "desk")
     with contextlib.ExitStack() as stack:
@@ -50,9 +50,11 @@ def test_device_plays_what_it_played_last_on_whatever_port_it_is(
         ports = [plugged(stack, name) for name in ("orb-2", "orb-1")]
         monkeypatch.setattr("host.discovery.search.listed", list)
         assert main(["--link", ports[0], "--target", "keyboard", *usual]) == 0
-        Memory().remember("orb-3", port=ports[1])  # a port that is asked, under another identity
+        DeviceStore().remember(
+            "orb-3", port=ports[1]
+        )  # a port that is asked, under another identity
         assert main(["--device", "orb-1", *usual]) == 0
-        [again] = Memory().named("orb-1")
+        [again] = DeviceStore().named("orb-1")
         assert again.port == ports[1]
         assert dataclasses.replace(again, port=port, seen=known.seen) == known
 

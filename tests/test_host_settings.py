@@ -9,7 +9,7 @@ import special_files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host.connection.device_store import MOST, Known, Memory, default_path
+from host.connection.device_store import MOST, DeviceStore, KnownDevice, default_path
 
 
 @pytest.fixture
@@ -18,10 +18,14 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_what_is_remembered_is_there_the_next_time(path: Path) -> None:
-    Memory(path).remember("orb-1", name="Orb", port="/dev/ttyACM0", seen="2026-11-21T08:00:00Z")
-    Memory(path).remember("orb-1", target="keyboard", keys="/home/me/mine.toml", profile="slides")
-    assert Memory(path).devices == [
-        Known(
+    DeviceStore(path).remember(
+        "orb-1", name="Orb", port="/dev/ttyACM0", seen="2026-11-21T08:00:00Z"
+    )
+    DeviceStore(path).remember(
+        "orb-1", target="keyboard", keys="/home/me/mine.toml", profile="slides"
+    )
+    assert DeviceStore(path).devices == [
+        KnownDevice(
             *("orb-1", "Orb", False, "/dev/ttyACM0", "2026-11-21T08:00:00Z"),
             *("keyboard", "/home/me/mine.toml", "slides"),
         )
@@ -29,7 +33,7 @@ def test_what_is_remembered_is_there_the_next_time(path: Path) -> None:
 
 
 def test_device_is_found_by_identity_before_name(path: Path) -> None:
-    memory = Memory(path)
+    memory = DeviceStore(path)
     memory.remember("orb-1", name="orb-2", seen="1")
     memory.remember("orb-2", name="Orb", seen="2")
     memory.remember("orb-3", name="Orb", seen="3")
@@ -39,21 +43,21 @@ def test_device_is_found_by_identity_before_name(path: Path) -> None:
 
 
 def test_what_another_program_noted_meanwhile_stays(path: Path) -> None:
-    ours, theirs = Memory(path), Memory(path)
+    ours, theirs = DeviceStore(path), DeviceStore(path)
     ours.remember("orb-1", port="A")
     theirs.remember("orb-2", port="B")
     ours.remember("orb-1", port="C")
-    assert {known.device_id: known.port for known in Memory(path).devices} == {
+    assert {known.device_id: known.port for known in DeviceStore(path).devices} == {
         "orb-1": "C",
         "orb-2": "B",
     }
 
 
 def test_only_the_latest_devices_are_kept(path: Path) -> None:
-    memory = Memory(path)
+    memory = DeviceStore(path)
     for number in range(MOST + 3):
         memory.remember(f"virtual-{number}", seen=f"{number:04d}")
-    names = [known.device_id for known in Memory(path).devices]
+    names = [known.device_id for known in DeviceStore(path).devices]
     assert len(names) == MOST
     assert names[0] == f"virtual-{MOST + 2}"
     assert "virtual-2" not in names
@@ -66,11 +70,11 @@ def test_damaged_file_is_put_aside_and_told_of(path: Path, content: bytes) -> No
     path.parent.mkdir()
     path.write_bytes(content)
     told: list[str] = []
-    memory = Memory(path, told.append)
+    memory = DeviceStore(path, told.append)
     assert memory.devices == []
     assert "was damaged" in told[0]
     memory.remember("orb-1", port="A")
-    assert [known.port for known in Memory(path).devices] == ["A"]
+    assert [known.port for known in DeviceStore(path).devices] == ["A"]
     assert path.with_name("devices-damaged-1.toml").read_bytes() == content
 
 
@@ -81,7 +85,7 @@ def test_special_file_in_its_place_costs_a_sentence(kind: str, tmp_path: Path) -
     told: list[str] = []
 
     def read(words: list[str]) -> int:
-        return len(Memory(path, told.append).devices)
+        return len(DeviceStore(path, told.append).devices)
 
     assert special_files.answer(read, []).status == 0
     if kind != "locked":  # which only root may read
@@ -99,29 +103,29 @@ def test_relative_configuration_folder_is_ignored(
 
 
 def test_file_is_its_owner_s_alone(path: Path) -> None:
-    Memory(path).remember("orb-1", key="/home/me/orb.key")
+    DeviceStore(path).remember("orb-1", key="/home/me/orb.key")
     assert path.stat().st_mode & 0o077 == 0 or sys.platform == "win32"
 
 
 def test_values_of_the_wrong_kind_are_as_if_they_were_not_there(path: Path) -> None:
     path.parent.mkdir()
     path.write_text('[device.a]\nport = 3\nname = "Orb"\nvirtual = "yes"\nunheard = 1\n')
-    assert Memory(path).devices == [Known("a", name="Orb")]
+    assert DeviceStore(path).devices == [KnownDevice("a", name="Orb")]
 
 
 def test_folder_that_cannot_be_written_costs_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "config").write_text("a file where the folder should be")
     told: list[str] = []
-    Memory(tmp_path / "config" / "devices.toml", told.append).remember("orb-1", port="A")
+    DeviceStore(tmp_path / "config" / "devices.toml", told.append).remember("orb-1", port="A")
     assert told
     assert "cannot" in told[-1]
 
 
 def test_forgotten_device_is_gone(path: Path) -> None:
-    memory = Memory(path)
+    memory = DeviceStore(path)
     memory.remember("orb-1", port="A")
     memory.forget("orb-1")
-    assert memory.devices == Memory(path).devices == []
+    assert memory.devices == DeviceStore(path).devices == []
 
 
 text = st.text(st.characters(codec="utf-8"), max_size=20)
@@ -133,8 +137,8 @@ def test_any_identity_and_any_name_is_read_as_it_was_written(
     tmp_path_factory: pytest.TempPathFactory, device_id: str, name: str, port: str, virtual: bool
 ) -> None:
     path = tmp_path_factory.mktemp("settings") / "devices.toml"
-    known = Known(device_id, name, virtual, port, "1")
-    memory = Memory(path, pytest.fail)
+    known = KnownDevice(device_id, name, virtual, port, "1")
+    memory = DeviceStore(path, pytest.fail)
     memory.remember(device_id, name=name, virtual=virtual, port=port, seen="1")
-    assert Memory(path, pytest.fail).devices == [known]
+    assert DeviceStore(path, pytest.fail).devices == [known]
     assert stat.S_ISREG(path.stat().st_mode)

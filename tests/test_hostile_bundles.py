@@ -12,7 +12,13 @@ import pytest
 from controller import toml_text
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.store import RECORD, Entry, Record, Shelf, _text
+from controller.bundles.deploy.store import (
+    RECORD,
+    BundleStore,
+    InstalledRecord,
+    StoredBundle,
+    _text,
+)
 from controller.cli import bundles
 from controller.recognition.debounce import Debouncer
 from controller.recognition.preprocess import Preprocessor
@@ -56,12 +62,15 @@ def test_a_thousand_manifests_are_bundles_or_one_sentence(tmp_path: Path) -> Non
 
 
 def test_three_hundred_records_are_read_or_refused_in_one_sentence(tmp_path: Path) -> None:
-    entries = (Entry("0" * 16, "numpy", 50.0, "today"), Entry("f" * 16, "onnxruntime", 60.0, "now"))
-    text, draw, taken = _text(Record("f" * 16, "0" * 16, entries)), Random(2026), 0
+    entries = (
+        StoredBundle("0" * 16, "numpy", 50.0, "today"),
+        StoredBundle("f" * 16, "onnxruntime", 60.0, "now"),
+    )
+    text, draw, taken = _text(InstalledRecord("f" * 16, "0" * 16, entries)), Random(2026), 0
     for _ in range(300):
         (tmp_path / RECORD).write_bytes(hostile_bundles.changed(text, draw))
         with contextlib.suppress(BundleError):
-            Shelf(tmp_path).record()
+            BundleStore(tmp_path).record()
             taken += 1
     assert 10 < taken < 200
 

@@ -19,7 +19,7 @@ from controller.recordings import journal_records, reader, writer
 from controller.recordings.journal import AMENDABLE, NOWHERE, Journal
 from controller.recordings.journal_records import Kind
 from controller.recordings.journal_repair import decode
-from controller.recordings.recorder_thread import Keeper
+from controller.recordings.recorder_thread import JournalThread
 from controller.recordings.recording import LABELLERS, Mark, Recording, RecordingError
 
 COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
@@ -227,7 +227,7 @@ def test_after_the_last_confirmed_offset_the_first_gap_is_the_end() -> None:
 
 def test_a_frame_that_comes_while_the_disk_works_waits_for_the_next_turn() -> None:
     journal, file = Journal(ORIGIN, {}, KEY), FakeFile()
-    keeper = Keeper(journal, file)
+    keeper = JournalThread(journal, file)
     keeper.turn()
     add(journal, 1)
     file.meanwhile = lambda: add(journal, 2)
@@ -259,7 +259,7 @@ def test_whatever_the_disk_does_a_power_cut_leaves_all_that_was_confirmed(
     plan: list[tuple[str, int]], seed: int
 ) -> None:
     journal, file = Journal(ORIGIN, {}, KEY), FakeFile()
-    keeper = Keeper(journal, file)
+    keeper = JournalThread(journal, file)
     keeper.turn()
 
     def some(count: int) -> None:

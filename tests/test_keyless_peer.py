@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from bench import FINGER, GRANTING, HELLO, Bench, World
 
-from controller.bundles.deploy.upload import Intake
-from controller.log_limit import HUSH_S, Hush
+from controller.bundles.deploy.upload import UploadReceiver
+from controller.log_limit import HUSH_S, LogLimit
 from controller.protocol.messages import (
     DECLINED,
     Bye,
     Contact,
-    Correct,
-    Delivery,
+    Correction,
     Grant,
     Granted,
     Message,
     Perform,
+    UploadStatus,
 )
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.runtime import loop
-from controller.runtime.bundle_updates import Clerk
+from controller.runtime.bundle_updates import BundleUpdater
 from controller.runtime.device import Device
 from controller.simulator.virtual_orb import PERFORMANCES, VirtualOrb
 
@@ -99,7 +99,7 @@ def test_a_flood_of_wrong_labels_is_logged_now_and_then(caplog: pytest.LogCaptur
 
 def test_a_line_comes_again_after_a_while_and_others_are_limited() -> None:
     now_s = [0.0]
-    hush = Hush(lines=2, clock=lambda: now_s[0])
+    hush = LogLimit(lines=2, clock=lambda: now_s[0])
     assert [hush.lets(line) for line in ("a", "a", "b", "c")] == [True, False, True, False]
     now_s[0] = HUSH_S
     assert hush.lets("a")
@@ -170,10 +170,12 @@ def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
 
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.npz"
-    bench = Bench(*[(1.5, Correct("press"))] * 50, record=path)
-    bench.loop._clerk = Clerk(Intake(tmp_path, "no key"), lambda path: "", lambda label, seen: "")
+    bench = Bench(*[(1.5, Correction("press"))] * 50, record=path)
+    bench.loop._clerk = BundleUpdater(
+        UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
+    )
     bench.run(3.0)
-    assert bench.messages(Delivery) == [Delivery(DECLINED, 0, "no key")] * 50
+    assert bench.messages(UploadStatus) == [UploadStatus(DECLINED, 0, "no key")] * 50
     assert not reader.load(path).marks
 
 

@@ -14,7 +14,7 @@ from controller.keymap.key_state import Stroke
 from controller.keymap.keymap_file import parse
 from controller.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
-from host.injection.watchdog import HANG_MS, Guard
+from host.injection.watchdog import HANG_MS, Watchdog
 from host.targets._keys import KeysTarget
 
 MAP = parse(
@@ -60,13 +60,13 @@ class Pipe:
         self.now_ms = now_ms
         self.dead = False
         self._board, self._answers = board, [""]
-        self._guard = Guard(board, MAP.keys, now_ms)
+        self._guard = Watchdog(board, MAP.keys, now_ms)
 
     def start(self) -> str:
         if not self.dead:
             return ""
         self.dead = False
-        self._guard = Guard(self._board, MAP.keys, self.now_ms)
+        self._guard = Watchdog(self._board, MAP.keys, self.now_ms)
         return "a pipe"
 
     def send(self, strokes: Iterable[Stroke]) -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from controller.keymap.key_state import Stroke
 from host.injection.backends import BackendError
 from host.injection.injector import MUTE_MS, Injector
-from host.injection.watchdog import HANG_MS, Guard
+from host.injection.watchdog import HANG_MS, Watchdog
 
 PATIENCE_S = 20.0  # an upper bound; everything here takes milliseconds
 PAPER = (sys.executable, str(Path(__file__).with_name("guard_on_paper.py")))
@@ -44,9 +44,9 @@ class Recorder:
         self.done.append("closed")
 
 
-def guard(keys: str = "a b") -> tuple[Guard, Recorder]:
+def guard(keys: str = "a b") -> tuple[Watchdog, Recorder]:
     board = Recorder()
-    return Guard(board, keys.split(), 0), board
+    return Watchdog(board, keys.split(), 0), board
 
 
 def test_guard_does_what_it_is_told() -> None:

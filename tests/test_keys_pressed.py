@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from controller.keymap.key_names import danger
-from controller.keymap.key_state import WORD_S, Pressed
+from controller.keymap.key_state import WORD_S, KeyState
 from controller.keymap.keymap import KeyMap
 from controller.keymap.keymap_file import parse
 
@@ -34,13 +34,13 @@ MAP = parse(
 )
 
 
-def armed(key_map: KeyMap = MAP) -> Pressed:
-    pressed = Pressed(key_map)
+def armed(key_map: KeyMap = MAP) -> KeyState:
+    pressed = KeyState(key_map)
     pressed.arm("by the test")
     return pressed
 
 
-def strokes(pressed: Pressed) -> str:
+def strokes(pressed: KeyState) -> str:
     """Return what has been done since the last call, as in "+a -a"."""
     made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.output)
     pressed.output.clear()
@@ -48,7 +48,7 @@ def strokes(pressed: Pressed) -> str:
 
 
 def test_nothing_is_pressed_until_it_is_armed() -> None:
-    pressed = Pressed(MAP)
+    pressed = KeyState(MAP)
     pressed.command("left", 0.0)
     assert strokes(pressed) == ""
     pressed.command("menu", 1.0)
@@ -66,19 +66,19 @@ HELD = parse(
 )
 
 
-def hold(pressed: Pressed, name: str, began_s: float, until_s: float) -> None:
+def hold(pressed: KeyState, name: str, began_s: float, until_s: float) -> None:
     """Give a command, and say ten times a second that it is still held."""
     pressed.command(name, began_s)
     for tenth in range(round(began_s * 10) + 1, round(until_s * 10) + 1):
         pressed.state((name,), tenth / 10)
 
 
-def let_go(pressed: Pressed, now_s: float) -> None:
+def let_go(pressed: KeyState, now_s: float) -> None:
     pressed.state((), now_s)
 
 
 def test_long_hold_arms_and_the_next_one_disarms() -> None:
-    pressed = Pressed(HELD)
+    pressed = KeyState(HELD)
     hold(pressed, "drop", 1.0, 2.4)
     let_go(pressed, 2.45)
     assert not pressed.armed
@@ -92,19 +92,19 @@ def test_long_hold_arms_and_the_next_one_disarms() -> None:
 
 
 def test_long_hold_changes_the_profile() -> None:
-    pressed = Pressed(HELD)
+    pressed = KeyState(HELD)
     hold(pressed, "hold", 1.0, 2.5)
     assert pressed.profile == "desk"
 
 
 def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None:
-    pressed = Pressed(HELD)
+    pressed = KeyState(HELD)
     hold(pressed, "drop", 1.0, 2.0)
     let_go(pressed, 2.1)
-    hold_again = Pressed(HELD)
+    hold_again = KeyState(HELD)
     hold(hold_again, "drop", 1.0, 1.2)
     hold_again.tick(1.2 + WORD_S)  # the orb has fallen silent
-    silent = Pressed(HELD)
+    silent = KeyState(HELD)
     hold(silent, "drop", 1.0, 2.0)
     silent.release()  # as when the link is stale
     for one in (pressed, hold_again, silent):
@@ -223,7 +223,7 @@ def test_allowed_chord_allows_no_other_key_beside_it() -> None:
 
 
 def test_disarming_and_another_profile_lift_everything() -> None:
-    ends: tuple[Callable[[Pressed], None], ...] = (
+    ends: tuple[Callable[[KeyState], None], ...] = (
         lambda p: p.disarm("now"),
         lambda p: p.switch("desk"),
         lambda p: p.command("menu", 1.1),
@@ -257,7 +257,7 @@ class AnyMoment(RuleBasedStateMachine):
 
     @initialize()
     def begin(self) -> None:
-        self.pressed = Pressed(MAP)
+        self.pressed = KeyState(MAP)
         self.now_s = 0.0
         self.down: set[str] = set()  # as the kernel would see it
         self.asked: set[str] = set()  # by commands since the keys were all up

@@ -5,29 +5,29 @@ import io
 import numpy as np
 import pytest
 
-from controller.capture.cue_plan import Ask, Pace
-from controller.capture.cues import Cue, Cues, Phase
-from controller.capture.key_labels import Amend
-from controller.capture.labels import Labeller, Said, Told
+from controller.capture.cue_plan import CueTiming, ExampleRequest
+from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.key_labels import LabelCorrection
+from controller.capture.labels import FrameLabels, Labeller, Told
 from controller.capture.status_line import Status, describe
-from controller.capture.terminal_decoder import BACKSPACE, SPACE, Action, Signal, Stroke
+from controller.capture.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = ("null", "press", "pinch")
-PACE = Pace(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)
+PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)
 
 
-def cued(*labels: str) -> Cues:
+def cued(*labels: str) -> CueSession:
     rng = np.random.default_rng(1)
-    return Cues([Ask(label) for label in labels], PACE, rng, shuffled=False)
+    return CueSession([ExampleRequest(label) for label in labels], PACE, rng, shuffled=False)
 
 
 def down(key: str, ago_s: float = 0.0) -> Told:
-    return ago_s, Stroke(key, Action.PRESSED)
+    return ago_s, KeyEvent(key, Action.PRESSED)
 
 
 def up(key: str, ago_s: float = 0.0) -> Told:
-    return ago_s, Stroke(key, Action.RELEASED)
+    return ago_s, KeyEvent(key, Action.RELEASED)
 
 
 # --- the button -----------------------------------------------------------------------------------
@@ -79,7 +79,7 @@ def test_keys_that_changed_before_the_last_frame_correct_it() -> None:
     labeller.step(1.2, told=[down("1")])
     labeller.step(1.3)
     (amend,) = labeller.step(1.4, told=[up("1", ago_s=0.125)]).amends
-    assert amend == Amend("key", 1.4 - 0.125, 1.4, 0)
+    assert amend == LabelCorrection("key", 1.4 - 0.125, 1.4, 0)
 
 
 def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
@@ -110,7 +110,7 @@ def test_nobody_learns_from_an_example_that_does_not_count() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     said = [labeller.step(k / 10, felt=False) for k in range(35)]
     (late,) = [one for one in said if one.voids]
-    assert late.amends == (Amend("excluded", 1.0, 3.0, True),)
+    assert late.amends == (LabelCorrection("excluded", 1.0, 3.0, True),)
     assert Mark(3.0, "cue", "again pinch: nothing was felt") in late.marks
 
 
@@ -122,8 +122,8 @@ def test_backspace_has_the_example_asked_for_again() -> None:
     assert said.asked is not None
     assert said.asked.more == {"pinch": 1}
     assert said.amends == (
-        Amend("excluded", 0.5, 3.5, True),
-        Amend("excluded", 1.0, 3.0, True),
+        LabelCorrection("excluded", 0.5, 3.5, True),
+        LabelCorrection("excluded", 1.0, 3.0, True),
     )
 
 
@@ -148,18 +148,18 @@ class Screen(io.StringIO):
 
 
 def test_without_cues_the_line_says_what_the_keys_do() -> None:
-    line = describe(Said(), 83.4, LABELS, keyboard=True)
+    line = describe(FrameLabels(), 83.4, LABELS, keyboard=True)
     assert line == "1:23  hold 1 press, 2 pinch; space pauses, backspace drops"
-    assert describe(Said(key=2, excluded=True), 3.0, LABELS, keyboard=True) == (
+    assert describe(FrameLabels(key=2, excluded=True), 3.0, LABELS, keyboard=True) == (
         "0:03  PAUSED, space goes on  key: pinch"
     )
 
 
 def test_with_cues_the_line_says_what_to_do_and_what_is_left() -> None:
     cue = Cue(Phase.GO, "press", None, 1.4, {"press": 3, "pinch": 0})
-    line = describe(Said(asked=cue), 3.0, LABELS, keyboard=True)
+    line = describe(FrameLabels(asked=cue), 3.0, LABELS, keyboard=True)
     assert line == "0:03  go: PRESS 2 s  3 left (press 3), enough pinch"
-    waiting = describe(Said(asked=Cue(Phase.WAIT)), 0.5, LABELS, keyboard=True)
+    waiting = describe(FrameLabels(asked=Cue(Phase.WAIT)), 0.5, LABELS, keyboard=True)
     assert waiting == "0:00  hands off: the sensor finds its rest"
 
 

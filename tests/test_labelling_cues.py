@@ -10,24 +10,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.capture import cue_plan
-from controller.capture.cue_plan import Ask, Pace, Plan
-from controller.capture.cues import Cue, Cues, Phase, Void
+from controller.capture.cue_plan import CuePlan, CueTiming, ExampleRequest
+from controller.capture.cues import Cue, CueSession, DiscardedExample, Phase
 from controller.errors import UserError
 from controller.recordings.recording import RecordingError
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
-PACE = Pace(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
+PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
 
 
-def cues(*labels: str) -> Cues:
+def cues(*labels: str) -> CueSession:
     """Return cues for these examples, in this order."""
-    asks = [Ask(label) for label in labels]
-    return Cues(asks, PACE, np.random.default_rng(1), shuffled=False)
+    asks = [ExampleRequest(label) for label in labels]
+    return CueSession(asks, PACE, np.random.default_rng(1), shuffled=False)
 
 
 def play(
-    session: Cues, from_s: float, to_s: float, *, felt: bool = True, paused: bool = False
-) -> list[Void]:
+    session: CueSession, from_s: float, to_s: float, *, felt: bool = True, paused: bool = False
+) -> list[DiscardedExample]:
     """Let ten frames a second pass; return what turned out void."""
     voids = []
     for k in range(round(from_s * 10), round(to_s * 10) + 1):
@@ -75,16 +75,16 @@ def test_a_cue_says_how_long_it_lasts_and_how_many_more_of_what_are_wanted() -> 
 
 
 def test_a_place_is_asked_for_as_well_where_the_protocol_wants_one() -> None:
-    session = Cues([Ask("press", (1.0, 3.0))], PACE, np.random.default_rng(1))
+    session = CueSession([ExampleRequest("press", (1.0, 3.0))], PACE, np.random.default_rng(1))
     session.step(0.0, felt=False)
     assert session.at(0.0).plain(0.0)["place"] == [1.0, 3.0]
 
 
 def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -> None:
-    plan = Plan("p", {"press": 20}, Pace(0.0, 1.0, 1.0, 1.0))
+    plan = CuePlan("p", {"press": 20}, CueTiming(0.0, 1.0, 1.0, 1.0))
 
     def ends() -> list[float]:
-        session, times = Cues.of(plan), []
+        session, times = CueSession.of(plan), []
         left = 20
         for k in range(1000):
             session.step(k / 10, felt=True)
@@ -99,14 +99,16 @@ def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -
     assert ends() == ends()
 
 
-QUICK = Pace(0.5, 2.0, 0.5, 0.0, still_s=0.4)
+QUICK = CueTiming(0.5, 2.0, 0.5, 0.0, still_s=0.4)
 
 
-def quick(*labels: str) -> Cues:
-    return Cues([Ask(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False)
+def quick(*labels: str) -> CueSession:
+    return CueSession(
+        [ExampleRequest(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False
+    )
 
 
-def phases(session: Cues, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:
+def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:
     """Return when which phase begins, with a touch in these frames, ten a second."""
     seen: list[tuple[float, str]] = []
     for k in range(frames):
@@ -139,7 +141,9 @@ def test_what_is_left_of_the_touch_before_does_not_end_the_next_one() -> None:
 
 def test_the_next_example_is_said_beforehand_and_stays_the_next() -> None:
     rng = np.random.default_rng(1)
-    session = Cues([Ask("press"), Ask("pinch"), Ask("twist_cw")], PACE, rng)
+    session = CueSession(
+        [ExampleRequest("press"), ExampleRequest("pinch"), ExampleRequest("twist_cw")], PACE, rng
+    )
     for k in range(30):
         session.step(k / 10, felt=False)
         assert session.at(k / 10).then == "pinch"
@@ -154,7 +158,9 @@ def test_the_next_example_is_said_beforehand_and_stays_the_next() -> None:
 
 def test_an_example_in_which_nothing_was_felt_is_asked_for_again() -> None:
     session = cues("press", "pinch")
-    assert play(session, 0.0, 4.0, felt=False) == [Void("press", 1.0, 3.0, "nothing was felt")]
+    assert play(session, 0.0, 4.0, felt=False) == [
+        DiscardedExample("press", 1.0, 3.0, "nothing was felt")
+    ]
     assert session.at(4.0).label == "press"
     assert session.at(4.0).left == 2
 
@@ -177,7 +183,7 @@ def test_an_example_that_is_dropped_after_it_was_done_is_asked_for_again() -> No
     session = cues("press", "pinch", "press")
     play(session, 0.0, 4.5)
     assert session.at(4.5).more == {"press": 1, "pinch": 1}
-    assert session.drop(2.0, 4.5) == [Void("press", 1.0, 3.0, "it was dropped")]
+    assert session.drop(2.0, 4.5) == [DiscardedExample("press", 1.0, 3.0, "it was dropped")]
     assert session.at(4.5).more == {"press": 2, "pinch": 1}
     assert session.at(4.5).left_s == 1.0  # and there is time again to get ready for the pinch
 
@@ -185,7 +191,7 @@ def test_an_example_that_is_dropped_after_it_was_done_is_asked_for_again() -> No
 def test_an_example_that_is_dropped_while_it_is_done_begins_anew() -> None:
     session = cues("press")
     play(session, 0.0, 2.0)
-    assert session.drop(0.0, 2.0) == [Void("press", 1.0, 2.0, "it was dropped")]
+    assert session.drop(0.0, 2.0) == [DiscardedExample("press", 1.0, 2.0, "it was dropped")]
     assert session.at(2.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
 
 
@@ -210,7 +216,7 @@ def test_an_example_that_a_pause_breaks_off_begins_anew() -> None:
     session = cues("press")
     play(session, 0.0, 2.0)
     (void,) = play(session, 2.1, 9.0, paused=True)
-    assert void == Void("press", 1.0, 2.1, "there was a pause")
+    assert void == DiscardedExample("press", 1.0, 2.1, "there was a pause")
     session.step(9.1, felt=False)
     assert session.at(9.1).phase is Phase.GET_READY
 
@@ -218,7 +224,9 @@ def test_an_example_that_a_pause_breaks_off_begins_anew() -> None:
 def test_an_example_of_which_frames_are_missing_begins_anew() -> None:
     session = cues("press")
     play(session, 0.0, 2.0)
-    assert session.step(9.0, felt=True) == [Void("press", 1.0, 9.0, "frames were missed")]
+    assert session.step(9.0, felt=True) == [
+        DiscardedExample("press", 1.0, 9.0, "frames were missed")
+    ]
 
 
 EVENTS = st.lists(st.sampled_from(["felt", "quiet", "pause", "drop"]), max_size=300)
@@ -228,9 +236,9 @@ EVENTS = st.lists(st.sampled_from(["felt", "quiet", "pause", "drop"]), max_size=
 def test_whatever_happens_every_example_is_done_or_still_asked_for(
     events: list[str], shuffled: bool
 ) -> None:
-    asked = [Ask(label) for label in ("press", "pinch", "press")]
-    pace = Pace(0.2, 0.5, 0.5, 0.0)
-    session = Cues(asked, pace, np.random.default_rng(1), shuffled=shuffled)
+    asked = [ExampleRequest(label) for label in ("press", "pinch", "press")]
+    pace = CueTiming(0.2, 0.5, 0.5, 0.0)
+    session = CueSession(asked, pace, np.random.default_rng(1), shuffled=shuffled)
     counted: Counter[str] = Counter()
     before = session.at(0.0).left
     assert before == 3
@@ -259,7 +267,7 @@ def test_a_plan_is_read_from_a_file(tmp_path: Path) -> None:
         order = "blocks"
     """)
     plan = cue_plan.read(path, LABELS)
-    assert plan == Plan("evening", {"press": 3, "pinch": 1}, Pace(go_s=1.5), "blocks")
+    assert plan == CuePlan("evening", {"press": 3, "pinch": 1}, CueTiming(go_s=1.5), "blocks")
     assert [ask.label for ask in plan.asks()] == ["press", "press", "press", "pinch"]
 
 

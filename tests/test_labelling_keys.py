@@ -4,37 +4,37 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.capture.key_labels import Amend, Keys
+from controller.capture.key_labels import KeyLabels, LabelCorrection
 from controller.capture.terminal_decoder import (
     BACKSPACE,
     FIRST_REPEAT_S,
     SPACE,
     Action,
-    Change,
     Decoder,
-    Holds,
+    HeldKeys,
+    KeyChange,
+    KeyEvent,
     Signal,
-    Stroke,
 )
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = 5  # null and four gestures
 
 
-def strokes(data: bytes) -> list[Stroke | Signal]:
+def strokes(data: bytes) -> list[KeyEvent | Signal]:
     return Decoder().feed(data)
 
 
-def typed(key: str) -> Stroke:
-    return Stroke(key, Action.TYPED)
+def typed(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.TYPED)
 
 
-def pressed(key: str) -> Stroke:
-    return Stroke(key, Action.PRESSED)
+def pressed(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.PRESSED)
 
 
-def released(key: str) -> Stroke:
-    return Stroke(key, Action.RELEASED)
+def released(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.RELEASED)
 
 
 # --- bytes ----------------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ def test_after_any_bytes_a_key_is_understood_again(noise: bytes) -> None:
 # --- keys that are held ---------------------------------------------------------------------------
 
 
-def type_at(holds: Holds, key: str, *times: float) -> list[Change]:
+def type_at(holds: HeldKeys, key: str, *times: float) -> list[KeyChange]:
     return [change for t_s in times for change in holds.take(typed(key), t_s)]
 
 
@@ -123,74 +123,74 @@ def repeats(
 
 
 def test_a_terminal_that_tells_releases_is_taken_at_its_word() -> None:
-    holds = Holds()
-    assert holds.take(pressed("1"), 2.0) == [Change("1", True, 2.0)]
+    holds = HeldKeys()
+    assert holds.take(pressed("1"), 2.0) == [KeyChange("1", True, 2.0)]
     assert holds.pass_time(60.0) == []
-    assert holds.take(released("1"), 61.0) == [Change("1", False, 61.0)]
+    assert holds.take(released("1"), 61.0) == [KeyChange("1", False, 61.0)]
     assert holds.take(released("1"), 62.0) == []  # it was down before we came
 
 
 def test_characters_say_that_a_key_is_down_and_their_end_that_it_is_up() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     times = repeats(2.0, 4.0)
-    assert type_at(holds, "1", *times) == [Change("1", True, 2.0)]
+    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
     assert holds.pass_time(times[-1] + 0.2) == []  # perhaps the next one is late
-    assert holds.pass_time(times[-1] + 0.3) == [Change("1", False, times[-1])]
+    assert holds.pass_time(times[-1] + 0.3) == [KeyChange("1", False, times[-1])]
 
 
 def test_over_a_network_that_stutters_a_key_stays_down() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     times = [2.0, 2.5, 2.53, 2.56, 2.76, 2.77, 2.78, 3.1, 3.13, 3.4]
-    assert type_at(holds, "1", *times) == [Change("1", True, 2.0)]
+    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
 
 
 def test_a_key_that_was_typed_once_was_held_for_nobody_knows_how_long() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     type_at(holds, "1", 2.0)
     assert holds.pass_time(2.0 + FIRST_REPEAT_S) == []
-    assert holds.pass_time(2.1 + FIRST_REPEAT_S) == [Change("1", False, 2.0, tapped=True)]
+    assert holds.pass_time(2.1 + FIRST_REPEAT_S) == [KeyChange("1", False, 2.0, tapped=True)]
 
 
 def test_the_wait_for_the_first_repeat_is_learned() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     type_at(holds, "1", *repeats(2.0, 3.0, delay_s=0.25))
     holds.pass_time(5.0)
     type_at(holds, "1", 6.0)
-    assert holds.pass_time(6.4) == [Change("1", False, 6.0, tapped=True)]
+    assert holds.pass_time(6.4) == [KeyChange("1", False, 6.0, tapped=True)]
 
 
 def test_a_key_typed_twice_at_once_went_down_twice() -> None:
-    holds = Holds()
-    up_down = [Change("1", False, 2.0, tapped=True), Change("1", True, 2.15)]
-    assert type_at(holds, "1", 2.0, 2.15) == [Change("1", True, 2.0), *up_down]
+    holds = HeldKeys()
+    up_down = [KeyChange("1", False, 2.0, tapped=True), KeyChange("1", True, 2.15)]
+    assert type_at(holds, "1", 2.0, 2.15) == [KeyChange("1", True, 2.0), *up_down]
 
 
 def test_another_key_ends_the_first_because_its_characters_do() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     times = repeats(2.0, 3.0)
     type_at(holds, "1", *times)
-    change = [Change("1", False, times[-1]), Change("2", True, 3.1)]
+    change = [KeyChange("1", False, times[-1]), KeyChange("2", True, 3.1)]
     assert type_at(holds, "2", 3.1) == change
 
 
 def test_keys_are_let_go_of_when_nobody_looks() -> None:
-    holds = Holds()
+    holds = HeldKeys()
     holds.take(pressed("1"), 2.0)
-    assert holds.let_go(3.0) == [Change("1", False, 3.0)]
+    assert holds.let_go(3.0) == [KeyChange("1", False, 3.0)]
     assert holds.take(released("1"), 4.0) == []
 
 
 ONE_STROKE = st.tuples(
-    st.builds(Stroke, st.sampled_from("123 "), st.sampled_from(Action)), st.floats(0.0, 2.0)
+    st.builds(KeyEvent, st.sampled_from("123 "), st.sampled_from(Action)), st.floats(0.0, 2.0)
 )
 
 
 @given(st.lists(ONE_STROKE))
 def test_every_key_goes_down_before_it_comes_up_and_the_other_way_round(
-    told: list[tuple[Stroke, float]],
+    told: list[tuple[KeyEvent, float]],
 ) -> None:
-    holds, now_s = Holds(), 0.0
-    changes: list[Change] = []
+    holds, now_s = HeldKeys(), 0.0
+    changes: list[KeyChange] = []
     for stroke, later_s in told:
         now_s += later_s
         changes += holds.take(stroke, now_s)
@@ -205,50 +205,50 @@ def test_every_key_goes_down_before_it_comes_up_and_the_other_way_round(
 
 
 def test_a_digit_says_its_label_for_as_long_as_it_is_held() -> None:
-    keys = Keys(LABELS)
+    keys = KeyLabels(LABELS)
     assert keys.label == UNKNOWN  # nobody has said anything yet
-    keys.take(Change("2", True, 1.0), 1.0)
+    keys.take(KeyChange("2", True, 1.0), 1.0)
     assert keys.label == 2
-    keys.take(Change("2", False, 2.0), 2.0)
+    keys.take(KeyChange("2", False, 2.0), 2.0)
     assert keys.label == 0
 
 
 def test_a_digit_without_a_label_says_nothing() -> None:
-    keys = Keys(LABELS)
+    keys = KeyLabels(LABELS)
     for key in ("5", "9", "0"):
-        assert keys.take(Change(key, True, 1.0), 1.0) == []
+        assert keys.take(KeyChange(key, True, 1.0), 1.0) == []
     assert keys.label == UNKNOWN
 
 
 def test_the_key_that_went_down_last_counts() -> None:
-    keys = Keys(LABELS)
+    keys = KeyLabels(LABELS)
     said = []
     for key, down in (("1", True), ("3", True), ("3", False), ("1", False)):
-        keys.take(Change(key, down, 1.0), 1.0)
+        keys.take(KeyChange(key, down, 1.0), 1.0)
         said.append(keys.label)
     assert said == [1, 3, 1, 0]
 
 
 def test_a_release_that_is_noticed_late_is_put_where_it_belongs() -> None:
-    keys = Keys(LABELS)
-    keys.take(Change("1", True, 1.0), 1.0)
-    assert keys.take(Change("1", False, 2.31), 2.7) == [Amend("key", 2.31, 2.7, 0)]
+    keys = KeyLabels(LABELS)
+    keys.take(KeyChange("1", True, 1.0), 1.0)
+    assert keys.take(KeyChange("1", False, 2.31), 2.7) == [LabelCorrection("key", 2.31, 2.7, 0)]
 
 
 def test_of_a_tap_nobody_knows_how_long_it_lasted() -> None:
-    keys = Keys(LABELS)
-    keys.take(Change("1", True, 1.0), 1.0)
-    notes = keys.take(Change("1", False, 1.0, tapped=True), 1.8)
-    assert notes == [Amend("key", 1.0, 1.8, UNKNOWN)]
+    keys = KeyLabels(LABELS)
+    keys.take(KeyChange("1", True, 1.0), 1.0)
+    notes = keys.take(KeyChange("1", False, 1.0, tapped=True), 1.8)
+    assert notes == [LabelCorrection("key", 1.0, 1.8, UNKNOWN)]
     assert keys.label == 0
 
 
 def test_space_pauses_and_goes_on() -> None:
-    keys = Keys(LABELS)
-    assert keys.take(Change(SPACE, True, 1.0), 1.1) == [Mark(1.1, "key", "pause")]
+    keys = KeyLabels(LABELS)
+    assert keys.take(KeyChange(SPACE, True, 1.0), 1.1) == [Mark(1.1, "key", "pause")]
     assert keys.paused
-    assert keys.take(Change(SPACE, False, 1.2), 1.2) == []
-    assert keys.take(Change(SPACE, True, 5.0), 5.0) == [Mark(5.0, "key", "go on")]
+    assert keys.take(KeyChange(SPACE, False, 1.2), 1.2) == []
+    assert keys.take(KeyChange(SPACE, True, 5.0), 5.0) == [Mark(5.0, "key", "go on")]
     assert not keys.paused
 
 
@@ -259,14 +259,14 @@ def test_space_pauses_and_goes_on() -> None:
 def test_backspace_drops_the_last_three_seconds_and_again_three_more(
     again_s: float, from_s: float
 ) -> None:
-    keys = Keys(LABELS)
-    drop, mark = keys.take(Change(BACKSPACE, True, 10.0), 10.1)
-    assert drop == Amend("excluded", 7.0, 10.1, True)
+    keys = KeyLabels(LABELS)
+    drop, mark = keys.take(KeyChange(BACKSPACE, True, 10.0), 10.1)
+    assert drop == LabelCorrection("excluded", 7.0, 10.1, True)
     assert mark == Mark(10.1, "key", "drop 7.000 to 10.000 s")
-    drop, _ = keys.take(Change(BACKSPACE, True, again_s), again_s)
-    assert drop == Amend("excluded", from_s, again_s, True)
+    drop, _ = keys.take(KeyChange(BACKSPACE, True, again_s), again_s)
+    assert drop == LabelCorrection("excluded", from_s, again_s, True)
 
 
 def test_nothing_before_the_beginning_is_dropped() -> None:
-    drop, _ = Keys(LABELS).take(Change(BACKSPACE, True, 1.0), 1.0)
-    assert drop == Amend("excluded", 0.0, 1.0, True)
+    drop, _ = KeyLabels(LABELS).take(KeyChange(BACKSPACE, True, 1.0), 1.0)
+    assert drop == LabelCorrection("excluded", 0.0, 1.0, True)

@@ -10,25 +10,25 @@ import numpy as np
 import pytest
 
 from controller.runtime import realtime
-from controller.runtime.latency import HOPS, Digest, Ledger
-from controller.runtime.latency_report import Timekeeper, close_ledger, open_ledger
+from controller.runtime.latency import HOPS, LatencyStatistics, StageLatency
+from controller.runtime.latency_report import LatencyReporter, close_ledger, open_ledger
 
 ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 
 
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
-    ledger = Ledger(("scan", "network"))
+    ledger = LatencyStatistics(("scan", "network"))
     ledger.note([0, 2_000_000, 5_000_000])
     assert ledger.latest().tolist() == [2.0, 3.0]
     assert ledger.digest() == [
-        Digest("scan", 2.0, 2.0, 2.0),
-        Digest("network", 3.0, 3.0, 3.0),
-        Digest("all", 5.0, 5.0, 5.0),
+        StageLatency("scan", 2.0, 2.0, 2.0),
+        StageLatency("network", 3.0, 3.0, 3.0),
+        StageLatency("all", 5.0, 5.0, 5.0),
     ]
 
 
 def test_percentiles_are_numpys_own() -> None:
-    ledger = Ledger(("scan",), lines=1000)
+    ledger = LatencyStatistics(("scan",), lines=1000)
     for ms in range(1000):
         ledger.note([0, ms * 1_000_000])
     (scan, _) = ledger.digest()
@@ -38,21 +38,21 @@ def test_percentiles_are_numpys_own() -> None:
 
 
 def test_old_frames_are_forgotten_and_nothing_grows() -> None:
-    ledger = Ledger(("scan",), lines=10)
+    ledger = LatencyStatistics(("scan",), lines=10)
     for _ in range(10):
         ledger.note([0, 9_000_000])
     for _ in range(10):
         ledger.note([0, 1_000_000])
-    assert ledger.digest()[0] == Digest("scan", 1.0, 1.0, 1.0)
+    assert ledger.digest()[0] == StageLatency("scan", 1.0, 1.0, 1.0)
     assert ledger.lines == 20
 
 
 def test_an_empty_ledger_says_nothing() -> None:
-    assert Ledger().digest() == []
+    assert LatencyStatistics().digest() == []
 
 
 def test_garbage_is_swept_between_frames_only() -> None:
-    sweeper = realtime.Sweeper()
+    sweeper = realtime.IdleCollector()
     try:
         assert not gc.isenabled()
         before = gc.get_stats()[1]["collections"]
@@ -117,7 +117,7 @@ def test_a_ledgers_file_has_one_heading_and_a_line_for_each_frame_of_all_session
     path = tmp_path / "ledger.csv"
     file = open_ledger(path)
     for _ in range(2):  # sessions
-        keeper = Timekeeper(0.1, lambda pace: None, file=file, clock_ns=lambda: 5_000_000)
+        keeper = LatencyReporter(0.1, lambda pace: None, file=file, clock_ns=lambda: 5_000_000)
         for frame in (1, 2):
             keeper.start(0.001)
             for _ in HOPS[1:]:
@@ -133,7 +133,7 @@ def test_a_ledgers_file_has_one_heading_and_a_line_for_each_frame_of_all_session
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is full")
 def test_a_full_disk_costs_the_ledger_and_nothing_else(caplog: pytest.LogCaptureFixture) -> None:
     with Path("/dev/full").open("w") as file:
-        keeper = Timekeeper(0.1, lambda pace: None, file=file)
+        keeper = LatencyReporter(0.1, lambda pace: None, file=file)
         for frame in (1, 2):
             keeper.start(0.0)
             for _ in HOPS[1:]:

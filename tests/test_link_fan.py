@@ -6,7 +6,7 @@ import pytest
 from fake_device import welcome
 
 from controller.links import Access, LinkError, open_link, split
-from controller.links.multi import FanLink, create
+from controller.links.multi import MultiLink, create
 from controller.protocol.messages import Bye, Command, Contact, Contacts, Hello, Message, State
 
 HELLO = Hello(1, 1, "", "a laptop", False)
@@ -50,12 +50,12 @@ class Played:
 
 
 @pytest.fixture
-def both() -> tuple[Played, Played, FanLink]:
+def both() -> tuple[Played, Played, MultiLink]:
     port, pad = Played(), Played(touched=False)
-    return port, pad, FanLink([port, pad])
+    return port, pad, MultiLink([port, pad])
 
 
-Both = tuple[Played, Played, FanLink]
+Both = tuple[Played, Played, MultiLink]
 
 
 def test_a_plus_joins_links_only_where_another_one_begins() -> None:

@@ -35,8 +35,8 @@ from controller.protocol.messages import (
     Contacts,
     Message,
     Perform,
+    PositionUncertainty,
     Refuse,
-    Spot,
     State,
     Telemetry,
     Welcome,
@@ -109,9 +109,9 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
 def test_a_command_says_how_sure_its_place_is_if_that_is_known_of_its_frame() -> None:
     out = io.StringIO()
     link = StdoutLink(out)
-    link.send(Spot(PRESS.frame - 1, 0.3), 1_100)
+    link.send(PositionUncertainty(PRESS.frame - 1, 0.3), 1_100)
     link.send(PRESS, 1_200)
-    link.send(Spot(PRESS.frame, 0.12345), 1_200)
+    link.send(PositionUncertainty(PRESS.frame, 0.12345), 1_200)
     link.send(PRESS, 1_200)
     link.close()
     lines = [json.loads(line) for line in out.getvalue().splitlines()]

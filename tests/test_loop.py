@@ -12,12 +12,12 @@ from controller.protocol.messages import (
     Contacts,
     Grant,
     Granted,
+    GroundTruth,
     Health,
     Message,
     Perform,
     State,
     Telemetry,
-    Truth,
 )
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame
@@ -93,7 +93,7 @@ def test_a_performance_is_done_and_its_truth_reported() -> None:
     bench = Bench((2.0, perform), (3.0, dataclasses.replace(perform, label="juggle"))).run(4.0)
     ((t_s, label),) = bench.sensors[0].performances
     assert (round(t_s, 6), label) == (2.0, "pinch")
-    assert bench.messages(Truth) == [Truth(7, "pinch", 2000, 2500)]
+    assert bench.messages(GroundTruth) == [GroundTruth(7, "pinch", 2000, 2500)]
 
 
 def test_a_virtual_orb_waits_for_its_host_and_ends_without_one() -> None:

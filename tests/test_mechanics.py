@@ -16,7 +16,7 @@ from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.membrane import RADIUS_MM, clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbSimulator
 from controller.simulator.session import simulate
-from controller.simulator.session_script import Take
+from controller.simulator.session_script import SessionScript
 
 Paths = tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]
 
@@ -25,7 +25,7 @@ def play(seconds: int, step_hz: float = 50.0) -> Paths:
     """What a hand does for some seconds: points, depths, radii."""
     rng = np.random.default_rng(8)
     steps = round(seconds * step_hz)
-    hand = Take(steps, step_hz, (5, 5, 10.0), draw_style(rng), (0.0, 0.0), shipped(), rng)
+    hand = SessionScript(steps, step_hz, (5, 5, 10.0), draw_style(rng), (0.0, 0.0), shipped(), rng)
     hand.stream(GESTURES)
     return hand.point, hand.depth_mm, hand.radius_mm
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import MEMORY, Answers, Filler
+from controller.recognition.dead_taxels import MEMORY, ResponseMonitor, TaxelInterpolator
 from controller.recognition.preprocess import Preprocessor, PreprocessSettings
 from controller.simulator.faults import Fault
 from controller.simulator.orb import NOMINAL
@@ -29,7 +29,7 @@ def broken(*places: tuple[int, int]) -> NDArray[np.bool_]:
 
 def test_a_taxel_is_filled_in_from_those_around_it() -> None:
     change, mask = dent(2.0, 2.0), broken((2, 2))
-    filled = Filler(5, 5).fill(np.where(mask, 0.0, change), mask)
+    filled = TaxelInterpolator(5, 5).fill(np.where(mask, 0.0, change), mask)
     assert filled[2, 2] == pytest.approx(change[2, 2], abs=0.1)
     np.testing.assert_array_equal(filled[~mask], change[~mask])
 
@@ -38,7 +38,7 @@ def test_a_taxel_is_filled_in_from_those_around_it() -> None:
 def test_what_all_others_say_is_what_each_taxel_would_be_filled_with(
     rows: int, columns: int
 ) -> None:
-    filler = Filler(rows, columns)
+    filler = TaxelInterpolator(rows, columns)
     change = np.random.default_rng(2).normal(0.0, 0.1, (rows, columns))
     around = filler.around(change)
     for place in np.ndindex(rows, columns):
@@ -49,22 +49,22 @@ def test_what_all_others_say_is_what_each_taxel_would_be_filled_with(
 
 def test_a_large_sensor_is_ready_at_once() -> None:
     """It took a minute of the first touch when each taxel was solved for by itself."""
-    assert Filler(30, 30).around(np.zeros((30, 30))).shape == (30, 30)
+    assert TaxelInterpolator(30, 30).around(np.zeros((30, 30))).shape == (30, 30)
 
 
 def test_a_whole_row_is_filled_in_from_the_others() -> None:
     change, mask = dent(3.0, 2.5), broken(*((2, column) for column in range(5)))
-    filled = Filler(5, 5).fill(np.where(mask, 0.0, change), mask)
+    filled = TaxelInterpolator(5, 5).fill(np.where(mask, 0.0, change), mask)
     assert np.abs(filled - change)[2].max() < 0.08
     assert filled[2].argmin() == 3
 
 
 def test_where_all_are_broken_nothing_is_made_up() -> None:
-    assert not Filler(2, 3).fill(np.ones((2, 3)), np.ones((2, 3), dtype=np.bool_)).any()
+    assert not TaxelInterpolator(2, 3).fill(np.ones((2, 3)), np.ones((2, 3), dtype=np.bool_)).any()
 
 
 def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> None:
-    answers, filler = Answers(5, 5, 10.0), Filler(5, 5)
+    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
     dead = None
     for number, place in enumerate(np.tile(CENTRES, (3, 1))):
         change = dent(*place)
@@ -80,7 +80,7 @@ def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> No
 
 
 def test_one_long_touch_does_not_condemn_the_taxels_far_from_it() -> None:
-    answers, filler = Answers(5, 5, 10.0), Filler(5, 5)
+    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
     change = np.where(np.indices((5, 5)).sum(axis=0) < 3, dent(0.0, 0.0), 0.0)
     for _ in range(10 * MEMORY):
         answers.learn(change, filler, quiet=False)
@@ -89,7 +89,7 @@ def test_one_long_touch_does_not_condemn_the_taxels_far_from_it() -> None:
 
 
 def test_of_a_very_slow_sensor_one_frame_of_each_touch_counts() -> None:
-    answers, filler = Answers(5, 5, 0.1), Filler(5, 5)
+    answers, filler = ResponseMonitor(5, 5, 0.1), TaxelInterpolator(5, 5)
     for _ in range(3):
         for quiet in (True, False, False):
             answers.learn(dent(2.0, 2.0), filler, quiet=quiet)

@@ -18,7 +18,7 @@ import pytest
 from controller.protocol.messages import Command, Grant, Granted
 from host import window_loop as loop
 from host.connection.receiver import Delivered, Lost, Received, Receiver
-from host.connection.virtual_orb import OwnDevice
+from host.connection.virtual_orb import VirtualOrbProcess
 from host.targets.tetris import TetrisTarget
 
 SEED = 90_001  # of orb and paths; training used others
@@ -103,7 +103,7 @@ class Player:
 @pytest.fixture
 def player() -> Iterator[Player]:
     with ExitStack() as stack:
-        own = OwnDevice(SEED)
+        own = VirtualOrbProcess(SEED)
         stack.callback(own.close)
         receiver = Receiver(own.open, token=own.token, granted=True)
         stack.callback(receiver.close)

@@ -19,7 +19,7 @@ from controller.sensors import orb
 from controller.sensors.base import SensorOptions
 from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
 from controller.sensors.hardware.emulated.adc import FakeChip
-from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.spi import SpiDev
 
@@ -28,7 +28,7 @@ from controller.sensors.hardware.spi import SpiDev
 class Spidev:
     """What the module spidev is to us: one class, whose devices answer like a chip."""
 
-    bench: Bench | None = None
+    bench: EmulatedBoard | None = None
     fails: OSError | None = None
     opened: list[tuple[int, int]] = field(default_factory=list)
     clock_hz: int = 0
@@ -70,7 +70,7 @@ class Spidev:
 @pytest.fixture
 def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
     """A computer whose pins and bus lead to an emulated orb."""
-    bench = Bench(seed=3)
+    bench = EmulatedBoard(seed=3)
     bench.board.knobs.close()
     bench.board.pins.close()
     fake = Spidev(bench)
@@ -133,14 +133,14 @@ def test_a_missing_library_is_one_sentence(
 def test_what_is_missing_at_the_start_is_told_at_the_start(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    bench = Bench(seed=3, faults=[WiringFault.parse("unplugged")])
+    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("unplugged")])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
     with pytest.raises(HardwareAwayError, match="the membrane is plugged in"):
         sensors.load("orb", SensorOptions(10.0))
 
 
 def test_a_board_that_is_too_slow_is_told_at_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(seed=3, faults=[WiringFault.parse("slow_clock=40")])
+    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("slow_clock=40")])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
     with pytest.raises(HardwareError, match=r"a scan takes \d+ ms and 10 Hz leave 100"):
         sensors.load("orb", SensorOptions(10.0))

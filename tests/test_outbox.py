@@ -2,21 +2,21 @@
 
 import pytest
 
-from controller.protocol.clock_sync import NEVER, Echo
+from controller.protocol.clock_sync import NEVER, ClockSync
 from controller.protocol.messages import LATE_MS, Command
-from controller.protocol.retransmit import MOST, Outbox
+from controller.protocol.retransmit import MOST, RetransmitQueue
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 
 
-def filled(count: int, *, every_ms: int = 0) -> Outbox:
-    box = Outbox()
+def filled(count: int, *, every_ms: int = 0) -> RetransmitQueue:
+    box = RetransmitQueue()
     for number in range(count):
         box.put(DROP, 0, number * every_ms)
     return box
 
 
-def numbers(box: Outbox) -> list[int]:
+def numbers(box: RetransmitQueue) -> list[int]:
     return [posted.number for posted in box.posted]
 
 
@@ -62,7 +62,7 @@ def test_another_host_has_no_claim_on_what_was_before_it() -> None:
 
 @pytest.mark.parametrize("start_ms", [0, 2**32 - 50])
 def test_two_clocks_are_compared_to_within_half_a_round_trip(start_ms: int) -> None:
-    here, there = Echo(), Echo()
+    here, there = ClockSync(), ClockSync()
     now_ms, ahead_ms = 1_000, start_ms
     for _ in range(10):
         there.hear(*here.say(now_ms), now_ms + ahead_ms + 10)
@@ -77,7 +77,7 @@ def test_two_clocks_are_compared_to_within_half_a_round_trip(start_ms: int) -> N
 
 
 def test_the_shortest_round_trip_tells_the_offset_best() -> None:
-    echo = Echo()
+    echo = ClockSync()
     echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
     assert (echo.rtt_ms, echo.offset_ms) == (4, 4_000)
     echo.hear(sent_ms=5_100, echo_ms=1_090, held_ms=0, now_ms=1_190)  # 90 ms late, one way
@@ -86,13 +86,13 @@ def test_the_shortest_round_trip_tells_the_offset_best() -> None:
 
 @pytest.mark.parametrize(("now_ms", "rtt_ms"), [(10_000, 10_000), (10_001, None)])
 def test_a_round_trip_of_more_than_ten_seconds_is_none(now_ms: int, rtt_ms: int | None) -> None:
-    echo = Echo()
+    echo = ClockSync()
     echo.hear(sent_ms=1, echo_ms=0, held_ms=0, now_ms=now_ms)
     assert echo.rtt_ms == rtt_ms
 
 
 def test_of_the_last_thirty_two_round_trips_the_shortest_counts() -> None:
-    echo = Echo()
+    echo = ClockSync()
     echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
     for number in range(1, 33):
         assert echo.offset_ms == 4_000
@@ -103,7 +103,7 @@ def test_of_the_last_thirty_two_round_trips_the_shortest_counts() -> None:
 
 def test_two_samples_may_differ_by_half_of_both_round_trips_and_two_milliseconds() -> None:
     for off_ms, offset_ms in ((5, 4_000), (6, 4_006)):
-        echo = Echo()
+        echo = ClockSync()
         for sent_ms, trip_ms, wrong_ms in ((1_000, 2, 0), (1_100, 4, off_ms)):
             there_ms = sent_ms + 4_000 + trip_ms // 2 + wrong_ms
             echo.hear(there_ms, sent_ms, 0, sent_ms + trip_ms)
@@ -111,14 +111,14 @@ def test_two_samples_may_differ_by_half_of_both_round_trips_and_two_milliseconds
 
 
 def test_a_clock_that_was_set_is_noticed() -> None:
-    echo = Echo()
+    echo = ClockSync()
     echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
     echo.hear(sent_ms=902, echo_ms=2_000, held_ms=0, now_ms=2_010)
     assert echo.offset_ms == 902 + 5 - 2_010
 
 
 def test_nothing_is_measured_before_something_came_back_nor_from_nonsense() -> None:
-    echo = Echo()
+    echo = ClockSync()
     assert echo.say(5) == (5, 0, NEVER)
     echo.hear(1, 0, NEVER, 10)
     echo.hear(1, 5_000, 0, 10)  # an echo of what was not said yet

@@ -14,18 +14,18 @@ from controller.protocol.messages import (
     COMMANDS,
     Command,
     Contact,
-    Hop,
+    StageTime,
     Telemetry,
+    UserIdentified,
     Welcome,
-    Who,
     quantise_image,
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget
 from host.ui import orb_state, side_cards, sprites
-from host.ui.orb_state import OrbView
+from host.ui.orb_state import OrbState
 from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
-from host.ui.pointer_input import Pad
+from host.ui.pointer_input import DomeArea
 from tetris.window import theme
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
@@ -48,8 +48,8 @@ def telemetry(
     return Telemetry(**{**fields, **changes})  # type: ignore[arg-type]
 
 
-def live_view() -> OrbView:
-    view = OrbView()
+def live_view() -> OrbState:
+    view = OrbState()
     view.connected(WELCOME)
     view.telemetry(telemetry(np.ones((5, 5))), 0.0)
     return view
@@ -62,9 +62,9 @@ def surface() -> Iterator[pygame.Surface]:
     pygame.display.quit()
 
 
-def drawn(view: OrbView, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
+def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
     panel = Panel()
-    panel.place(RECT, Pad())
+    panel.place(RECT, DomeArea())
     view.advance(now_s - 5.0)
     view.advance(now_s)  # long enough for the shown image to have become the felt one
     panel.draw(surface, view, now_s)
@@ -73,7 +73,7 @@ def drawn(view: OrbView, surface: pygame.Surface, now_s: float = 10.0) -> pygame
 
 def pixel(picture: pygame.Surface, x: float, y: float) -> pygame.Color:
     panel = Panel()
-    panel.place(RECT, Pad())
+    panel.place(RECT, DomeArea())
     across, down = panel.projection.to_screen(x, y)
     return picture.get_at((round(across) + 6, round(down) + 6))  # beside the taxel's own mark
 
@@ -138,7 +138,7 @@ def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
 def test_who_touches_is_shown_and_forgotten_with_the_session(surface: pygame.Surface) -> None:
     view = live_view()
     nobody = pygame.image.tobytes(drawn(view, surface), "RGB")
-    view.who(Who("ann", 0.97))
+    view.who(UserIdentified("ann", 0.97))
     assert pygame.image.tobytes(drawn(view, surface), "RGB") != nobody
     view.connected(WELCOME)
     assert (view.user, view.sure) == ("", 0.0)
@@ -206,7 +206,7 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     surface: pygame.Surface, size: tuple[int, int], link: orb_state.LinkState
 ) -> None:
     rows, columns = size
-    view = OrbView()
+    view = OrbState()
     view.connected(
         Welcome(1, 7, "a", "A", False, rows, columns, 8.0, 50.0, 100, 300, ("null", "poke"), ())
     )
@@ -217,10 +217,10 @@ def test_every_shape_and_state_of_an_orb_can_be_drawn(
     if link != "live":
         view.silent(link, "a long reason that goes on and on " * 10)
     panel = Panel()
-    panel.place(pygame.Rect(10, 10, 200, 400), Pad(rows, columns, 8.0))
+    panel.place(pygame.Rect(10, 10, 200, 400), DomeArea(rows, columns, 8.0))
     view.advance(0.5)
     panel.draw(surface, view, 0.5)
-    unit = sprites.Scale(1.0)
+    unit = sprites.SpriteScale(1.0)
     side_cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
     side_cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
 
@@ -237,7 +237,7 @@ def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_doe
 
 
 def test_pixels_and_grid_units_are_each_others_inverse() -> None:
-    projection = Projection(Pad(), (300.0, 200.0), 40.0)
+    projection = Projection(DomeArea(), (300.0, 200.0), 40.0)
     assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)
     assert projection.to_screen(4.0, 4.0) == (380.0, 120.0)  # up on the dome is up on the screen
     assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))
@@ -255,7 +255,7 @@ def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ..
     target = TetrisTarget(seed=1)
     target.tick(0.0, [news[0]])
     target.tick(0.1, news[1:])
-    target.orb.hops, target.orb.period_ms = (Hop(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
+    target.orb.hops, target.orb.period_ms = (StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
     if health:
         target.orb.health = health
     target.draw(surface)
@@ -283,7 +283,7 @@ def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
     )
     felt = telemetry(np.ones((5, 5)), rate_hz=HUGE, touch=place, gesture=gesture)
     command = Command(WIDE, WIDE, 1.0, place, 1)
-    news = [Delivered(one, 0) for one in (felt, command, Who(WIDE, 1.0))]
+    news = [Delivered(one, 0) for one in (felt, command, UserIdentified(WIDE, 1.0))]
     long: list[Received] = [Connected(said), *news, *end]
     short: list[Received] = [Connected(WELCOME), *(Lost("gone") for _ in end)]
     health = (WIDE * 3, WIDE) if not gesture else ()

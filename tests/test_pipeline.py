@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from controller.bundles import bundle
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image, State, Window
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 
 SHIPPED = bundle.read(bundle.default_path())
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
@@ -113,7 +113,7 @@ def test_a_place_is_told_with_how_far_off_it_may_be_if_somebody_measured_it() ->
         (frame * (1.0 + 0.01 * rng.standard_normal((5, 5)))).astype(np.float32)
         for frame in [REST] * 20 + [pressed(0, 3)] * 10 + [REST] * 20
     ]
-    measured = replace(SHIPPED, spread=Spread(0.1, 3.0))
+    measured = replace(SHIPPED, spread=PositionSpread(0.1, 3.0))
     steps = played(Pipeline(measured, Certain(), SHIPPED.mapping), frames)
     sigmas = [step.sigma for step in steps if step.sigma is not None]
     assert [step.sigma is None for step in steps] == [step.touch is None for step in steps]

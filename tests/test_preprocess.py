@@ -9,8 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.recognition import drift
-from controller.recognition.preprocess import Known, Preprocessor, PreprocessSettings, z_image
-from controller.recognition.rebaseline import Returns
+from controller.recognition.preprocess import (
+    Preprocessor,
+    PreprocessSettings,
+    StoredBaseline,
+    z_image,
+)
+from controller.recognition.rebaseline import Rebaseline
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -249,7 +254,7 @@ def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
 
 
 def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> None:
-    returns = Returns(PreprocessSettings(adopt_s=0.3))  # a third of it is long
+    returns = Rebaseline(PreprocessSettings(adopt_s=0.3))  # a third of it is long
     settled, found = REST_PF * 1.025, []
     for _ in range(3):
         for frame, deviation in ((REST_PF * 0.8, 0.2), *[(settled, 0.025)] * 3):
@@ -324,7 +329,9 @@ def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> N
 
 
 def known() -> Preprocessor:
-    return Preprocessor(PreprocessSettings(), 5, 5, Known(REST_PF.astype(np.float32), 0.003))
+    return Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003)
+    )
 
 
 def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
@@ -348,7 +355,9 @@ def test_with_a_calibration_a_finger_from_the_start_is_a_touch_at_once() -> None
 
 def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
     other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(PreprocessSettings(), 5, 5, Known(other.astype(np.float32), 0.003))
+    stage = Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
+    )
     ready = [stage.step(frame).ready for frame in idle(2.0)]
     assert ready.index(True) < 14
     assert stage.rest == pytest.approx(REST_PF, rel=0.01)
@@ -389,7 +398,9 @@ def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None
 
 def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
     other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
-    stage = Preprocessor(PreprocessSettings(), 5, 5, Known(other.astype(np.float32), 0.003))
+    stage = Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
+    )
     without = fresh()
     for frame in idle(0.3):
         assert not stage.step(frame).ready
@@ -401,7 +412,7 @@ def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
 
 def test_a_calibration_of_another_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="calibrate anew"):
-        Preprocessor(PreprocessSettings(), 4, 5, Known(REST_PF.astype(np.float32), 0.003))
+        Preprocessor(PreprocessSettings(), 4, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003))
 
 
 # --- leads ----------------------------------------------------------------------------------------

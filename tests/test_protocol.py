@@ -19,34 +19,34 @@ from controller.protocol.messages import (
     MAX_PAYLOAD,
     PIECE,
     VERSION,
-    Alive,
     Bye,
     Command,
     Contact,
     Contacts,
-    Correct,
-    Deliver,
-    Delivery,
+    Correction,
     Grant,
     Granted,
+    GroundTruth,
     Health,
     Heartbeat,
     Hello,
-    Hop,
+    HostHeartbeat,
     Join,
+    LatencyReport,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
-    Pace,
     Perform,
-    Piece,
+    PositionUncertainty,
     Refuse,
-    Spot,
+    StageTime,
     State,
     Telemetry,
-    Truth,
+    UploadChunk,
+    UploadOffer,
+    UploadStatus,
+    UserIdentified,
     Welcome,
-    Who,
     image_from_bytes,
     quantise_image,
 )
@@ -67,7 +67,7 @@ def text(limit: int) -> st.SearchStrategy[str]:
 name, reason = text(40), text(500)
 names = st.lists(text(8), max_size=40).map(tuple)
 shares = st.lists(u8.map(lambda value: value / 255.0), max_size=8).map(tuple)
-hop = st.builds(Hop, name, f32, f32, f32)
+hop = st.builds(StageTime, name, f32, f32, f32)
 contact = st.builds(Contact, u16, f32, f32, f32, f32)
 MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Hello: st.builds(Hello, u8, u8, text(64), text(64), st.booleans()),
@@ -79,28 +79,28 @@ MESSAGES: dict[type, st.SearchStrategy[Message]] = {
     Bye: st.builds(Bye, reason),
     Heartbeat: st.builds(Heartbeat, u32, u32, u32, u32, names),
     Offer: st.builds(Offer, u8, st.binary(max_size=32), st.booleans()),
-    Numbered: st.builds(Numbered, name, name, share, point, u32, u32, u32, u32),
+    NumberedCommand: st.builds(NumberedCommand, name, name, share, point, u32, u32, u32, u32),
     State: st.builds(State, names),
     Telemetry: st.builds(
         Telemetry, u32, st.binary(max_size=900), shares, point, name, st.booleans(), f32
     ),
-    Truth: st.builds(Truth, u32, name, u32, u32),
+    GroundTruth: st.builds(GroundTruth, u32, name, u32, u32),
     Granted: st.builds(Granted, u32),
     Health: st.builds(Health, st.lists(text(120), max_size=8).map(tuple)),
-    Spot: st.builds(Spot, u32, st.floats(0.0, 100.0, width=32)),
+    PositionUncertainty: st.builds(PositionUncertainty, u32, st.floats(0.0, 100.0, width=32)),
     Contacts: st.builds(Contacts, st.lists(contact, max_size=16).map(tuple)),
     Perform: st.builds(Perform, u32, name, f32, f32),
     Grant: st.builds(Grant, u32),
     Join: st.builds(
         Join, text(64), text(64), st.booleans(), st.integers(1, 2**32 - 1), u32, u32
     ),
-    Alive: st.builds(Alive, u32, u32, u32, u32, u32),
-    Delivery: st.builds(Delivery, u8, u32, reason),
-    Pace: st.builds(Pace, f32, u32, st.lists(hop, max_size=16).map(tuple)),
-    Who: st.builds(Who, name, share),
-    Deliver: st.builds(Deliver, st.binary(max_size=32), u32, text(64)),
-    Piece: st.builds(Piece, u32, st.binary(max_size=PIECE)),
-    Correct: st.builds(Correct, name),
+    HostHeartbeat: st.builds(HostHeartbeat, u32, u32, u32, u32, u32),
+    UploadStatus: st.builds(UploadStatus, u8, u32, reason),
+    LatencyReport: st.builds(LatencyReport, f32, u32, st.lists(hop, max_size=16).map(tuple)),
+    UserIdentified: st.builds(UserIdentified, name, share),
+    UploadOffer: st.builds(UploadOffer, st.binary(max_size=32), u32, text(64)),
+    UploadChunk: st.builds(UploadChunk, u32, st.binary(max_size=PIECE)),
+    Correction: st.builds(Correction, name),
 }  # fmt: skip
 messages = st.one_of(*MESSAGES.values())
 
@@ -140,7 +140,7 @@ GOLDEN: list[tuple[Message, str]] = [
     ),
     (Offer(2, b"\1\2", True), "20 06 0100 0200 03000000  02 02 0102 01"),
     (
-        Numbered("left", "press", 0.5, (1.0, 2.0), 9, 7, 6, 258),
+        NumberedCommand("left", "press", 0.5, (1.0, 2.0), 9, 7, 6, 258),
         "20 10 0100 0200 03000000  04 6c656674 05 7072657373 0000003f 01 0000803f 00000040"
         "09000000 07000000 06000000 02010000",
     ),
@@ -150,7 +150,7 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 12 0100 0200 03000000  09000000 0200 807f 02 ff00 00 05 7072657373 01 00002041",
     ),
     (
-        Truth(4, "press", 1000, 1500),
+        GroundTruth(4, "press", 1000, 1500),
         "20 13 0100 0200 03000000  04000000 05 7072657373 e8030000 dc050000",
     ),
     (Granted(100), "20 14 0100 0200 03000000  64000000"),
@@ -158,7 +158,7 @@ GOLDEN: list[tuple[Message, str]] = [
         Health(("pump", "row 1")),
         "20 15 0100 0200 03000000  02 04 70756d70 05 726f772031",
     ),
-    (Spot(9, 0.5), "20 19 0100 0200 03000000  09000000 0000003f"),
+    (PositionUncertainty(9, 0.5), "20 19 0100 0200 03000000  09000000 0000003f"),
     (
         Contacts((Contact(1, 2.0, 3.0, 4.0, 5.0),)),
         "20 20 0100 0200 03000000  01 0100 00000040 00004040 00008040 0000a040",
@@ -173,21 +173,21 @@ GOLDEN: list[tuple[Message, str]] = [
         "20 23 0100 0200 03000000  03 6b6579 04 686f7374 01 01000000 02000000 03000000",
     ),
     (
-        Alive(258, 1, 2, 3, 4),
+        HostHeartbeat(258, 1, 2, 3, 4),
         "20 24 0100 0200 03000000  02010000 01000000 02000000 03000000 04000000",
     ),
-    (Delivery(2, 258, "ok"), "20 16 0100 0200 03000000  02 02010000 0200 6f6b"),
+    (UploadStatus(2, 258, "ok"), "20 16 0100 0200 03000000  02 02010000 0200 6f6b"),
     (
-        Pace(100.0, 7, (Hop("scan", 1.0, 1.0, 2.0),)),
+        LatencyReport(100.0, 7, (StageTime("scan", 1.0, 1.0, 2.0),)),
         "20 17 0100 0200 03000000  0000c842 07000000 01 04 7363616e 0000803f 0000803f 00000040",
     ),
-    (Who("ann", 1.0), "20 18 0100 0200 03000000  03 616e6e 0000803f"),
+    (UserIdentified("ann", 1.0), "20 18 0100 0200 03000000  03 616e6e 0000803f"),
     (
-        Deliver(b"\1\2", 258, "my.orb"),
+        UploadOffer(b"\1\2", 258, "my.orb"),
         "20 30 0100 0200 03000000  02 0102 02010000 06 6d792e6f7262",
     ),
-    (Piece(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
-    (Correct("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
+    (UploadChunk(258, b"\1\2"), "20 31 0100 0200 03000000  02010000 0200 0102"),
+    (Correction("pinch"), "20 32 0100 0200 03000000  05 70696e6368"),
 ]
 
 
@@ -280,7 +280,7 @@ def test_noise_between_packets_costs_no_packet_that_follows_a_zero(
 
 
 def test_one_wrong_bit_anywhere_never_gives_a_packet() -> None:
-    command = Numbered("drop", "pinch", 0.9, (1.0, 2.0), 9, 1, 0, 0)
+    command = NumberedCommand("drop", "pinch", 0.9, (1.0, 2.0), 9, 1, 0, 0)
     data = encode(command, session=1, sequence=2, t_ms=3)
     for bit in range(8 * len(data)):
         wrong = bytearray(data)
@@ -289,7 +289,9 @@ def test_one_wrong_bit_anywhere_never_gives_a_packet() -> None:
 
 
 def test_a_cut_frame_never_gives_a_packet() -> None:
-    data = encode(Numbered("drop", "pinch", 0.9, None, 9, 1, 0, 0), session=1, sequence=2, t_ms=3)
+    data = encode(
+        NumberedCommand("drop", "pinch", 0.9, None, 9, 1, 0, 0), session=1, sequence=2, t_ms=3
+    )
     for size in range(len(data) - 1):
         decoder = Decoder()
         assert decoder.feed(data[:size] + b"\0") == []
@@ -387,7 +389,7 @@ def test_the_specification_says_how_long_every_text_and_every_list_may_be() -> N
     assert set(SPECIFIED) == set(SAMPLES)
     assert f"names is{NAMES[1:]}" in (protocol.__doc__ or "")
     assert {(kind, field) for kind, field, _ in TEXTS} == texts
-    assert {(kind, field) for kind, field, _ in LISTS} == lists - {("Numbered", "touch")}
+    assert {(kind, field) for kind, field, _ in LISTS} == lists - {("NumberedCommand", "touch")}
 
 
 @pytest.mark.parametrize(("kind", "field", "width"), TEXTS)
@@ -449,10 +451,10 @@ def test_of_a_foreign_version_only_hello_and_refuse_are_understood() -> None:
         Grant(-1),
         Grant(2**32),
         Command("left", "press", 0.5, None, 0),
-        Numbered("x" * 41, "", 0.5, None, 0, 1, 0, 0),
-        Numbered("left", "press", 1.5, None, 0, 1, 0, 0),
-        Numbered("left", "press", float("nan"), None, 0, 1, 0, 0),
-        Numbered("left", "press", 0.5, (float("inf"), 0.0), 0, 1, 0, 0),
+        NumberedCommand("x" * 41, "", 0.5, None, 0, 1, 0, 0),
+        NumberedCommand("left", "press", 1.5, None, 0, 1, 0, 0),
+        NumberedCommand("left", "press", float("nan"), None, 0, 1, 0, 0),
+        NumberedCommand("left", "press", 0.5, (float("inf"), 0.0), 0, 1, 0, 0),
         Offer(2, bytes(33), False),
         Join("", "", False, 0, 1, 2),
         Perform(1, "press", 1e39, 0.0),

@@ -34,6 +34,7 @@ from controller.protocol.messages import (
     Contacts,
     Grant,
     Granted,
+    GroundTruth,
     Hello,
     Join,
     Message,
@@ -42,7 +43,6 @@ from controller.protocol.messages import (
     Refuse,
     State,
     Telemetry,
-    Truth,
     Welcome,
 )
 from controller.protocol.packets import Decoder, encode
@@ -60,7 +60,7 @@ from host.connection.receiver import (
     Stale,
 )
 from host.connection.transport import Transport, explain, open_transport
-from host.connection.virtual_orb import OwnDevice
+from host.connection.virtual_orb import VirtualOrbProcess
 
 DEVICE = (sys.executable, str(Path(__file__).with_name("fake_device.py")))
 DEADLINE_S = 20.0
@@ -120,8 +120,8 @@ class Ear:
 
 
 @pytest.fixture
-def device() -> Iterator[OwnDevice]:
-    device = OwnDevice(1, command=(*DEVICE, "listen://127.0.0.1:0"))
+def device() -> Iterator[VirtualOrbProcess]:
+    device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
     yield device
     device.close()
 
@@ -142,7 +142,9 @@ def ears() -> Iterator[Callable[[Receiver], Ear]]:
 # --- two processes over TCP ---
 
 
-def test_two_processes_talk_over_tcp(device: OwnDevice, ears: Callable[[Receiver], Ear]) -> None:
+def test_two_processes_talk_over_tcp(
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     answer = ear.receiver.connect()
     assert (answer.name, answer.virtual) == ("OrbTouch", True)
@@ -153,12 +155,12 @@ def test_two_processes_talk_over_tcp(device: OwnDevice, ears: Callable[[Receiver
     assert ear.receiver.send(Contacts((Contact(1, 2.0, 2.0, 3.0, 4.0),)))
     assert ear.message(State) == State(("down",))
     assert ear.receiver.send(Perform(5, "press", 1.0, 1.0))
-    assert ear.message(Truth).number == 5
+    assert ear.message(GroundTruth).number == 5
     assert ear.receiver.state == "live"
 
 
 def test_round_trip_and_clock_offset_are_known_only_while_connected(
-    device: OwnDevice, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
 ) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
@@ -172,7 +174,7 @@ def test_round_trip_and_clock_offset_are_known_only_while_connected(
     assert known == [(None, None), (None, None)]
 
 
-def test_waiting_ends_when_there_is_news_to_poll(device: OwnDevice) -> None:
+def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> None:
     receiver = Receiver(device.open, token=device.token)
     receiver.start()
     for _ in range(2):  # at the latest the second time, with what waits already
@@ -185,7 +187,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(
     ears: Callable[[Receiver], Ear],
 ) -> None:
     def play(step_ms: int) -> list[Delivered]:
-        device = OwnDevice(1, command=(*DEVICE, "listen://127.0.0.1:0"))
+        device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
         ear = ears(Receiver(device.open, token=device.token, granted=True))
         ear.receiver.connect()
         for until_ms in range(step_ms, 6_001, step_ms):
@@ -202,7 +204,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(
 
 
 def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_nothing(
-    device: OwnDevice, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
 ) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
@@ -225,7 +227,7 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
 
 
 def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
-    device: OwnDevice, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
 ) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
@@ -610,7 +612,7 @@ def python(code: str) -> tuple[str, ...]:
 
 
 def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
-    device = OwnDevice(1, command=python("import sys; sys.exit('the bundle is\\nmissing')"))
+    device = VirtualOrbProcess(1, command=python("import sys; sys.exit('the bundle is\\nmissing')"))
     with pytest.raises(LinkError, match="ended with status 1: the bundle is missing"):
         Receiver(device.open, token=device.token).connect()
     assert device.process is None
@@ -618,13 +620,13 @@ def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
 
 
 def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
-    device = OwnDevice(1, ("--presett", "nominal"))
+    device = VirtualOrbProcess(1, ("--presett", "nominal"))
     with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
         device.open()
 
 
 def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
-    device = OwnDevice(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
+    device = VirtualOrbProcess(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
     with pytest.raises(LinkError, match="does not say where it is: it left no message"):
         device.open()
     assert device.process is None
@@ -632,7 +634,7 @@ def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
 
 @pytest.mark.parametrize("line", ["", "hello", "[]", "{}", "{" * 100_000])
 def test_an_orb_whose_first_line_makes_no_sense_is_ended(line: str) -> None:
-    device = OwnDevice(1, command=python(f"print({line!r}, flush=True)"))
+    device = VirtualOrbProcess(1, command=python(f"print({line!r}, flush=True)"))
     with pytest.raises(LinkError, match="the virtual orb does not start"):
         device.open()
 
@@ -647,7 +649,7 @@ def test_an_orb_that_ignores_the_request_to_end_is_killed(
         "print(json.dumps({'listening': 'loop://'}), flush=True);"
         "sys.stdin.read(); signal.pause()"
     )
-    device = OwnDevice(1, command=python(code))
+    device = VirtualOrbProcess(1, command=python(code))
     device.open().close()
     process = device.process
     assert process is not None
@@ -657,13 +659,13 @@ def test_an_orb_that_ignores_the_request_to_end_is_killed(
         device.open()
 
 
-def test_an_orb_that_talks_on_is_never_made_to_wait(device: OwnDevice) -> None:
+def test_an_orb_that_talks_on_is_never_made_to_wait(device: VirtualOrbProcess) -> None:
     code = (
         "import json, os, sys;"
         "print(json.dumps({'listening': 'loop://'}), flush=True);"
         "sys.stdout.write('x' * 1_000_000); sys.stdout.flush(); os._exit(7)"
     )
-    talker = OwnDevice(1, command=python(code))
+    talker = VirtualOrbProcess(1, command=python(code))
     talker.open().close()
     assert talker.process is not None
     assert talker.process.wait(DEADLINE_S) == 7
@@ -674,7 +676,7 @@ def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     code = "import json; print(json.dumps({'listening': 'loop://'}), flush=True); 1 / 0"
-    device = OwnDevice(1, command=python(code))
+    device = VirtualOrbProcess(1, command=python(code))
     device.open().close()
     assert device.process is not None
     device.process.wait(DEADLINE_S)
@@ -686,7 +688,9 @@ def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
     assert "ZeroDivisionError: division by zero" in caplog.text
 
 
-def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(device: OwnDevice) -> None:
+def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(
+    device: VirtualOrbProcess,
+) -> None:
     device.open().close()
     assert device.process is not None
     assert device.process.stdin is not None

@@ -17,7 +17,7 @@ import pytest
 from fake_disk import FakeDisk
 from small_journal import ORIGIN, image, numbers
 
-from controller.capture.run_files import Runs
+from controller.capture.run_files import RunFiles
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import journal_disk, naming, reader, recorder, recovery, writer
 from controller.recordings.journal_repair import decode
@@ -237,7 +237,7 @@ def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> Non
         everyone.abort()  # the second choice is made without the others
         return Recorder(path, ORIGIN, {})
 
-    starts = [Runs(tmp_path, "ab", "20200101") for _ in range(5)]
+    starts = [RunFiles(tmp_path, "ab", "20200101") for _ in range(5)]
     with ThreadPoolExecutor(5) as pool:
         begun = list(pool.map(lambda runs: runs.begin(record), starts))
     for number, session in enumerate(begun):
@@ -249,7 +249,7 @@ def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> Non
 
 
 def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
-    runs = Runs(tmp_path / "mine.npz", "", "20200101")
+    runs = RunFiles(tmp_path / "mine.npz", "", "20200101")
     (tmp_path / "mine-2.npz").write_text("precious")
 
     def record(path: Path) -> Recorder:
@@ -263,7 +263,7 @@ def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: P
         made.append(session.close())
     assert made == [tmp_path / "mine.npz", tmp_path / "mine-3.npz"]
     with pytest.raises(RecordingError, match="exists and is kept as it is"):
-        Runs(tmp_path / "mine.npz", "", "20200101")
+        RunFiles(tmp_path / "mine.npz", "", "20200101")
 
 
 def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:

@@ -19,9 +19,15 @@ from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import reader, writer
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Mark, Origin, RecordingError, Truth, refuse_misfit
+from controller.recordings.recording import (
+    Mark,
+    Provenance,
+    RecordingError,
+    SimulatedTruth,
+    refuse_misfit,
+)
 
-ORIGIN = Origin(
+ORIGIN = Provenance(
     device_id="virtual-1",
     rows=5,
     columns=5,
@@ -185,7 +191,7 @@ def test_a_recording_with_something_wrong_in_it_is_refused_with_what(
         reader.load(path)
 
 
-TRUTH = Truth(
+TRUTH = SimulatedTruth(
     touch=np.full((30, 2), 2.0, dtype=np.float32),
     contact=np.full((30, 3, 3), np.nan, dtype=np.float32),
     events=(Event(0.3, 0.9, "press"), Event(1.2, 1.6, "brush")),

@@ -218,14 +218,14 @@ def test_frames_that_a_driver_gave_twice_are_told() -> None:
 def test_frames_that_stand_in_two_recordings_are_found_wherever_they_stand() -> None:
     whole, other = played(), played(seed=1)
     piece = of(whole.frames[300:500])
-    register = duplicates.Register()
+    register = duplicates.FrameIndex()
     for recording in (whole, other, piece):
         register.add(recording)
     assert register.shared() == {0: {2: 200}, 2: {0: 200}}
 
 
 def test_an_untouched_counter_is_no_duplicate_of_another() -> None:
-    register = duplicates.Register()
+    register = duplicates.FrameIndex()
     for _ in range(2):
         register.add(of(np.zeros((100, 3, 3))))
     assert register.shared() == {}

@@ -10,10 +10,10 @@ from controller import npz
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import edit, reader
-from controller.recordings.edit import Change
-from controller.recordings.recording import Mark, Recording, RecordingError, Truth
+from controller.recordings.edit import MetadataChange
+from controller.recordings.recording import Mark, Recording, RecordingError, SimulatedTruth
 
-CHANGE = Change("ab" * 16, "one.npz", "2026-01-02T03:04:05+00:00")
+CHANGE = MetadataChange("ab" * 16, "one.npz", "2026-01-02T03:04:05+00:00")
 
 
 def session() -> Recording:
@@ -25,7 +25,7 @@ def session() -> Recording:
         marks=(Mark(0.5, "note", "early"), Mark(2.5, "note", "late")),
         commands=(CommandRecord(1.5, 15, "press", 0.9, None, "left"),),
         state={"mean": np.ones(3)},
-        truth=Truth(
+        truth=SimulatedTruth(
             np.zeros((n, 2), dtype=np.float32),
             np.zeros((n, 1, 3), dtype=np.float32),
             (Event(0.2, 0.9, "press"), Event(1.8, 2.3, "pinch")),

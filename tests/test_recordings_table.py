@@ -13,7 +13,7 @@ from controller import npz
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
 from controller.recordings import csv_export, edit, reader, writer
-from controller.recordings.recording import Mark, Recording, RecordingError, Truth
+from controller.recordings.recording import Mark, Recording, RecordingError, SimulatedTruth
 
 
 def back(recording: Recording) -> Recording:
@@ -52,7 +52,7 @@ def test_what_is_no_row_of_frames_has_tables_of_its_own() -> None:
         of(np.ones((2, 1, 1))),
         marks=(Mark(0.1, "note", 'a comma, a "quote"\nand a line'),),
         commands=(CommandRecord(0.2, 2, "press", 0.98, None, "left"),),
-        truth=Truth(
+        truth=SimulatedTruth(
             np.zeros((2, 2), dtype=np.float32),
             np.zeros((2, 0, 3), dtype=np.float32),
             (Event(0.1, 0.2, "press"),),

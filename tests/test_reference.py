@@ -15,7 +15,7 @@ from reference.mesh import disc as mesh_disc
 from reference.mesh import taxels
 
 from controller.simulator import membrane
-from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
+from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from controller.simulator.green_functions import poisson
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ def skin(**constants: float) -> Skin:
     return Skin(INFLATED, 5, 5, 10.0, ContactModel(**constants))  # type: ignore[arg-type]
 
 
-def grip(of: Skin, z: ArrayLike, depth_mm: ArrayLike, drag_mm: ArrayLike = 0.0) -> Grip:
+def grip(of: Skin, z: ArrayLike, depth_mm: ArrayLike, drag_mm: ArrayLike = 0.0) -> FingerGroup:
     """Fingers of 7 mm at places on the unit disc."""
     at = np.atleast_1d(np.asarray(z, dtype=np.complex128))[None]
     depth = np.broadcast_to(np.asarray(depth_mm, dtype=np.float64), at.shape)

@@ -5,7 +5,7 @@ import hmac
 import pytest
 from fake_device import welcome
 
-from controller.protocol.auth import SIZE, Seal, seals
+from controller.protocol.auth import SIZE, FrameAuthenticator, seals
 from controller.protocol.device_session import WRONG_KEY, DeviceSession
 from controller.protocol.host_session import (
     Connected,
@@ -126,7 +126,7 @@ def test_an_orb_that_does_not_know_the_key_is_not_believed() -> None:
     host = HostSession("orb", 100, 0, key=KEY, nonce=NONCE)
     offer = encode(Offer(VERSION, bytes(16), True), session=9, sequence=100, t_ms=0)
     assert host.receive(offer, 0) == []
-    sealed = Seal(OTHER, 100)
+    sealed = FrameAuthenticator(OTHER, 100)
     for answer in (
         encode(welcome(), session=9, sequence=101, t_ms=0, seal=sealed),
         encode(welcome(), session=9, sequence=101, t_ms=0),
@@ -147,7 +147,7 @@ def test_a_lower_version_than_was_offered_cannot_be_made_of_a_hello() -> None:
 def test_frames_without_a_tag_or_with_a_wrong_one_are_not_taken_and_prove_no_life() -> None:
     both = Meeting(KEY, KEY)
     number, sequence = both.device.number, 500
-    for seal in (None, Seal(OTHER, 100)):
+    for seal in (None, FrameAuthenticator(OTHER, 100)):
         forged = encode(FELT, session=number, sequence=sequence, t_ms=0, seal=seal)
         assert both.host.receive(forged, 10) == []
         forged = encode(Contacts(()), session=number, sequence=sequence, t_ms=0, seal=seal)
@@ -169,7 +169,7 @@ def test_what_one_session_said_is_nothing_to_the_next_nor_to_the_other_end() -> 
 
 
 def test_a_packet_that_was_kept_until_the_sequence_came_round_is_not_taken() -> None:
-    sender, receiver = Seal(KEY, 65_000), Seal(KEY, 65_000)
+    sender, receiver = FrameAuthenticator(KEY, 65_000), FrameAuthenticator(KEY, 65_000)
     kept = sender.tag(b"drop", 65_001)
     assert receiver.confirms(b"drop", 65_001, kept)
     for number in range(65_002, 65_002 + 65_536 - 100):
@@ -180,7 +180,7 @@ def test_a_packet_that_was_kept_until_the_sequence_came_round_is_not_taken() -> 
 
 
 def test_a_packet_from_before_the_beginning_is_none() -> None:
-    assert not Seal(KEY, 5).confirms(b"", 65_535, bytes(8))
+    assert not FrameAuthenticator(KEY, 5).confirms(b"", 65_535, bytes(8))
 
 
 @pytest.mark.parametrize("nonce", [b"", bytes(15)])

@@ -17,7 +17,7 @@ from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import explain
 from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
 from controller.runtime.long_press import HOLD_S, LongPress
-from controller.runtime.systemd import BEATS, Heart
+from controller.runtime.systemd import BEATS, WatchdogHeartbeat
 
 if sys.platform == "win32":
     pytest.skip("systemd is for Linux", allow_module_level=True)
@@ -41,7 +41,7 @@ def heard(systemd: socket.socket) -> str:
 
 def test_it_says_ready_and_stopping(systemd: socket.socket) -> None:
     with systemd:
-        heart = Heart(environment(systemd))
+        heart = WatchdogHeartbeat(environment(systemd))
         heart.ready()
         heart.stopping()
         assert [heard(systemd), heard(systemd)] == ["READY=1", "STOPPING=1"]
@@ -49,7 +49,7 @@ def test_it_says_ready_and_stopping(systemd: socket.socket) -> None:
 
 def test_a_state_is_told_once_in_one_line(systemd: socket.socket) -> None:
     with systemd:
-        heart = Heart(environment(systemd))
+        heart = WatchdogHeartbeat(environment(systemd))
         for line in ("waiting", "waiting", "a host\nis there"):
             heart.tell(line)
         assert [heard(systemd), heard(systemd)] == ["STATUS=waiting", "STATUS=a host is there"]
@@ -60,7 +60,7 @@ def test_it_beats_three_times_in_each_interval_however_often_it_is_called(
 ) -> None:
     now_s = 0.0
     with systemd:
-        heart = Heart(environment(systemd, WATCHDOG_USEC="9000000"), lambda: now_s)
+        heart = WatchdogHeartbeat(environment(systemd, WATCHDOG_USEC="9000000"), lambda: now_s)
         for tenth in range(91):
             now_s = tenth / 10
             heart.beat()
@@ -79,7 +79,7 @@ def test_without_systemd_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
     opened: list[object] = []
     monkeypatch.setattr(socket, "socket", lambda *kind: opened.append(kind))
     now_s = iter((0.0, 1.0, 1.0))
-    heart = Heart({"WATCHDOG_USEC": "1"}, lambda: next(now_s))
+    heart = WatchdogHeartbeat({"WATCHDOG_USEC": "1"}, lambda: next(now_s))
     heart.ready()
     heart.beat()
     heart.tell("x")
@@ -88,7 +88,9 @@ def test_without_systemd_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_a_watchdog_for_another_process_is_none_of_ours(systemd: socket.socket) -> None:
     with systemd:
-        heart = Heart(environment(systemd, WATCHDOG_USEC="1", WATCHDOG_PID="1"), lambda: 0.0)
+        heart = WatchdogHeartbeat(
+            environment(systemd, WATCHDOG_USEC="1", WATCHDOG_PID="1"), lambda: 0.0
+        )
         heart.beat()
         systemd.setblocking(False)
         with pytest.raises(BlockingIOError):
@@ -96,7 +98,7 @@ def test_a_watchdog_for_another_process_is_none_of_ours(systemd: socket.socket) 
 
 
 def test_a_supervisor_that_has_gone_does_not_stop_the_orb(tmp_path: Path) -> None:
-    heart = Heart({"NOTIFY_SOCKET": str(tmp_path / "notify")})
+    heart = WatchdogHeartbeat({"NOTIFY_SOCKET": str(tmp_path / "notify")})
     heart.ready()
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as back:
         back.bind(str(tmp_path / "notify"))

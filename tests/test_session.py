@@ -17,15 +17,14 @@ from controller.protocol.host_session import (
     HostSession,
     Lost,
     Missed,
-    Past,
     Received,
     Refused,
+    SessionHistory,
     Stale,
     pause_s,
 )
 from controller.protocol.messages import (
     VERSION,
-    Alive,
     Bye,
     Command,
     Contacts,
@@ -33,9 +32,10 @@ from controller.protocol.messages import (
     Granted,
     Heartbeat,
     Hello,
+    HostHeartbeat,
     Join,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
     Perform,
     Refuse,
@@ -44,11 +44,11 @@ from controller.protocol.messages import (
     Welcome,
 )
 from controller.protocol.packets import Decoder, Packet, encode
-from controller.protocol.retransmit import Outbox
+from controller.protocol.retransmit import RetransmitQueue
 
 DROP = Command("drop", "pinch", 0.5, None, 1)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
-ALIVE = Alive(0, 0, NEVER, 0, 0)
+ALIVE = HostHeartbeat(0, 0, NEVER, 0, 0)
 
 
 def said(session: DeviceSession | HostSession) -> list[Packet]:
@@ -122,7 +122,7 @@ def test_a_new_session_has_counted_nothing() -> None:
     device, host = DeviceSession(welcome()), HostSession("orb", 1, 0)
     assert (device.number, device.taken_by, device.dropped, device.ignored) == (0, 0, 0, 0)
     assert (device.granted, device.resumed, device.refused) == (False, False, "")
-    assert (host.late, host.ignored, host.past) == (0, 0, Past(1, 0, 0, 0))
+    assert (host.late, host.ignored, host.past) == (0, 0, SessionHistory(1, 0, 0, 0))
     assert (host.welcomed, host.over, host.pressed) == (False, False, ())
 
 
@@ -598,7 +598,7 @@ class Again(Pair):
         """Connect anew; a device with another nonce has been switched off and on."""
         past, box = self.host.past, self.device.outbox
         if nonce != 7:
-            box = Outbox()
+            box = RetransmitQueue()
         self.device.end("cut")
         self.device = DeviceSession(welcome(nonce=nonce), outbox=box, number=50)
         self.host = HostSession("orb", 9, self.now_ms, past=past)
@@ -641,7 +641,7 @@ def test_a_command_given_while_nobody_was_there_waits_for_the_same_host_only() -
     assert pair.meet_again()[-1] == Delivered(DROP, 0)
     pair.device.end("cut")
     pair.device.send(DROP, 0, pair.now_ms)
-    pair.host.past = Past(host_nonce=99)  # another program
+    pair.host.past = SessionHistory(host_nonce=99)  # another program
     assert [type(news) for news in pair.meet_again()] == [Connected, Delivered]
     assert pair.device.outbox.lost == 1
 
@@ -653,7 +653,7 @@ def test_after_a_restart_of_the_device_nothing_is_resumed() -> None:
     assert pair.meet_again(nonce=8) == [Connected(welcome(nonce=8)), Delivered(State(()), 0)]
     pair.device.send(DROP, 0, pair.now_ms)
     assert pair.exchange() == [Delivered(DROP, 0)]
-    assert pair.host.past == Past(1, boot_nonce=8, done=1, missed=0)
+    assert pair.host.past == SessionHistory(1, boot_nonce=8, done=1, missed=0)
 
 
 def test_the_heartbeat_repeats_what_is_held_and_mends_a_lost_release() -> None:
@@ -813,5 +813,5 @@ def test_granted_time_begins_without_what_was_before_it() -> None:
     assert [type(packet.message) for packet in said(session)] == [Offer, Welcome, State]
     session.send(DROP, 0, 0)
     [packet] = said(session)
-    assert isinstance(packet.message, Numbered)
+    assert isinstance(packet.message, NumberedCommand)
     assert (packet.message.number, packet.message.done) == (2, 1)

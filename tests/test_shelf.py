@@ -17,7 +17,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.disk import RealFiles
-from controller.bundles.deploy.store import KEEP, RECORD, Entry, Shelf, name_of
+from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
 from controller.cli import bundles as models
 from controller.cli import options, rollback
 from controller.runtime import assemble as parts
@@ -34,9 +34,9 @@ def variant(folder: Path, number: int) -> Path:
     return path
 
 
-def put(shelf: Shelf, path: Path, corrects: str | None = None) -> str:
+def put(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
     name = name_of(bundles.read(path))
-    entry = Entry(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
+    entry = StoredBundle(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
     shelf.install(path.read_bytes(), entry)
     return name
 
@@ -65,11 +65,11 @@ DAMAGED = (
 
 
 def test_an_empty_shelf_offers_the_bundle_that_ships(tmp_path: Path) -> None:
-    assert Shelf(tmp_path / "none").current() == (SHIPPED, "")
+    assert BundleStore(tmp_path / "none").current() == (SHIPPED, "")
 
 
 def test_an_installed_bundle_is_in_use_and_the_one_before_comes_back(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     one, two = put(shelf, variant(tmp_path, 1)), put(shelf, variant(tmp_path, 2))
     assert shelf.current() == (shelf.path(two), "numpy")
     assert shelf.rollback().current == one
@@ -78,7 +78,7 @@ def test_an_installed_bundle_is_in_use_and_the_one_before_comes_back(tmp_path: P
 
 
 def test_the_first_rollback_leads_to_the_bundle_that_ships(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     with pytest.raises(BundleError, match="nothing was installed before"):
         shelf.rollback()
     put(shelf, variant(tmp_path, 1))
@@ -87,7 +87,7 @@ def test_the_first_rollback_leads_to_the_bundle_that_ships(tmp_path: Path) -> No
 
 
 def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     names = [put(shelf, variant(tmp_path, number)) for number in range(KEEP + 3)]
     kept = [entry.name for entry in shelf.record().entries]
     assert kept == names[-KEEP:]
@@ -99,7 +99,7 @@ def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
     tmp_path: Path,
 ) -> None:
     """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     names = [put(shelf, variant(tmp_path, 1))]
     for number in range(2, 12):
         names.append(put(shelf, variant(tmp_path, number), corrects=names[-1]))
@@ -112,7 +112,7 @@ def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
 
 
 def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+    shelf = BundleStore(tmp_path)
     for text in DAMAGED:
         (tmp_path / RECORD).write_text(text)
         with pytest.raises(BundleError, match=r"is damaged: .*; remove it to go back"):
@@ -122,7 +122,7 @@ def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
 def test_a_record_that_is_no_file_is_said_not_waited_for(tmp_path: Path) -> None:
     (tmp_path / RECORD).mkdir()
     with pytest.raises(BundleError, match=r"cannot be read: it is a folder.*; remove it"):
-        Shelf(tmp_path).current()
+        BundleStore(tmp_path).current()
 
 
 @pytest.mark.parametrize("command", [["--replay", "x.npz"], ["models"], ["rollback"]])
@@ -145,12 +145,12 @@ def test_a_file_that_changes_while_it_is_proved_is_not_installed(
 ) -> None:
     path, other = variant(tmp_path, 1), variant(tmp_path, 2)
 
-    def prove(path: Path) -> list[selftest.Proof]:
+    def prove(path: Path) -> list[selftest.SelfTestResult]:
         path.write_bytes(other.read_bytes())
-        return [selftest.Proof("numpy", 50.0, 60.0)]
+        return [selftest.SelfTestResult("numpy", 50.0, 60.0)]
 
     monkeypatch.setattr(selftest, "prove", prove)
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     with pytest.raises(BundleError, match="has changed while it was proved"):
         install.install(path, shelf, other_sensor=False, tell=lambda _: None)
     assert shelf.current() == (SHIPPED, "")
@@ -166,7 +166,7 @@ def test_what_was_installed_or_ships_is_not_asked_everything_again(
         return parts._deployed(options.parser().parse_args(words))[-1]
 
     assert proved() is asked
-    name = put(Shelf(tmp_path), variant(tmp_path, 1))
+    name = put(BundleStore(tmp_path), variant(tmp_path, 1))
     assert proved() is asked
     (tmp_path / f"{name}.orb").write_bytes(SHIPPED.read_bytes())  # another under its name
     assert not proved()
@@ -217,13 +217,15 @@ def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
     tmp_path: Path, step: int, when: str
 ) -> None:
     folder = tmp_path / "shelf"
-    old = put(Shelf(folder), variant(tmp_path, 1))
+    old = put(BundleStore(folder), variant(tmp_path, 1))
     fresh = variant(tmp_path, 2)
     with pytest.raises(PowerCutError):
-        put(Shelf(folder, FailingFiles(step, when)), fresh)
-    path, _ = Shelf(folder).current()
+        put(BundleStore(folder, FailingFiles(step, when)), fresh)
+    path, _ = BundleStore(folder).current()
     assert name_of(bundles.read(path)) in {old, name_of(bundles.read(fresh))}
-    assert put(Shelf(folder), fresh) == name_of(bundles.read(Shelf(folder).current()[0]))
+    assert put(BundleStore(folder), fresh) == name_of(
+        bundles.read(BundleStore(folder).current()[0])
+    )
 
 
 def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
@@ -231,10 +233,10 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
         def write(self, path: Path, data: bytes) -> None:
             raise OSError(28, "No space left on device")
 
-    old = put(Shelf(tmp_path / "shelf"), variant(tmp_path, 1))
+    old = put(BundleStore(tmp_path / "shelf"), variant(tmp_path, 1))
     with pytest.raises(OSError, match="No space"):
-        put(Shelf(tmp_path / "shelf", FullFiles()), variant(tmp_path, 2))
-    assert Shelf(tmp_path / "shelf").record().current == old
+        put(BundleStore(tmp_path / "shelf", FullFiles()), variant(tmp_path, 2))
+    assert BundleStore(tmp_path / "shelf").record().current == old
 
 
 # --- the proof ---
@@ -243,7 +245,7 @@ def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
 def test_the_median_step_is_what_the_clock_says() -> None:
     ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
     shown = selftest.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks), lambda: 0.2)
-    assert shown == selftest.Proof("numpy", 7.0, 7.0, start_ms=200.0)
+    assert shown == selftest.SelfTestResult("numpy", 7.0, 7.0, start_ms=200.0)
 
 
 def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
@@ -255,7 +257,7 @@ def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
         if words[-1] == "onnxruntime":
             return subprocess.CompletedProcess(words, -4, "", "")
         return subprocess.CompletedProcess(
-            words, 0, json.dumps(dataclasses.asdict(selftest.Proof("numpy", 50.0, 90.0)))
+            words, 0, json.dumps(dataclasses.asdict(selftest.SelfTestResult("numpy", 50.0, 90.0)))
         )
 
     monkeypatch.setattr(subprocess, "run", run)
@@ -283,7 +285,7 @@ def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
         step_us, start_ms = shown[words[-1]]
-        told = selftest.Proof(words[-1], step_us, 2 * step_us, start_ms=start_ms)
+        told = selftest.SelfTestResult(words[-1], step_us, 2 * step_us, start_ms=start_ms)
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(told)))
 
     monkeypatch.setattr(subprocess, "run", run)
@@ -294,7 +296,7 @@ def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatc
     told = {"onnxruntime": iter([75.0, 74.0]), "numpy": iter([150.0, 73.0])}  # busy at first
 
     def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        shown = selftest.Proof(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
+        shown = selftest.SelfTestResult(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
         return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
 
     monkeypatch.setattr(subprocess, "run", run)
@@ -324,7 +326,7 @@ def test_install_models_rollback(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for module in (install, models, rollback):
-        monkeypatch.setattr(module, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+        monkeypatch.setattr(module, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     path = variant(tmp_path, 1)
     assert main(["install", str(path)]) == 0
     out = capsys.readouterr().out
@@ -343,14 +345,14 @@ def test_install_models_rollback(
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(models, "Shelf", lambda: Shelf(tmp_path / "shelf"))
+    monkeypatch.setattr(models, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
     parts = bundles.unpack(SHIPPED.read_bytes())
     card = '[card]\n"\\u001b]0;key\\u0007" = "\\u202e"\nmade = 1979-05-27\n'
     text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
     path = tmp_path / "x.orb"
     bundles.write(path, manifest=text, parts=bundles.content(parts))
-    shelf, name = Shelf(tmp_path / "shelf"), name_of(bundles.read(path))
-    shelf.install(path.read_bytes(), Entry(name, "\x1b[31mnumpy", 50.0, "to\nday"))
+    shelf, name = BundleStore(tmp_path / "shelf"), name_of(bundles.read(path))
+    shelf.install(path.read_bytes(), StoredBundle(name, "\x1b[31mnumpy", 50.0, "to\nday"))
     assert main(["models"]) == 0
     out = capsys.readouterr().out
     assert out.replace("\n", "").isprintable()
@@ -363,8 +365,10 @@ def test_what_a_terminal_would_obey_is_listed_as_an_escape(
 def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(install, "Shelf", lambda: Shelf(tmp_path / "shelf"))
-    monkeypatch.setattr(selftest, "prove", lambda path: [selftest.Proof("numpy", 50.0, 60.0)])
+    monkeypatch.setattr(install, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    monkeypatch.setattr(
+        selftest, "prove", lambda path: [selftest.SelfTestResult("numpy", 50.0, 60.0)]
+    )
     output = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(output, "ascii"))
     path = variant(tmp_path, 1).rename(tmp_path / "漢\x1b[31m.orb")
@@ -389,8 +393,8 @@ def test_a_list_that_cannot_be_printed_is_one_sentence(tmp_path: Path) -> None:
 def test_models_says_what_is_a_correction_of_what(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shelf = Shelf(tmp_path / "shelf")
-    monkeypatch.setattr(models, "Shelf", lambda: shelf)
+    shelf = BundleStore(tmp_path / "shelf")
+    monkeypatch.setattr(models, "BundleStore", lambda: shelf)
     first = put(shelf, variant(tmp_path, 1), corrects="")
     put(shelf, variant(tmp_path, 2), corrects=first)
     assert main(["models"]) == 0
@@ -425,7 +429,7 @@ def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
-    shelf = Shelf(tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
     shelf.path(put(shelf, variant(tmp_path, 1))).write_bytes(b"nothing")
     assert main(["--replay", "none.npz"]) == 2
     assert "`controller rollback` goes back to the one before" in capsys.readouterr().err

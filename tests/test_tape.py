@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
 
-from controller.capture.cue_plan import Ask, Pace
-from controller.capture.cues import Cues
+from controller.capture.cue_plan import CueTiming, ExampleRequest
+from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import Tape
+from controller.capture.session_recorder import SessionRecorder
 from controller.protocol.messages import Command, Contacts, Grant, Message
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import State
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 from controller.runtime.device import Device, steady
 from controller.runtime.loop import Loop
 from controller.sensors.base import SensorError
@@ -52,8 +52,13 @@ def test_a_sensor_that_is_lost_ends_the_session_and_its_recording_is_sealed(tmp_
 @pytest.mark.parametrize("owned_by_host", [False, True])
 def test_a_session_of_cues_ends_when_there_is_enough(tmp_path: Path, owned_by_host: bool) -> None:
     path = tmp_path / "cued.npz"
-    pace = Pace(1.0, 2.0, 1.0, 0.0)
-    cues = Cues([Ask("press"), Ask("null")], pace, np.random.default_rng(1), shuffled=False)
+    pace = CueTiming(1.0, 2.0, 1.0, 0.0)
+    cues = CueSession(
+        [ExampleRequest("press"), ExampleRequest("null")],
+        pace,
+        np.random.default_rng(1),
+        shuffled=False,
+    )
     requests: list[tuple[float, Message]] = [(2.5, FINGER), (3.5, Contacts(()))]
     if owned_by_host:
         steps = (GRANTING, Grant(2500), FINGER, Grant(3500), Contacts(()), Grant(60_000))
@@ -86,14 +91,14 @@ class Short(Recorder):
 def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> None:
     world = World((3.0, FINGER))
     pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
-    origin = Origin("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
+    origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
     paths = [tmp_path / f"{number}.npz" for number in range(3)]
     names = iter(paths)
 
     def begin(state: State) -> Recorder:
         return Short(next(names), origin, state)
 
-    tape = Tape(begin, pipeline, Labeller(SHIPPED.labels))
+    tape = SessionRecorder(begin, pipeline, Labeller(SHIPPED.labels))
     device = Device(Slab(world), pipeline, world, steady(10.0), tape=tape)
     Loop(world, lambda: device, world.clock).run(world.after(5.05))
     loaded = [reader.load(path) for path in paths]

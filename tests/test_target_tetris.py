@@ -13,7 +13,7 @@ from controller.protocol.messages import (
     COMMANDS,
     Command,
     Contacts,
-    Correct,
+    Correction,
     Message,
     Telemetry,
     Welcome,
@@ -195,7 +195,7 @@ def test_a_correction_with_control_turns_nothing() -> None:
         key(target, pygame.K_LCTRL, down=False)
         target.tick(0.1)
         assert target.game.piece.turn == 0
-    assert target.outgoing(0.1) == [Correct("")]  # the newest counts
+    assert target.outgoing(0.1) == [Correction("")]  # the newest counts
 
 
 def test_control_turns_before_the_key_that_follows_it_acts() -> None:

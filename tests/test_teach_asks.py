@@ -10,14 +10,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.bundles import vocabulary
-from controller.capture.cue_plan import Ask, Pace
-from controller.capture.cues import Cue, Cues, Phase
-from controller.capture.labels import Labeller, Said
+from controller.capture.cue_plan import CueTiming, ExampleRequest
+from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.labels import FrameLabels, Labeller
 from controller.recognition.pipeline import Step
 from controller.teach import TeachError, protocols
-from controller.teach.example_counts import Tally
-from controller.teach.offline_link import Alone
-from controller.teach.progress import KEYS, Board, Log, Page, drawable, summary
+from controller.teach.example_counts import ExampleCounts
+from controller.teach.offline_link import OfflineLink
+from controller.teach.progress import (
+    KEYS,
+    ProgressDisplay,
+    ProgressLog,
+    ProgressPage,
+    drawable,
+    summary,
+)
 
 FIVE = vocabulary.shipped()
 MODEL = FIVE.labels
@@ -84,12 +91,18 @@ def test_nobody_is_asked_for_ten_thousand_examples() -> None:
 
 def cued(*labels: str) -> Labeller:
     """Somebody who is asked for these, four seconds each."""
-    asks = [Ask(label) for label in labels]
-    return Labeller(MODEL, cues=Cues(asks, Pace(1.0, 2.0, 1.0, 0.0), rng(), shuffled=False))
+    asks = [ExampleRequest(label) for label in labels]
+    return Labeller(
+        MODEL, cues=CueSession(asks, CueTiming(1.0, 2.0, 1.0, 0.0), rng(), shuffled=False)
+    )
 
 
 def play(
-    labeller: Labeller, tally: Tally, seconds: float, answers: dict[float, str], felt: bool = True
+    labeller: Labeller,
+    tally: ExampleCounts,
+    seconds: float,
+    answers: dict[float, str],
+    felt: bool = True,
 ) -> None:
     """Let frames pass; `answers` says when the model recognised what."""
     for k in range(round(seconds * 10)):
@@ -99,7 +112,7 @@ def play(
 
 def test_examples_are_counted_and_so_is_what_the_model_made_of_them() -> None:
     labeller = cued("press", "press", "pinch", "null")
-    tally = Tally({"press": 2, "pinch": 1, "null": 1}, {"press": 7}, MODEL)
+    tally = ExampleCounts({"press": 2, "pinch": 1, "null": 1}, {"press": 7}, MODEL)
     play(labeller, tally, 17.0, {1.5: "press", 2.0: "pinch", 5.5: "pinch", 11.5: "pinch"})
     assert [tally.have(label) for label in tally.wanted] == [2, 1, 1]
     assert tally.understood("press") == (1, 2)  # the first answer of each counts
@@ -111,14 +124,14 @@ def test_examples_are_counted_and_so_is_what_the_model_made_of_them() -> None:
 
 
 def test_a_label_that_the_model_does_not_know_has_no_figure() -> None:
-    tally = Tally({"knock": 1}, {}, MODEL)
+    tally = ExampleCounts({"knock": 1}, {}, MODEL)
     play(cued("press"), tally, 5.0, {1.5: "press"})
     assert tally.understood("knock") is None
     assert summary(tally) == ["  knock: 1 example"]
 
 
 def test_an_example_that_does_not_count_is_nowhere_counted() -> None:
-    tally = Tally({"pinch": 1}, {}, MODEL)
+    tally = ExampleCounts({"pinch": 1}, {}, MODEL)
     play(cued("pinch"), tally, 8.0, {1.5: "pinch"}, felt=False)
     assert tally.have("pinch") == 0
     assert tally.understood("pinch") == (0, 0)
@@ -127,15 +140,15 @@ def test_an_example_that_does_not_count_is_nowhere_counted() -> None:
 # --- the page -------------------------------------------------------------------------------------
 
 
-def page(tally: Tally, **options: bool) -> Page:
-    return Page(FIVE, tally, (3, 3), model=tally.model, example_s=6.0, **options)
+def page(tally: ExampleCounts, **options: bool) -> ProgressPage:
+    return ProgressPage(FIVE, tally, (3, 3), model=tally.model, example_s=6.0, **options)
 
 
 def test_the_page_says_what_to_do_what_is_enough_and_what_the_model_thinks() -> None:
-    tally = Tally({"press": 2, "twist_cw": 1}, {"press": 30}, MODEL)
+    tally = ExampleCounts({"press": 2, "twist_cw": 1}, {"press": 30}, MODEL)
     cue = Cue(Phase.GO, "twist_cw", None, 1.4, {"press": 1, "twist_cw": 0}, then="pinch")
-    tally.take(Said(asked=cue), step(65.0))
-    lines = page(tally).lines(Said(asked=cue, key=2), step(65.0, "press"))
+    tally.take(FrameLabels(asked=cue), step(65.0))
+    lines = page(tally).lines(FrameLabels(asked=cue, key=2), step(65.0, "press"))
     assert lines == [
         "1:05  GO 2 s: twist clockwise   key: pinch",
         "      then: pinch with your whole hand",
@@ -152,9 +165,9 @@ def test_the_page_says_what_to_do_what_is_enough_and_what_the_model_thinks() -> 
 
 
 def test_a_place_is_shown_on_a_map_with_y_upward() -> None:
-    tally = Tally({"press": 2})
+    tally = ExampleCounts({"press": 2})
     cue = Cue(Phase.GET_READY, "press", (1.0, 1.5), 0.7, {"press": 2})
-    lines = page(tally, keyboard=False, plain=True).lines(Said(asked=cue), step(1.0))
+    lines = page(tally, keyboard=False, plain=True).lines(FrameLabels(asked=cue), step(1.0))
     assert lines[0] == "0:01  get ready 1 s: press with one finger, anywhere, at 1, 1.5"
     assert lines[-5:] == [
         "      .   .   .",
@@ -176,7 +189,7 @@ def test_a_place_is_shown_on_a_map_with_y_upward() -> None:
     ],
 )
 def test_whatever_is_asked_is_said_in_words(cue: Cue, words: str) -> None:
-    assert page(Tally({"press": 1})).do(cue) == words
+    assert page(ExampleCounts({"press": 1})).do(cue) == words
 
 
 class Terminal(io.StringIO):
@@ -185,10 +198,12 @@ class Terminal(io.StringIO):
 
 
 def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
-    screen, tally = Terminal(), Tally({"press": 1})
-    board = Board(screen, page(tally), tally, bell=True)
+    screen, tally = Terminal(), ExampleCounts({"press": 1})
+    board = ProgressDisplay(screen, page(tally), tally, bell=True)
     for phase in (Phase.GET_READY, Phase.GO):
-        board.show(Said(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), "")
+        board.show(
+            FrameLabels(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), ""
+        )
     board.clear()
     board.clear()
     first, bell, second = screen.getvalue().partition("\a")
@@ -199,10 +214,10 @@ def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
 
 
 def test_the_board_is_not_written_more_often_than_anybody_can_read() -> None:
-    screen, tally = Terminal(), Tally({"press": 1})
-    board = Board(screen, page(tally), tally)
+    screen, tally = Terminal(), ExampleCounts({"press": 1})
+    board = ProgressDisplay(screen, page(tally), tally)
     for k in range(1000):  # a second of a fast sensor
-        board.show(Said(asked=Cue(Phase.GO, "press", left_s=k)), step(1.0 + k / 1000), "")
+        board.show(FrameLabels(asked=Cue(Phase.GO, "press", left_s=k)), step(1.0 + k / 1000), "")
     assert screen.getvalue().count("\x1b[J") == 15
 
 
@@ -211,21 +226,21 @@ def test_a_terminal_that_has_gone_does_not_end_the_session() -> None:
         def write(self, text: str) -> int:
             raise OSError(5, "Input/output error")
 
-    tally = Tally({"press": 1})
-    board = Board(Gone(), page(tally), tally)
+    tally = ExampleCounts({"press": 1})
+    board = ProgressDisplay(Gone(), page(tally), tally)
     for k in range(3):
-        board.show(Said(fresh=True), step(float(k)), "")
+        board.show(FrameLabels(fresh=True), step(float(k)), "")
 
 
 def test_what_is_wrong_with_the_disk_is_shown() -> None:
-    lines = page(Tally({"press": 1})).lines(Said(), step(0.0), "it is full")
+    lines = page(ExampleCounts({"press": 1})).lines(FrameLabels(), step(0.0), "it is full")
     assert lines[1] == "      DISK PROBLEM: it is full"
 
 
 def test_without_a_terminal_a_line_tells_what_changed() -> None:
     told: list[str] = []
-    tally = Tally({"press": 1})
-    log = Log(tally, told.append)
+    tally = ExampleCounts({"press": 1})
+    log = ProgressLog(tally, told.append)
     labeller = cued("press")
     for k in range(100):
         log.show(labeller.step(k / 10, felt=k > 40), step(k / 10), "")
@@ -245,13 +260,13 @@ def test_a_page_is_drawn_on_terminals_that_understand_it(monkeypatch: pytest.Mon
 
 def test_time_passes_as_fast_as_it_was_asked_to() -> None:
     real = [100.0]
-    alone = Alone(4.0, lambda: real[0], lambda s: real.__setitem__(0, real[0] + s))
+    alone = OfflineLink(4.0, lambda: real[0], lambda s: real.__setitem__(0, real[0] + s))
     alone.wait(2.0)
     assert (alone.now_s(), real[0]) == (2.0, 100.5)
 
 
 def test_time_that_only_waiting_moves_waits_for_nothing() -> None:
-    alone = Alone(0.0, lambda: 0.0, lambda s: pytest.fail("it slept"))
+    alone = OfflineLink(0.0, lambda: 0.0, lambda s: pytest.fail("it slept"))
     for _ in range(10):
         alone.wait(0.1)
     assert alone.now_s() == pytest.approx(1.0)

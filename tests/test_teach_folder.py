@@ -13,7 +13,7 @@ from controller.recordings import writer
 from controller.recordings.recording import Mark
 from controller.simulator import gesture_file
 from controller.teach import TeachError, dataset_folder, next_step
-from controller.teach.dataset_folder import Taken
+from controller.teach.dataset_folder import ExistingRecording
 
 KNOCK = """
 name = "mine"
@@ -130,10 +130,11 @@ def test_a_folder_s_recordings_are_told_by_age_and_what_cannot_be_read_is_left_o
 # --- afterwards -----------------------------------------------------------------------------------
 
 
-def taken(*sessions: str, protocol: str = "gestures") -> list[Taken]:
+def taken(*sessions: str, protocol: str = "gestures") -> list[ExistingRecording]:
     return [
-        Taken(Path(f"data/{protocol}-{s}.npz"), "ada", s, protocol, s, {}) for s in sessions
-    ]  # fmt: skip
+        ExistingRecording(Path(f"data/{protocol}-{s}.npz"), "ada", s, protocol, s, {})
+        for s in sessions
+    ]
 
 
 def test_a_first_session_is_trained_on_and_nobody_is_told_that_its_figures_are_honest() -> None:
@@ -157,10 +158,11 @@ def test_from_three_sessions_on_the_newest_is_neither_trained_nor_tuned_on() -> 
     assert "is spared" in planned.note
 
 
-def came(*who: tuple[str, str]) -> list[Taken]:
+def came(*who: tuple[str, str]) -> list[ExistingRecording]:
     return [
-        Taken(Path(f"home/{user}-{day}.npz"), user, day, "users", day, {}) for user, day in who
-    ]  # fmt: skip
+        ExistingRecording(Path(f"home/{user}-{day}.npz"), user, day, "users", day, {})
+        for user, day in who
+    ]
 
 
 def test_people_who_came_twice_are_told_apart_and_not_merely_their_gestures() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from controller.__main__ import main
 from controller.capture.cues import Cue, Phase
-from controller.capture.simulated_hand import Obedient
+from controller.capture.simulated_hand import CuedHand
 from controller.cli.options import parser as grammar
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
@@ -57,8 +57,8 @@ def test_a_hand_shows_what_it_knows_of_a_bundle(mine: Path) -> None:
 def test_where_no_gesture_is_asked_for_a_hand_may_stray() -> None:
     grid = sensors.Geometry(5, 5, 10.0)
     cue = Cue(Phase.GO, "null")
-    assert Obedient(grid, 1).obey(cue, 1.0) is None
-    wish = Obedient(grid, 1, strays=("brush", "rest")).obey(cue, 1.0)
+    assert CuedHand(grid, 1).obey(cue, 1.0) is None
+    wish = CuedHand(grid, 1, strays=("brush", "rest")).obey(cue, 1.0)
     assert wish is not None
     assert wish[1].label in ("brush", "rest")
 

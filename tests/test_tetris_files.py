@@ -13,7 +13,7 @@ from tetris_window_player import open_app, opened
 from tetris import files
 from tetris.__main__ import main
 from tetris.engine.modes import MODES
-from tetris.history.high_scores import FILE_NAME, Records
+from tetris.history.high_scores import FILE_NAME, HighScores
 from tetris.history.replay import Recorder
 from tetris.history.replay_file import ReplayError, load, save
 from tetris.history.stats import Summary
@@ -86,7 +86,7 @@ def test_settings_that_cannot_be_read_are_as_they_come(kind: str, tmp_path: Path
 @pytest.mark.parametrize("kind", KINDS)
 def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) -> None:
     make(kind, tmp_path, FILE_NAME)
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
     summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, 0, {})
     assert records.add(MODES["zen"], summary, won=False, seed=1) == 1

@@ -10,7 +10,7 @@ from tetris.__main__ import main
 from tetris.engine.game import Action
 from tetris.history.replay import Recorder, Replay
 from tetris.history.replay_file import save
-from tetris.history.video import FilmError, FilmFile
+from tetris.history.video import VideoError, VideoFile
 from tetris.window import video
 
 SMALL = (160, 144)
@@ -51,14 +51,14 @@ def test_the_pictures_of_a_gif_are_the_windows_own(tmp_path: Path) -> None:
     image_module = pytest.importorskip("PIL.Image")
     path = tmp_path / "game.gif"
     pictures: list[bytes] = []
-    add = FilmFile.add
+    add = VideoFile.add
 
-    def watched(self: FilmFile, picture: bytes) -> None:
+    def watched(self: VideoFile, picture: bytes) -> None:
         pictures.append(picture)
         add(self, picture)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(FilmFile, "add", watched)
+        patch.setattr(VideoFile, "add", watched)
         list(video.export(short(), path, size=SMALL))
     with image_module.open(path) as image:
         drawn = image.convert("RGB").tobytes()
@@ -96,7 +96,7 @@ def test_a_film_that_is_given_up_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FilmError, match=r"a \.gif or a \.mp4 file, not game\.avi"):
+    with pytest.raises(VideoError, match=r"a \.gif or a \.mp4 file, not game\.avi"):
         list(video.export(short(), tmp_path / "game.avi", size=SMALL))
 
 
@@ -107,7 +107,7 @@ def test_without_its_library_a_sentence_says_what_to_install(
     suffix: str, module: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(FilmError, match=rf"{library}.* pip install 'orbtouch\[film\]'"):
+    with pytest.raises(VideoError, match=rf"{library}.* pip install 'orbtouch\[film\]'"):
         list(video.export(short(), tmp_path / f"game.{suffix}", size=SMALL))
     assert list(tmp_path.iterdir()) == []
 

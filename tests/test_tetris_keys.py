@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from tetris.engine.game import Action
 from tetris.window import bindings
-from tetris.window.keys import Due, Keys
-from tetris.window.menu_navigation import Nav, Repeater
+from tetris.window.keys import DueAction, Keys
+from tetris.window.menu_navigation import MenuStep, Repeater
 from tetris.window.pads import Pads, Press
 
 LEFT, RIGHT = Action.LEFT, Action.RIGHT
@@ -42,9 +42,9 @@ def test_repeats_between_two_frames_are_not_lost_and_keep_their_moments() -> Non
     keys.press(pygame.K_LEFT, 0.0)
     keys.release(pygame.K_LEFT, 0.1875)
     assert keys.due(0.5) == [
-        Due(0.0, LEFT, held=frozenset({LEFT})),
-        Due(0.125, LEFT, repeated=True, held=frozenset({LEFT})),
-        Due(0.1875, LEFT, repeated=True, held=frozenset({LEFT})),
+        DueAction(0.0, LEFT, held=frozenset({LEFT})),
+        DueAction(0.125, LEFT, repeated=True, held=frozenset({LEFT})),
+        DueAction(0.1875, LEFT, repeated=True, held=frozenset({LEFT})),
     ]
 
 
@@ -267,9 +267,9 @@ def test_events_of_other_devices_mean_nothing_to_pads() -> None:
 
 def test_a_held_direction_moves_on_by_itself_and_a_confirmation_does_not() -> None:
     repeater = Repeater()
-    repeater.press(Nav.DOWN, 0.0)
+    repeater.press(MenuStep.DOWN, 0.0)
     assert repeater.poll(0.3) is None
-    assert repeater.poll(0.4) is Nav.DOWN
+    assert repeater.poll(0.4) is MenuStep.DOWN
     assert repeater.poll(0.41) is None
-    repeater.press(Nav.CONFIRM, 0.42)
+    repeater.press(MenuStep.CONFIRM, 0.42)
     assert repeater.poll(9.0) is None

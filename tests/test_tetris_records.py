@@ -9,7 +9,7 @@ import pytest
 
 from tetris.engine.modes import MODES
 from tetris.files import config_folder, data_folder, write_beside
-from tetris.history.high_scores import FILE_NAME, PLACES, Records, Totals
+from tetris.history.high_scores import FILE_NAME, PLACES, HighScores, Totals
 from tetris.history.stats import Summary
 
 
@@ -17,12 +17,12 @@ def summary(score: int = 100, time_s: float = 60.0, lines: int = 40) -> Summary:
     return Summary(score, lines, 5, 100, time_s, 450, 20, 90, 3, 1, 0, {"tetris": 2})
 
 
-def add(records: Records, mode: str, won: bool = True, **figures: float) -> int | None:
+def add(records: HighScores, mode: str, won: bool = True, **figures: float) -> int | None:
     return records.add(MODES[mode], summary(**figures), won=won, seed=7)  # type: ignore[arg-type]
 
 
 def test_the_most_points_come_first() -> None:
-    records = Records(Path("nowhere"))
+    records = HighScores(Path("nowhere"))
     records._write = lambda: None  # type: ignore[method-assign]
     places = [add(records, "marathon", score=score) for score in (500, 900, 700, 100)]
     assert places == [1, 1, 2, 4]
@@ -30,7 +30,7 @@ def test_the_most_points_come_first() -> None:
 
 
 def test_a_sprint_counts_its_time_and_only_when_it_is_finished(tmp_path: Path) -> None:
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     assert add(records, "sprint", time_s=62.0) == 1
     assert add(records, "sprint", time_s=58.5) == 1
     assert add(records, "sprint", won=False, time_s=3.0) is None
@@ -39,13 +39,13 @@ def test_a_sprint_counts_its_time_and_only_when_it_is_finished(tmp_path: Path) -
 
 
 def test_of_equals_the_earlier_one_leads(tmp_path: Path) -> None:
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     add(records, "marathon", score=500, lines=1)
     assert add(records, "marathon", score=500, lines=2) == 2
 
 
 def test_a_list_has_ten_places(tmp_path: Path) -> None:
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     for score in range(1000, 1000 + PLACES):
         add(records, "marathon", score=score)
     assert add(records, "marathon", score=5) is None
@@ -54,9 +54,9 @@ def test_a_list_has_ten_places(tmp_path: Path) -> None:
 
 
 def test_what_was_added_is_there_the_next_time(tmp_path: Path) -> None:
-    records = Records(tmp_path / "new" / "folder")
+    records = HighScores(tmp_path / "new" / "folder")
     records.add(MODES["zen"], summary(), won=False, seed=3, date="2025-06-01", replay="a.tetris")
-    again = Records(tmp_path / "new" / "folder")
+    again = HighScores(tmp_path / "new" / "folder")
     assert again.best("zen") == records.best("zen")
     assert again.totals("zen") == Totals(1, 0, 60.0, 100, 40, 450, 90, {"tetris": 2})
     (entry,) = again.best("zen")
@@ -65,10 +65,10 @@ def test_what_was_added_is_there_the_next_time(tmp_path: Path) -> None:
 
 
 def test_two_programs_add_to_one_list(tmp_path: Path) -> None:
-    one, other = Records(tmp_path), Records(tmp_path)
+    one, other = HighScores(tmp_path), HighScores(tmp_path)
     add(one, "marathon", score=1)
     add(other, "marathon", score=2)
-    assert [entry.score for entry in Records(tmp_path).best("marathon")] == [2, 1]
+    assert [entry.score for entry in HighScores(tmp_path).best("marathon")] == [2, 1]
 
 
 @pytest.mark.parametrize(
@@ -88,13 +88,13 @@ def test_two_programs_add_to_one_list(tmp_path: Path) -> None:
 def test_a_damaged_file_is_put_aside_and_said_so(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / FILE_NAME
     path.write_bytes(content)
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     aside = tmp_path / "records-damaged-1.json"
     assert aside.read_bytes() == content
     assert records.trouble == (f"the best lists were damaged and begin anew; they are in {aside}")
     assert add(records, "zen") == 1
     assert records.trouble == ""
-    assert len(Records(tmp_path).best("zen")) == 1
+    assert len(HighScores(tmp_path).best("zen")) == 1
 
 
 @pytest.mark.parametrize(
@@ -109,13 +109,13 @@ def test_a_damaged_file_is_put_aside_and_said_so(content: bytes, tmp_path: Path)
     ],
 )
 def test_a_value_of_another_kind_is_damage(key: str, value: object, tmp_path: Path) -> None:
-    records = Records(tmp_path)
+    records = HighScores(tmp_path)
     add(records, "zen")
     path = tmp_path / FILE_NAME
     document = json.loads(path.read_text())
     document["modes"]["zen"]["best"][0][key] = value
     path.write_text(json.dumps(document))
-    again = Records(tmp_path)
+    again = HighScores(tmp_path)
     assert again.best("zen") == ()
     assert "damaged" in again.trouble
 
@@ -123,7 +123,7 @@ def test_a_value_of_another_kind_is_damage(key: str, value: object, tmp_path: Pa
 def test_a_second_damaged_file_does_not_replace_the_first(tmp_path: Path) -> None:
     for number in (1, 2):
         (tmp_path / FILE_NAME).write_text(f"damaged {number}")
-        Records(tmp_path)
+        HighScores(tmp_path)
     assert (tmp_path / "records-damaged-1.json").read_text() == "damaged 1"
     assert (tmp_path / "records-damaged-2.json").read_text() == "damaged 2"
 
@@ -132,7 +132,7 @@ def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_is_listed(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "file").write_text("")
-    records = Records(tmp_path / "file")
+    records = HighScores(tmp_path / "file")
     assert add(records, "zen") == 1
     assert records.trouble.startswith("cannot ")
     assert len(records.best("zen")) == 1

@@ -12,12 +12,12 @@ from tetris.window.callouts import praise
 from tetris.window.figures import clock, figures_of
 from tetris.window.layout import Layout
 from tetris.window.settings import Settings
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
 AREA = pygame.Rect(0, 0, 1280, 720)
-STILL = Look.chosen(Settings(motion=False, language="en"))
-MOVING = Look.chosen(Settings(language="en"))
+STILL = ThemeChoice.chosen(Settings(motion=False, language="en"))
+MOVING = ThemeChoice.chosen(Settings(language="en"))
 
 
 def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
@@ -33,7 +33,7 @@ def cleared(board: str, piece: Piece) -> tuple[Game, list[Event], happened.Locke
     return game, events, lock
 
 
-def changed(look: Look, events: list[Event], game: Game, at_s: float) -> pygame.Mask:
+def changed(look: ThemeChoice, events: list[Event], game: Game, at_s: float) -> pygame.Mask:
     """Return which pixels differ from a picture in which nothing has happened."""
     pictures = []
     for shown in (events, []):
@@ -51,7 +51,7 @@ QUAD = "J.........\n" + "JJJJJJJJJ.\n" * 4
 
 
 @pytest.mark.parametrize("look", [STILL, MOVING], ids=["still", "moving"])
-def test_a_great_clear_is_seen_and_then_gone(look: Look) -> None:
+def test_a_great_clear_is_seen_and_then_gone(look: ThemeChoice) -> None:
     game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
     assert changed(look, events, game, 0.05).count() > 2000
     assert changed(look, events, game, 5.0).count() == 0
@@ -85,7 +85,7 @@ def test_a_lock_is_praised_greatest_first() -> None:
 
 
 def test_every_name_of_a_clear_is_in_the_language_file() -> None:
-    german = Look.chosen(Settings(language="de"))
+    german = ThemeChoice.chosen(Settings(language="de"))
     _, _, lock = cleared(QUAD, Piece("I", 7, 10, 1))
     assert praise(lock, german)[0][0] == "TETRIS"
     _, _, lock = cleared("J.........\nJJJJJJJJ..\nJJJJJJJJ..", Piece("O", 8, 10))

@@ -9,7 +9,7 @@ from tetris_window_player import FRAME_S, Player, open_app, opened
 
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
-from tetris.history.video import FilmError
+from tetris.history.video import VideoError
 from tetris.window import video_export
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
@@ -135,7 +135,7 @@ def test_a_film_that_cannot_be_made_is_a_sentence(
     player: Player, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object, **__: object) -> Iterator[float]:
-        raise FilmError("no library for films")
+        raise VideoError("no library for films")
         yield
 
     monkeypatch.setattr(video_export, "export", refuse)

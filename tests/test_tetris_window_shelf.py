@@ -11,7 +11,7 @@ from tetris.engine.modes import MODES
 from tetris.history.replay import Player
 from tetris.history.replay_file import load
 from tetris.window.game_session import Session
-from tetris.window.saves import Shelf
+from tetris.window.saves import Saves
 from tetris.window.settings import Settings
 
 
@@ -42,7 +42,7 @@ def replays(folder: Path) -> Sequence[Path]:
 
 def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
     slow, quick = played("sprint", action_s=0.2), played("sprint", action_s=0.1)
-    shelf = Shelf(tmp_path)
+    shelf = Saves(tmp_path)
     assert shelf.keep(slow).place == 1
     assert shelf.keep(quick).place == 1
     assert [entry.time_s for entry in shelf.best("sprint")] == [
@@ -50,17 +50,17 @@ def test_a_finished_sprint_has_a_place_and_a_replay(tmp_path: Path) -> None:
         slow.game.time_s,
     ]
     assert len(replays(tmp_path)) == 2
-    assert Shelf(tmp_path).best("sprint") == shelf.best("sprint")
+    assert Saves(tmp_path).best("sprint") == shelf.best("sprint")
     assert (tmp_path / "replays" / shelf.best("sprint")[0].replay).exists()
 
 
 def test_a_lost_sprint_has_no_place_but_a_replay(tmp_path: Path) -> None:
-    assert Shelf(tmp_path).keep(lost("sprint")).place is None
+    assert Saves(tmp_path).keep(lost("sprint")).place is None
     assert len(replays(tmp_path)) == 1
 
 
 def test_a_game_that_was_left_keeps_its_replay_if_it_had_begun_in_earnest(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+    shelf = Saves(tmp_path)
     shelf.keep(played("marathon", 9))
     assert replays(tmp_path) == []
     assert shelf.keep(played("marathon", 10)).place is None
@@ -68,7 +68,7 @@ def test_a_game_that_was_left_keeps_its_replay_if_it_had_begun_in_earnest(tmp_pa
 
 
 def test_zen_counts_when_it_is_left_because_it_has_no_other_end(tmp_path: Path) -> None:
-    assert Shelf(tmp_path).keep(played("zen", 30)).place == 1
+    assert Saves(tmp_path).keep(played("zen", 30)).place == 1
 
 
 def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Pat
         session.update(session.recorder.time_s + 0.5, [Action.HARD_DROP], commands=1)
     assert session.summary.pieces == session.game.pieces_placed
     assert session.summary.commands == session.game.pieces_placed
-    shelf = Shelf(tmp_path)
+    shelf = Saves(tmp_path)
     assert shelf.keep(session).place is None
     (path,) = replays(tmp_path)
     again = Player(load(path))
@@ -91,12 +91,12 @@ def test_a_game_that_was_taken_over_is_kept_but_counts_for_no_list(tmp_path: Pat
 def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_goes_on(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("no folder")
-    kept = Shelf(blocked).keep(lost())
+    kept = Saves(blocked).keep(lost())
     assert "cannot" in kept.notice
 
 
 def test_without_a_folder_nothing_is_kept() -> None:
-    shelf = Shelf(None)
+    shelf = Saves(None)
     assert shelf.keep(lost()).place is None
     assert shelf.best("marathon") == ()
     assert shelf.replays() == []
@@ -115,7 +115,7 @@ def test_the_players_settings_reach_the_rules_of_every_mode(name: str) -> None:
 def test_a_game_that_no_file_can_hold_is_a_sentence_and_has_its_place(tmp_path: Path) -> None:
     session = played("zen", pieces=10)
     session.recorder.update(500 * 3600.0)
-    kept = Shelf(tmp_path).keep(session)
+    kept = Saves(tmp_path).keep(session)
     assert "within 400 hours" in kept.notice
     assert kept.place == 1
     assert replays(tmp_path) == []

@@ -6,7 +6,7 @@ import pytest
 
 from controller.protocol.messages import Contact, Contacts
 from host.ui import pointer_input
-from host.ui.pointer_input import Mode, Pad, Touch
+from host.ui.pointer_input import DomeArea, Mode, PointerInput
 
 
 def positions(contacts: tuple[Contact, ...]) -> list[tuple[float, float]]:
@@ -18,7 +18,7 @@ def angle_of(contact: Contact) -> float:
 
 
 def test_left_button_holds_one_finger_where_the_pointer_is() -> None:
-    touch = Touch()
+    touch = PointerInput()
     assert touch.press(1.0, 3.0, now_s=0.0)
     assert touch.contacts(0.0) == (
         Contact(0, 1.0, 3.0, pointer_input.PRESS_DEPTH_MM, pointer_input.FINGER_RADIUS_MM),
@@ -30,13 +30,13 @@ def test_left_button_holds_one_finger_where_the_pointer_is() -> None:
 
 
 def test_press_beside_the_dome_touches_nothing() -> None:
-    touch = Touch()
+    touch = PointerInput()
     assert not touch.press(2.0, 6.0, now_s=0.0)
     assert touch.contacts(0.0) == ()
 
 
 def test_finger_slides_along_the_edge_and_never_leaves_the_dome() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=0.0)
     edge = 3.8 * pointer_input.EDGE
     for pointer, finger in (((9.0, 2.0), (2 + edge, 2.0)), ((2.0, -9.0), (2.0, 2 - edge))):
@@ -48,13 +48,13 @@ def test_finger_slides_along_the_edge_and_never_leaves_the_dome() -> None:
 def test_every_taxel_even_at_the_corners_is_pressed_and_not_twisted() -> None:
     for x in range(5):
         for y in range(5):
-            touch = Touch()
+            touch = PointerInput()
             touch.press(float(x), float(y), now_s=0.0)
             assert touch.mode is Mode.PRESS
 
 
 def test_pinch_closes_in_while_the_button_is_held() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=1.0, pinch=True)
     assert positions(touch.contacts(1.0)) == [(0.3, 2.0), (3.7, 2.0)]
     assert positions(touch.contacts(1.25)) == [(0.8, 2.0), (3.2, 2.0)]
@@ -63,7 +63,7 @@ def test_pinch_closes_in_while_the_button_is_held() -> None:
 
 
 def test_both_fingers_of_a_pinch_near_the_rim_stay_on_the_dome() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(4.0, 4.0, now_s=0.0, pinch=True)
     left, right = touch.contacts(0.0)
     assert touch.pad.on_dome(left.x, left.y)
@@ -71,7 +71,7 @@ def test_both_fingers_of_a_pinch_near_the_rim_stay_on_the_dome() -> None:
     assert right.x - left.x == pytest.approx(3.4)
 
 
-def mode_of_a_press(touch: Touch, now_s: float) -> Mode | None:
+def mode_of_a_press(touch: PointerInput, now_s: float) -> Mode | None:
     touch.press(2.0, 2.0, now_s)
     mode = touch.mode
     touch.release()
@@ -79,7 +79,7 @@ def mode_of_a_press(touch: Touch, now_s: float) -> Mode | None:
 
 
 def test_tap_of_the_two_finger_key_switches_the_left_button() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.hold_two(True)
     touch.hold_two(False)
     assert mode_of_a_press(touch, 0.0) is Mode.PINCH
@@ -90,7 +90,7 @@ def test_tap_of_the_two_finger_key_switches_the_left_button() -> None:
 
 
 def test_two_finger_key_held_for_one_touch_is_forgotten_after_it() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.hold_two(True)
     assert mode_of_a_press(touch, 0.0) is Mode.PINCH
     touch.hold_two(False)
@@ -99,7 +99,7 @@ def test_two_finger_key_held_for_one_touch_is_forgotten_after_it() -> None:
 
 @pytest.mark.parametrize("turn_deg", [-60, 60])
 def test_drag_round_the_rim_turns_the_whole_hand(turn_deg: int) -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(5.2, 2.0, now_s=0.0)
     assert touch.mode is Mode.TWIST
     before = touch.contacts(0.0)
@@ -114,7 +114,7 @@ def test_drag_round_the_rim_turns_the_whole_hand(turn_deg: int) -> None:
 
 
 def test_a_hand_comes_down_as_the_pointer_stands_and_does_not_jump_when_it_moves() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 5.2, now_s=0.0)  # a quarter turn from the right
     before = touch.contacts(0.0)
     assert positions(before)[0] == (3.8, 2.0)  # the thumb, which starts below: one quarter further
@@ -123,7 +123,7 @@ def test_a_hand_comes_down_as_the_pointer_stands_and_does_not_jump_when_it_moves
 
 
 def test_pointer_crossing_the_very_centre_does_not_spin_the_hand() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(5.2, 2.0, now_s=0.0)
     before = touch.contacts(0.0)
     touch.move(2.1, 2.2)
@@ -131,7 +131,7 @@ def test_pointer_crossing_the_very_centre_does_not_spin_the_hand() -> None:
 
 
 def test_fingers_of_a_touch_screen_pass_through_side_by_side() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.finger("thumb", 1.0, 2.0, down=True)
     touch.finger("index", 3.0, 2.0, down=True)
     touch.finger("thumb", 1.4, 2.0)
@@ -142,14 +142,14 @@ def test_fingers_of_a_touch_screen_pass_through_side_by_side() -> None:
 
 
 def test_finger_that_came_down_beside_the_dome_never_touches_it() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.finger(1, 2.0, 7.0, down=True)
     touch.finger(1, 2.0, 2.0)
     assert touch.contacts(0.0) == ()
 
 
 def test_no_more_fingers_than_a_packet_carries() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(5.2, 2.0, now_s=0.0)
     for number in range(30):
         touch.finger(number, 2.0, 2.0, down=True)
@@ -157,7 +157,7 @@ def test_no_more_fingers_than_a_packet_carries() -> None:
 
 
 def test_moves_are_sent_at_most_sixty_times_a_second() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=0.0)
     sent = 0
     for millisecond in range(1000):
@@ -167,14 +167,14 @@ def test_moves_are_sent_at_most_sixty_times_a_second() -> None:
 
 
 def test_resting_finger_is_repeated_ten_times_a_second() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=0.0)
     sent = [tick for tick in range(60) if touch.update(tick / 60)]
     assert sent == list(range(0, 60, 6))
 
 
 def test_lifting_is_sent_at_once_and_only_once() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=0.0)
     assert touch.update(0.0) == Contacts(touch.contacts(0.0))
     touch.release()
@@ -183,7 +183,7 @@ def test_lifting_is_sent_at_once_and_only_once() -> None:
 
 
 def test_losing_the_focus_lifts_everything() -> None:
-    touch = Touch()
+    touch = PointerInput()
     touch.press(2.0, 2.0, now_s=0.0)
     touch.finger(7, 1.0, 1.0, down=True)
     touch.update(0.0)
@@ -194,7 +194,7 @@ def test_losing_the_focus_lifts_everything() -> None:
 
 
 def test_pad_of_another_orb_has_its_own_rim() -> None:
-    pad = Pad(rows=4, columns=6, pitch_mm=8.0)
+    pad = DomeArea(rows=4, columns=6, pitch_mm=8.0)
     assert pad.centre == (2.5, 1.5)
     assert not pad.on_rim(5.0, 3.0)
     assert pad.on_rim(2.5, 3.9)

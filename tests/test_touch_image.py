@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.recognition.preprocess import Image
-from controller.recognition.touch_position import Spread, TouchImage
+from controller.recognition.touch_position import PositionSpread, TouchImage
 
 QUIET = np.ones((5, 5), dtype=np.float32)
 
@@ -135,7 +135,7 @@ def test_an_image_that_shows_nothing_is_all_noise() -> None:
 
 
 def test_a_place_is_off_by_its_floor_and_by_the_noise_of_its_image() -> None:
-    assert Spread(0.3, 2.0).sigma(0.2) == pytest.approx(0.5)
+    assert PositionSpread(0.3, 2.0).sigma(0.2) == pytest.approx(0.5)
 
 
 def test_only_the_latest_frames_of_a_long_touch_count() -> None:

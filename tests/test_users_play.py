@@ -13,14 +13,14 @@ from controller.__main__ import main
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
-from controller.capture.session_recorder import Tape
+from controller.capture.session_recorder import SessionRecorder
 from controller.cli.options import parser
-from controller.protocol.messages import Command, Message, Who
+from controller.protocol.messages import Command, Message, UserIdentified
 from controller.recognition.mapping import Mapping, Rule
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 from controller.runtime import assemble
 from controller.runtime.device import Device, steady
 from controller.sensors import base as sensors
@@ -217,7 +217,7 @@ def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -
     device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
     for _ in range(len(frames) - 1):
         device.advance(10.0)
-    who = [message for message in link.messages if isinstance(message, Who)]
+    who = [message for message in link.messages if isinstance(message, UserIdentified)]
     assert [one.user for one in who] == ["", "", "bob", "bob"]
     assert [one.confidence for one in who] == sorted(one.confidence for one in who)
     device.greet(100.0)
@@ -234,7 +234,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     for _ in frames:
         device.advance(10.0)
     assert any(isinstance(message, Command) for message in link.messages)
-    assert not any(isinstance(message, Who) for message in link.messages)
+    assert not any(isinstance(message, UserIdentified) for message in link.messages)
 
 
 def test_a_replay_says_who_touched_as_the_live_run_did(
@@ -243,18 +243,20 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     two = bundle.read(path)
     sensor = sensors.load("virtual", sensors.SensorOptions(10.0, seed=3))
     pipeline = Pipeline(two, Recognizer(two), two.mapping)
-    origin = Origin(
+    origin = Provenance(
         sensor.device_id, 5, 5, 10.0, 10.0, two.labels, two.hash, "onnxruntime", "test"
     )  # fmt: skip
     recording = tmp_path / "session.npz"
-    tape = Tape(lambda state: Recorder(recording, origin, state), pipeline, Labeller(two.labels))
+    tape = SessionRecorder(
+        lambda state: Recorder(recording, origin, state), pipeline, Labeller(two.labels)
+    )
     link = Told()
     script = show(two.labels, sensor.geometry, seed=3)
     device = Device(sensor, pipeline, link, steady(10.0), tape=tape, script=script)
     for _ in range(300):
         device.advance(10.0)
     device.close()
-    live = [message for message in link.messages if isinstance(message, Who)]
+    live = [message for message in link.messages if isinstance(message, UserIdentified)]
     assert len(live) > 3
     assert main(["--bundle", str(path), "--replay", str(recording)]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.recognition.user_id import Witness, believe, evidence, named, nothing
+from controller.recognition.user_id import UserIdentifier, believe, evidence, named, nothing
 from controller.recognition.users import Users
 
 TWO = Users(
@@ -17,7 +17,7 @@ ANN = np.array([0.2, 0.6, 0.2], dtype=np.float32)
 SOMEBODY = np.array([0.8, 0.1, 0.1], dtype=np.float32)
 
 
-def gesture(witness: Witness, people: np.ndarray, frames: int = 6) -> None:
+def gesture(witness: UserIdentifier, people: np.ndarray, frames: int = 6) -> None:
     """One gesture, and half a second of rest behind it."""
     for _ in range(frames):
         witness.step(people)
@@ -26,7 +26,7 @@ def gesture(witness: Witness, people: np.ndarray, frames: int = 6) -> None:
 
 
 def test_a_gesture_counts_when_it_ends_and_its_windows_count_as_one() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     for _ in range(6):
         witness.step(ANN)
         assert witness.confidence == pytest.approx(1 / 3)
@@ -36,7 +36,7 @@ def test_a_gesture_counts_when_it_ends_and_its_windows_count_as_one() -> None:
 
 
 def test_what_turns_out_to_be_no_gesture_says_nothing() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     for _ in range(6):
         witness.step(ANN, counts=False)
     witness.step(None)
@@ -48,7 +48,7 @@ def test_what_turns_out_to_be_no_gesture_says_nothing() -> None:
 
 
 def test_successive_gestures_name_somebody() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     confidences = []
     for _ in range(4):
         gesture(witness, ANN)
@@ -65,7 +65,7 @@ def test_who_was_named_stays_named_while_nobody_else_is_more_probable() -> None:
 
 
 def test_somebody_else_is_believed_after_some_gestures() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     for _ in range(50):
         gesture(witness, ANN)
     others = 0
@@ -79,7 +79,7 @@ def test_somebody_else_is_believed_after_some_gestures() -> None:
 
 
 def test_who_is_gone_for_long_is_forgotten() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     for _ in range(5):
         gesture(witness, ANN)
     for _ in range(44):
@@ -108,7 +108,7 @@ def test_a_temperature_makes_evidence_weaker() -> None:
 def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
     frames: list[np.ndarray | None], cut: int
 ) -> None:
-    whole, first, second = (Witness(TWO, 2.0) for _ in range(3))
+    whole, first, second = (UserIdentifier(TWO, 2.0) for _ in range(3))
     for frame in frames:
         whole.step(frame)
     for frame in frames[:cut]:
@@ -123,7 +123,7 @@ def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(
 
 
 def test_a_damaged_state_is_refused() -> None:
-    witness = Witness(TWO, 10.0)
+    witness = UserIdentifier(TWO, 10.0)
     for key, value in (
         ("belief", np.nan),
         ("belief", -1.0),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from reference import spice, waveforms
 
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.controls import Controls
 from controller.sensors.hardware.converters import find
 from controller.sensors.hardware.emulated.adc import FakeChip
 from controller.sensors.hardware.emulated.pins import CircuitFactory
@@ -98,5 +98,5 @@ def board(wiring: Wiring, held: Array, rng: np.random.Generator, noise_lsb: floa
     buses: Any = (Bus(),)
     return Board(
         wiring, GpioPins(factory, pins), find(wiring.converter.type), buses,
-        Knobs(factory, wiring), circuit.advance, lambda: circuit.now_s,
+        Controls(factory, wiring), circuit.advance, lambda: circuit.now_s,
     )  # fmt: skip

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import find
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.inversion import Inversion
 from controller.sensors.hardware.wiring import (
     SCHEMES,
@@ -85,7 +85,7 @@ class _Idle:
 
 def scan_ms(wiring: Wiring) -> float:
     """Return how long a scan takes on the emulated board."""
-    bench = Bench(wiring, seed=1)
+    bench = EmulatedBoard(wiring, seed=1)
     driver = Driver(bench.board)
     driver.frame()
     began = bench.circuit.now_s
