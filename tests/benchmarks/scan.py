@@ -11,11 +11,9 @@ Errors are the driver's against sixty orbs of ngspice, noise is that of one coun
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -35,10 +33,8 @@ from controller.sensors.hardware.wiring import (
     Times,
     Wiring,
 )
-
-sys.path.insert(0, str(Path(__file__).parent.parent))  # tests import each other by bare names
-from reference import waveforms
-from waveform_board import board as recorded_board
+from tests.reference import waveforms
+from tests.support.waveform_board import board as recorded_board
 
 Array = NDArray[np.float64]
 
