@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from models.cli import _options as options
-from models.data.defaults import STEPS
+from models.data.recipe import STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (

@@ -24,16 +24,15 @@ from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import refuse_test_seed
 from models.data.load import Choice, Data
-from models.data.recipe import DEFAULT, Course, Recipe
-from models.data.splits import Fold
-from models.data.training_split import Parts
+from models.data.recipe import DEFAULT, NetworkRecipe, Recipe
+from models.data.splits import Fold, Parts
 from models.evaluation import scores
 from models.studies import fold_statistics as folds
 from models.studies import trajectory_baseline
 from models.studies.fold_statistics import Crossed, Rowed
 from models.training import checkpoint
+from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures
 
 Say = Callable[[str], None]
 
@@ -95,7 +94,7 @@ class _Work:
     recipe: Recipe
     group: NDArray[np.int64]
     symmetry: Symmetry
-    course: Course
+    course: NetworkRecipe
     rows: dict[str, NDArray[np.float32]]  # what each plain model sees
     choose: bool
     seed: int
@@ -161,7 +160,7 @@ def _count(request: Request, group: NDArray[np.int64], data: Data) -> int:
     return request.folds
 
 
-def _course(course: Course, steps: int, *, sound: bool) -> Course:
+def _course(course: NetworkRecipe, steps: int, *, sound: bool) -> NetworkRecipe:
     """Return how a fold's network is trained: as always, but nothing held out ends it."""
     plain = replace(course, keep_best=False, patience=0.0)
     if sound:
@@ -201,7 +200,7 @@ def _sentence(data: Data, listed: Rowed) -> str:
     )
 
 
-def _claim(request: Request, data: Data, course: Course) -> Path:
+def _claim(request: Request, data: Data, course: NetworkRecipe) -> Path:
     """Return the folder of parts that are done: of this cross-validation, or new.
 
     Raises:
@@ -226,10 +225,10 @@ def _done(
     begun = time.process_time()
     distance, hot, words["chosen"] = work.course.augmentation.shifted, 1.0, ""
     if work.choose:
-        inner = folds.within(fold, examples.ends, examples.window, work.group)
+        inner = splits.within(fold, examples.ends, examples.window, work.group)
         distance, hot, words["chosen"] = _choose(folder, number, inner, work, say)
-    lesson = _learned(folder, f"fold-{number}-last", fold, work, _shifting(work.course, distance))
-    logits, _ = lesson.logits("check")
+    task = _learned(folder, f"fold-{number}-last", fold, work, _shifting(work.course, distance))
+    logits, _ = task.answers(examples.ends[fold.test])
     arrays["ours"] = scores.softmax(logits.cpu().numpy(), hot).astype(np.float32)
     words["cpu_s"] = {"ours": time.process_time() - begun}
     label, classes = examples.label[examples.ends], len(work.data.vocabulary.labels)
@@ -282,8 +281,9 @@ def _choose(
     tried = {}
     for distance in distances:
         course = _shifting(brief, distance)
-        lesson = _learned(folder, f"fold-{number}-by-{distance}", inner, work, course)
-        logits, label = (one.cpu().numpy() for one in lesson.logits("check"))
+        task = _learned(folder, f"fold-{number}-by-{distance}", inner, work, course)
+        answers = task.answers(work.data.examples.ends[inner.test])
+        logits, label = (one.cpu().numpy() for one in answers)
         hot = scores.temperature(logits, label)
         own = scores.softmax(logits, hot)[np.arange(len(label)), label]
         tried[distance] = float(-np.log(np.maximum(own, 1e-12)).mean()), hot
@@ -294,20 +294,21 @@ def _choose(
     return best, hot, f"({shifted}temperature {hot:.2f})"
 
 
-def _shifting(course: Course, distance: int) -> Course:
+def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
     return replace(course, augmentation=replace(course.augmentation, shifted=distance))
 
 
-def _learned(folder: Path, name: str, fold: Fold, work: _Work, course: Course) -> Gestures:
-    """Return a lesson whose network has learned a fold's training part."""
+def _learned(
+    folder: Path, name: str, fold: Fold, work: _Work, course: NetworkRecipe
+) -> GestureTask:
+    """Return a task whose network has learned a fold's training part."""
     torch.manual_seed(work.seed)
     # Nothing is watched while it learns: what is judged is judged once, afterwards.
     parts = Parts(fold.train, NONE, NONE)
     classes = len(work.data.vocabulary.labels)
-    lesson = Gestures(work.data.examples, parts, classes, work.symmetry, course, work.device)
-    fit(lesson, course, work.seed, folder / f"{name}.npz", lambda epochs, share: None)
-    lesson.ends["check"] = work.data.examples.ends[fold.test]
-    return lesson
+    task = GestureTask(work.data.examples, parts, classes, work.symmetry, course, work.device)
+    fit(task, work.seed, folder / f"{name}.npz")
+    return task
 
 
 def _right(answers: NDArray[np.floating], fold: Fold, data: Data) -> float:

@@ -1,9 +1,9 @@
 """Cross-validation by whole people or sessions: who is judged when, and what came of it.
 
 Everybody is judged once, by a model that learned from others only. What a training may choose (how
-far to shift, how hot its probabilities are) it chooses within its own fold: `within` holds some of
-the people whom it learns from out again. Models are compared on the same windows, so the interval
-of a difference is over people who were judged by both.
+far to shift, how hot its probabilities are) it chooses within its own fold: `splits.within` holds
+some of the people whom it learns from out again. Models are compared on the same windows, so the
+interval of a difference is over people who were judged by both.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models import json_values
-from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.results.figure import Figure
@@ -22,37 +21,9 @@ from models.results.figure import Figure
 BY: Final = ("user", "session")
 # How much of a window something touches: what it is judged by beside people and sessions.
 TOUCHED: Final = ("none", "less than half", "half or more", "all")
-INNER: Final = 1 / 6  # of those whom a fold learns from, held out again to choose on
 
 Index = NDArray[np.int64]
 Rows = NDArray[np.floating]
-
-
-def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
-    """Return a fold of what a fold learns from: its test part is there to choose on.
-
-    Args:
-        fold: Of `splits.by_group`.
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Person or session of each frame.
-
-    Raises:
-        ValueError: It learns from fewer than two people.
-    """
-    of = group[ends[fold.train]]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError(
-            "a fold that learns from one person has nobody to choose on; record another, or ask "
-            "for more folds"
-        )
-    count = max(1, round(INNER * len(names)))
-    places = ((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)
-    held = np.isin(of, names[places])
-    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
-    splits.check(inner, ends, window)
-    return inner
 
 
 @dataclass(frozen=True, slots=True, eq=False)

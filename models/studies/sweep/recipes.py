@@ -7,13 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, TypeVar
 
-from models.data.recipe import RECIPES, Course, Recipe
+from models.data.recipe import (
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.studies.sweep import kinds
 from models.studies.sweep.plan import nearest
 from models.studies.sweep.settings import KINDS, NETWORKS, PEOPLE
-from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
 
-_Made = TypeVar("_Made", Recipe, Course, Mood)
+_Made = TypeVar("_Made", Recipe, NetworkRecipe, UserAugmentation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +34,8 @@ class Asked:
     """
 
     recipe: Recipe
-    user: Course
-    mood: Mood
+    user: NetworkRecipe
+    mood: UserAugmentation
 
 
 def asked(train: Mapping[str, Any]) -> Asked:
@@ -41,8 +48,8 @@ def asked(train: Mapping[str, Any]) -> Asked:
         parts[part][field] = own.pop(key)
     recipe = changed(RECIPES[name], own)
     if name == "paper":
-        return Asked(recipe, recipe.gesture, STEADY)
-    return Asked(recipe, changed(COURSE, parts["user"]), changed(MOOD, parts["mood"]))
+        return Asked(recipe, recipe.gesture, UNVARIED_USER)
+    return Asked(recipe, changed(USER, parts["user"]), changed(VARIED_USER, parts["mood"]))
 
 
 def allow(recipe: str, key: str, value: Any) -> Any:
@@ -51,7 +58,11 @@ def allow(recipe: str, key: str, value: Any) -> Any:
     Raises:
         ValueError: There is no such setting, or the value is of another kind.
     """
-    known = {**settings(RECIPES[recipe]), **settings(COURSE, "user."), **settings(MOOD, "mood.")}
+    known = {
+        **settings(RECIPES[recipe]),
+        **settings(USER, "user."),
+        **settings(VARIED_USER, "mood."),
+    }
     if recipe == "paper" and key.partition(".")[0] in PEOPLE:
         raise ValueError("the paper learned people as it did gestures; say gesture.epochs and such")
     if key not in known:

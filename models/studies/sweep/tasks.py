@@ -12,18 +12,18 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from models.data import touch_images, training_split
+from models.data import splits, touch_images
 from models.data.load import Data
-from models.data.training_split import Split
+from models.data.splits import Split
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
 from models.studies.sweep.recipes import Asked
-from models.studies.users import learn as learn_people
-from models.training import train_networks, user_task
-from models.training.networks import GestureNet
-from models.training.tasks import AT_ONCE
-from models.training.user_data import Crowd
-from models.training.user_windows import Touched
+from models.training import user_task
+from models.training.gesture_task import train_gestures
+from models.training.location_task import train_locations
+from models.training.loop import AT_ONCE, TrainingJob
+from models.training.networks import Network
+from models.training.user_task import UserGestures
 
 # A GPU adds up in another order, and so does each kind of it: results would hang on the place.
 DEVICE: Final = torch.device("cpu")
@@ -38,10 +38,8 @@ def _gestures(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         As `Task` says, with "frames" and "events" of each session, each [right, all]; and
         "confusion": events, true class by named class.
     """
-    split = training_split.split(taught, "", seed)
-    found, net = train_networks.gestures(
-        train_networks.Work(taught, split, asked.recipe, seed, DEVICE, None)
-    )
+    split = splits.hold_out(taught, "", seed)
+    found, net = train_gestures(TrainingJob(taught, split, asked.recipe, seed, DEVICE, None))
     examples, classes = unseen.examples, len(unseen.vocabulary.labels)
     held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
     for number in np.unique(examples.session[examples.ends]):
@@ -72,14 +70,12 @@ def _places(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         As `Task` says, with "error" of each session: [sum, touches], means over the axes, grid
         units.
     """
-    recipe, split = asked.recipe, training_split.split(taught, "", seed)
+    recipe, split = asked.recipe, splits.hold_out(taught, "", seed)
     found = touch_images.find(taught.examples, recipe.averaged, seed)
     judged = touch_images.find(unseen.examples, recipe.averaged, seed)
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording knows where a touch is; sweep task = "gesture" instead')
-    learned, net = train_networks.places(
-        train_networks.Work(taught, split, recipe, seed, DEVICE, None), found
-    )
+    learned, net = train_locations(TrainingJob(taught, split, recipe, seed, DEVICE, None), found)
     with torch.no_grad():
         off = net(torch.from_numpy(judged.images[judged.last])).numpy()
     each = np.abs(off - judged.place[judged.last]).mean(axis=1)
@@ -107,24 +103,21 @@ def _people(taught: Data, unseen: Data, asked: Asked, seed: int) -> Result:
         As `Task` says, with "frames" (windows of gestures) and "events" (gestures) of each session,
         each [right, all].
     """
+    labels = range(1, len(taught.vocabulary.labels))
+    names = np.unique(taught.user[np.unique(taught.examples.session)])
     own, new = (
-        Touched.of(data.examples, range(1, len(data.vocabulary.labels)))
+        UserGestures.of(data.examples, labels, 1 + np.searchsorted(names, data.user))
         for data in (taught, unseen)
     )
     if not len(own.label) or not len(new.label):
         raise ValueError("no recording has a gesture; nobody can be told apart by it")
-    names = np.unique(taught.user[own.session])
-    who, whose = (
-        1 + np.searchsorted(names, data.user[of.session])
-        for data, of in ((taught, own), (unseen, new))
+    out = user_task.random_windows(len(own.ends), seed)
+    net, random = user_task.train_users(
+        own, 1 + len(names), seed, recipe=asked.user, augmentation=asked.mood, random=out
     )
-    out = user_task.drawn(len(own.ends), seed)
-    crowd = Crowd(own, who, np.zeros_like(who))
-    net, random = learn_people(
-        crowd, 1 + len(names), seed, mood=asked.mood, course=asked.user, random=out
-    )
-    named = 1 + user_task.said(net, new)[:, 1:].argmax(axis=1) == whose
-    windows = 1 + user_task.ask(net, new, new.ends)[:, 1:].argmax(axis=1) == whose[new.event]
+    named = 1 + user_task.gesture_evidence(net, new)[:, 1:].argmax(axis=1) == new.user
+    answers = user_task.probabilities(net, new, new.ends)
+    windows = 1 + answers[:, 1:].argmax(axis=1) == new.user[new.event]
     held = []
     for number in np.unique(new.session):
         events = new.session == number
@@ -195,7 +188,7 @@ def _whose(data: Data, number: int) -> dict[str, str]:
     }
 
 
-def _answers(net: GestureNet, windows: NDArray[np.float32]) -> NDArray[np.float32]:
+def _answers(net: Network, windows: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return logits, (windows, classes)."""
     with torch.no_grad():
         parts = [
