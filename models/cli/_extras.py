@@ -1,4 +1,4 @@
-"""Check for the optional packages of training: the [train] extra, asked for by name."""
+"""Check for the optional packages of training: the [train] extra."""
 
 from importlib.util import find_spec
 from typing import Final

@@ -3,10 +3,12 @@
 import argparse
 import os
 import shlex
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from models.cli import _options as options
+from models.training.request import Request
 
 SUMMARY: Final = "make a bundle from recordings"
 DESCRIPTION: Final = (
@@ -19,112 +21,27 @@ EXAMPLE: Final = (
     "data --out my.orb --epochs 8"
 )
 
-# Options that the training takes as they are; the first ones are told in the bundle's card first.
-_OPTIONS: Final = (
-    "task", "recipe", "labels", "split", "base", "seed", "epochs", "window",
-    "bare", "advised", "auxiliary", "others", "gestures", "mapping", "out",
-)  # fmt: skip
-_SHOWN: Final = _OPTIONS[:8]
-
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
-    add("data", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
-    add(
-        "--task",
-        choices=("gesture", "location", "both", "user"),
-        default="",
-        help="what to train (default: gestures, and places where the recordings know them); user: "
-        "who touches, from recordings of several people on several days (docs/users.md)",
-    )
-    add(
-        "--recipe",
-        choices=("default", "paper"),
-        default="default",
-        help="the best we know, or the paper's section 4.2 to the letter (default: default)",
-    )
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels to learn from (default: auto: the first of these that names a gesture)",
-    )
-    options.take_all(parser)
-    add(
-        "--split",
-        default="",
-        metavar="BY",
-        help="hold out sessions, users, the ends of sessions, or places (all touches nearest to "
-        "some taxels): session, user, time, site (default: session, or time where there are fewer "
-        "than four)",
-    )
-    add(
-        "--with",
-        dest="base",
-        type=Path,
-        metavar="BUNDLE",
-        help="takes the network that is not trained from here (default: the one that ships)",
-    )
-    add(
-        "--auxiliary",
-        type=Path,
-        nargs="+",
-        default=[],
-        metavar="DIR",
-        help="with --task gesture: recordings with more gestures, which are learned beside the "
-        "others and are no answers in the end, so that a new gesture is taught from fewer examples",
-    )
-    add(
-        "--others",
-        type=Path,
-        nargs="+",
-        default=[],
-        metavar="DIR",
-        help="with --task user: recordings of people who shall be taken for nobody",
-    )
-    add(
-        "--gestures",
-        default="",
-        metavar="LABELS",
-        help="with --task user: which gestures tell, such as twist_cw,twist_ccw (default: all)",
-    )
-    add(
-        "--mapping",
-        type=Path,
-        metavar="FILE",
-        help="with --task user: what gestures mean for single people, its tables [users.NAME] "
-        "(docs/users.md); the bundle keeps them",
-    )
-    add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
-    add(
-        "--epochs",
-        type=options.count,
-        default=0,
-        metavar="N",
-        help="passes of CNN-3D over the examples, of CNN-2D four times as many (default: the "
-        "recipe's)",
-    )
-    add(
-        "--window",
-        type=options.whole(2, 250),
-        default=0,
-        metavar="N",
-        help="images in a window (default: those of one second)",
-    )
-    add(
-        "--bare",
-        action="store_true",
-        help="leave out of the bundle what comparing speeds does not need: places, and weights "
-        "beside those in the ONNX file",
-    )
-    add(
-        "--no-advice",
-        dest="advised",
-        action="store_false",
-        help="do not measure how much more examples would help",
-    )
+    for field in fields(Request):
+        if field.metadata:
+            how = dict(field.metadata)
+            flag, limits = how.pop("flag", field.name), how.pop("range", None)
+            if isinstance(field.default, bool):
+                how["action"] = "store_false" if field.default else "store_true"
+            elif limits:
+                how["type"] = options.whole(*limits)
+            elif field.name in ("auxiliary", "others"):
+                how |= {"type": Path, "nargs": "+"}
+            elif field.default is None:
+                how["type"] = Path
+            elif field.name == "gestures":
+                how["type"] = _labels
+            add(f"--{flag}", dest=field.name, default=field.default, **how)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -137,19 +54,16 @@ def run(arguments: argparse.Namespace) -> int:
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     from models.reports import training_card, users_page
     from models.results.training import Training
-    from models.training.request import Request
     from models.training.train import train
 
-    _check(arguments)
-    given = {name: value for name, value in vars(arguments).items() if name in _OPTIONS}
-    for name in ("auxiliary", "others"):
+    given: dict[str, Any] = {
+        field.name: getattr(arguments, field.name, "") for field in fields(Request)
+    }
+    for name in ("paths", "auxiliary", "others"):
         given[name] = tuple(given[name])
-    gestures = tuple(word for word in given.pop("gestures").split(",") if word)
-    request = Request(
-        paths=tuple(arguments.data), every=arguments.all, gestures=gestures,
-        command=_command(arguments), **given,
-    )  # fmt: skip
-    result = train(request, options.say)
+    request = Request(**given)
+    _check(request)
+    result = train(replace(request, command=_command(request)), options.say)
     if isinstance(result, Training):
         print("\n".join(training_card.headline(result)).strip())
         print("\n".join(f"- {line}" for line in result.advice))
@@ -162,33 +76,42 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _check(arguments: argparse.Namespace) -> None:
+def _labels(text: str) -> tuple[str, ...]:
+    return tuple(word for word in text.split(",") if word)
+
+
+def _check(request: Request) -> None:
     """Refuse options of another task.
 
     Raises:
         ValueError: There is one.
     """
-    if arguments.task != "user":
-        if arguments.others or arguments.gestures or arguments.mapping:
+    if request.task != "user":
+        if request.others or request.gestures or request.mapping:
             raise ValueError("--others, --gestures and --mapping are for people; add --task user")
         return
     for name in ("bare", "window", "auxiliary"):
-        if getattr(arguments, name):
+        if getattr(request, name):
             raise ValueError(f"--{name} is not for people; leave it out")
-    if arguments.recipe != "default":
+    if request.recipe != "default":
         raise ValueError("there is one recipe for people; leave --recipe out")
 
 
-def _command(arguments: argparse.Namespace) -> str:
+def _command(request: Request) -> str:
     """Return the command line without defaults: the same for the same bundle."""
-    words = ["models", "train", *map(str, arguments.data)]
-    for name in (*_SHOWN, "all", "bare", "gestures", "auxiliary", "mapping", "others"):
-        value = getattr(arguments, name)
-        if value in ("", 0, None, "default", "auto", False, []):
+    words = ["models", "train", *map(str, request.paths)]
+    for field in fields(Request):
+        value = getattr(request, field.name)
+        if not field.metadata or value == field.default or field.name == "advised":
             continue
-        several = value if isinstance(value, list) else [] if value is True else [value]
-        words += [f"--{'with' if name == 'base' else name}", *map(str, several)]
-    return shlex.join([*words, "--out", arguments.out.name])
+        words.append(f"--{field.metadata.get('flag', field.name)}")
+        if field.name == "gestures":
+            words.append(",".join(value))
+        elif isinstance(value, tuple):
+            words += map(str, value)
+        elif value is not True:
+            words.append(str(value))
+    return shlex.join([*words, "--out", request.out.name])
 
 
 def resumes(arguments: argparse.Namespace) -> bool:

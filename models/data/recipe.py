@@ -15,8 +15,9 @@ class Augmentation:
 
     Attributes:
         turned: Share of examples that are turned by quarters, as far as their gestures declare.
-        mirrored: Share of examples that are mirrored, likewise.
-        shifted: Greatest distance that windows are shifted in each direction, taxels, likewise.
+        mirrored: Share of examples that are mirrored, as far as their gestures declare.
+        shifted: Greatest distance that windows are shifted in each direction, taxels, as
+            far as their gestures declare.
         gain: Deviation of the signal's strength, relative.
         offset: Deviation of a constant error of each taxel (rest that is not quite true).
         noise: Deviation of white noise of each reading.
@@ -56,7 +57,7 @@ UNTOUCHED: Final = Augmentation(
 class UserAugmentation:
     """How much an example of the user network is varied; deviations of normal distributions.
 
-    Symmetries are left out: which hand somebody uses, and from where it comes, identifies the
+    Symmetries are left out: which hand a user has, and from where it comes, identifies the
     user. What differs from day to day in one user is varied instead, so that the network cannot
     learn one day's values by heart.
 
@@ -148,8 +149,8 @@ class NetworkRecipe:
     def of_people(self, count: int) -> "NetworkRecipe":
         """Return the recipe for recordings of so many people.
 
-        Of one person nothing tells how others' hands come, so every example is turned: others'
-        gestures are recognised better then, and on a noisy orb that person's own as well.
+        One person's recordings do not show from where others' hands come, so every example is
+        turned: others' gestures are recognised better then, and on a noisy orb one's own as well.
         """
         varied = self.augmentation
         if count > 1 or not varied.symmetric:
@@ -168,7 +169,7 @@ class Recipe:
         averaged: CNN-2D sees the image of a touch so far
             (controller/recognition/touch_position.py), not each frame's.
         repair: Labels that people gave are moved to where the touch was.
-        truth: The truth is learned from where it is known; else what the label button said.
+        truth: The truth is learned from where it is known; else the label button's.
         scaled: Probabilities are calibrated on held-out sessions.
         tracked: Rest is followed while nothing touches; else it is the first ten seconds' mean.
     """
@@ -197,16 +198,14 @@ class Recipe:
             f"rest: {rest}",
             f"labels of people: {'moved to the touch' if self.repair else 'as they were given'}",
         ]
-        asked = (("CNN-3D", self.gesture, gesture), ("CNN-2D", self.location, location))
-        for name, course in ((name, course) for name, course, wanted in asked if wanted):
-            much = f"{course.epochs} epochs" if course.epochs else f"{course.steps} steps"
-            how = "Nesterov" if course.nesterov else "Adam"
-            varied = "no augmentation" if course.augmentation == UNTOUCHED else "augmented"
-            maps, dense = (
-                "/".join(map(str, widths)) for widths in (course.channels, course.hidden)
-            )
+        networks = (("CNN-3D", self.gesture, gesture), ("CNN-2D", self.location, location))
+        for name, own in ((name, own) for name, own, wanted in networks if wanted):
+            much = f"{own.epochs} epochs" if own.epochs else f"{own.steps} steps"
+            how = "Nesterov" if own.nesterov else "Adam"
+            varied = "no augmentation" if own.augmentation == UNTOUCHED else "augmented"
+            maps, dense = ("/".join(map(str, widths)) for widths in (own.channels, own.hidden))
             lines.append(
-                f"{name}: {maps} maps, {dense} dense, {how}, {much} of batches of {course.batch}, "
+                f"{name}: {maps} maps, {dense} dense, {how}, {much} of batches of {own.batch}, "
                 f"{varied}"
             )
         return lines

@@ -240,9 +240,9 @@ def hold_out(data: Data, by: str, seed: int) -> Split:
         tested = held[examples.session[examples.ends]]
         fold = _fold(chosen, examples.ends, examples.window, ~tested, tested)
         paths = [Path(row.path) for row, out in zip(data.rows, held, strict=True) if out]
-        whose = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
+        listed = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
         more = ", ..." if len(paths) > 4 else ""
-        words = f"{len(taken)} of {len(names)} {chosen}s held out: {whose}{more}"
+        words = f"{len(taken)} of {len(names)} {chosen}s held out: {listed}{more}"
     return Split(words, held, _parts(fold.train, fold.test, seed))
 
 
@@ -265,7 +265,9 @@ def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -
         inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
         learned, held, words = inside == 0, inside == frames, ""
         if not (learned.any() and held.any()):
-            held = _last(examples.session[found.frame], found.touch, count)
+            recording = np.zeros(count, dtype=np.int64)
+            recording[found.touch] = examples.session[found.frame]
+            held = last_events(recording)
             learned = ~held
             words = (
                 f"places are known in too few sessions to hold one out: of each, the last "
@@ -276,7 +278,9 @@ def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -
 
 
 def last_events(recording: Index) -> Mask:
-    """Return which events are among the last of their recording, (events,).
+    """Return which events are in the last block of their recording, (events,).
+
+    The only event of a recording is not.
 
     Args:
         recording: Recording of each event, (events,).
@@ -284,7 +288,8 @@ def last_events(recording: Index) -> Mask:
     held = np.zeros(len(recording), dtype=np.bool_)
     for number in np.unique(recording):
         events = np.flatnonzero(recording == number)
-        held[events[-max(1, len(events) // BLOCKS) :]] = True
+        if len(events) > 1:
+            held[events[-max(1, len(events) // BLOCKS) :]] = True
     return held
 
 
@@ -314,17 +319,6 @@ def _sites(found: Touches, count: int) -> tuple[Mask, str]:
         f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
         f"{listed}"
     )
-
-
-def _last(session: NDArray[np.integer], touch: Index, count: int) -> Mask:
-    """Return which touches are among the last of their session, (touches,)."""
-    held = np.zeros(count, dtype=np.bool_)
-    for name in np.unique(session):
-        own = np.unique(touch[session == name])
-        held[own[len(own) - int(SHARE * len(own)) :]] = True
-    if not held.any() and count > 1:  # a few touches of each: of all together, then
-        held[count - max(1, int(SHARE * count)) :] = True
-    return held
 
 
 def _spread(names: Index, count: int) -> Index:

@@ -22,8 +22,8 @@ from controller.recordings.recording import software
 from models import user_files
 from models.data import load, splits
 from models.data.augment import Symmetry
-from models.data.examples import refuse_test_seed
-from models.data.load import Choice, Data
+from models.data.examples import Choice, refuse_test_seed
+from models.data.load import Data
 from models.data.recipe import DEFAULT, NetworkRecipe, Recipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores

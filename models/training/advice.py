@@ -64,18 +64,18 @@ def advise(result: Training, job: TrainingJob, *, measured: bool, say: Say) -> T
     if measured and held.sum():
         say("measuring how much more examples would help")
         rows = _with_curves(rows, job)
-    table, asks = result.gesture.answered, job.data.vocabulary.table
+    table, commands = result.gesture.answered, job.data.vocabulary.table
     wrong = missed_gestures.failing(table)
     rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
     for i in wrong:  # what is named rightly may not be answered all the same
         little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
-        said = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
-        rows[i] = replace(rows[i], advice=said)
+        words = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
+        rows[i] = replace(rows[i], advice=words)
     lines = [
         *(rows[i].advice for i in wrong),
         *(row.advice for i, row in enumerate(rows) if row.more and i not in wrong),
         *confused(result.labels, result.gesture.event_confusion),
-        *safest(result.labels, table or result.gesture.event_confusion, asks),
+        *safest(result.labels, table or result.gesture.event_confusion, commands),
     ]
     if not lines:
         lines = [ENOUGH]
@@ -124,9 +124,9 @@ def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]
 
 
 def safest(
-    labels: Sequence[str], table: Sequence[Sequence[int]], asks: Mapping[str, object]
+    labels: Sequence[str], table: Sequence[Sequence[int]], commands: Mapping[str, object]
 ) -> list[str]:
-    """Return the advice to give what cannot be taken back to the most reliable gesture.
+    """Return the advice to map irrevocable commands to the most reliable gesture.
 
     A gesture is as reliable as the worse of two: how many of its events are recognised, and how
     many of the events that are taken for it are it.
@@ -134,7 +134,7 @@ def safest(
     Args:
         labels: "null" first.
         table: Events: true class by answered, or named, class.
-        asks: What each gesture asks for.
+        commands: Command of each gesture.
     """
     matrix = np.array(table)
     sure = {
@@ -148,7 +148,7 @@ def safest(
     return [
         f"{command} cannot be taken back: give it to {best} ({sure[best]:.1%} sure) rather than "
         f"to {label} ({sure[label]:.1%})"
-        for label, command in asks.items()
+        for label, command in commands.items()
         if command in RISKY and label in sure and sure[best] - sure[label] > SAFER
     ]
 
@@ -229,11 +229,7 @@ def _errors(job: TrainingJob, share: float) -> list[float]:
 def _some(job: TrainingJob, share: float) -> NDArray[np.int64]:
     """Return the windows of some examples: each gesture is in or out as a whole."""
     examples, train = job.data.examples, job.split.windows.train
-    ends = examples.ends[train]
-    label = examples.label[ends]
-    begins = np.ones(len(ends), dtype=np.bool_)
-    begins[1:] = (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
-    run = np.cumsum(begins) - 1
+    run = np.cumsum(examples.begins(examples.ends[train])) - 1
     rank = np.random.default_rng((job.seed, 6)).permutation(int(run[-1]) + 1)
     return np.asarray(train[rank[run] < share * len(rank)])
 

@@ -1,10 +1,10 @@
-"""The other half: a bundle that lends the network that is not trained, and its mapping."""
+"""Base bundle: source of the network that is not trained, and of its mapping."""
 
-import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from controller import files
+from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.mapping import NONE
@@ -43,39 +43,30 @@ def choose(
     return None
 
 
-def mapping(vocabulary: Vocabulary, lender: Bundle | None, *, located: bool) -> dict[str, Any]:
-    """Return what each gesture asks for: as the vocabulary says, else as the lender does.
+def mapping(vocabulary: Vocabulary, lent: dict[str, Any], *, located: bool) -> dict[str, Any]:
+    """Return the mapping of a new bundle: as the vocabulary has it, else as the base has it.
 
-    Where nothing tells a touch's place, gestures that ask for something by their place do
-    nothing, on purpose.
+    If the bundle does not locate touches, gestures whose command depends on the place do nothing.
+
+    Args:
+        vocabulary: The gestures.
+        lent: Mapping of the base; {} if there is none.
+        located: The bundle locates touches.
     """
-    lent = table_of(lender) if lender is not None else {}
     table = {label: lent[label] for label in vocabulary.labels if label in lent}
     table |= vocabulary.table
     if located:
         return table
     return {
-        label: NONE if isinstance(asks, list) and len(asks) > 1 else asks
-        for label, asks in table.items()
+        label: NONE if isinstance(rules, list) and len(rules) > 1 else rules
+        for label, rules in table.items()
     }
 
 
-def table_of(lender: Bundle) -> dict[str, Any]:
-    """Return a bundle's mapping as its TOML has it."""
-    table: dict[str, Any] = {}
-    for label, rules in lender.mapping.rules.items():
-        if len(rules) == 1 and rules[0].everywhere:
-            table[label] = rules[0].command
-        else:
-            table[label] = [
-                {
-                    key: value
-                    for key, value in asdict(rule).items()
-                    if isinstance(value, str) or math.isfinite(value)
-                }
-                for rule in rules
-            ]
-    return table
+def mapping_of(base: Path | None) -> dict[str, Any]:
+    """Return a bundle's mapping as its manifest has it; None is the bundle that ships."""
+    parts = bundle.unpack(files.read_bytes(base or bundle.default_path(), bundle.MAX_BYTES))
+    return dict(bundle.manifest(parts[bundle.MANIFEST])["mapping"])
 
 
 def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:

@@ -6,7 +6,7 @@ of the program that trained it. PyTorch and ONNX Runtime are compared before any
 
 from collections import OrderedDict
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,8 +21,6 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.golden import Golden
 from controller.bundles.inference import onnx_writer, onnxruntime_engine
 from controller.bundles.inference.onnx_reader import Attribute, Graph, Node
-from controller.recognition.debounce import DebounceSettings
-from controller.recognition.preprocess import PreprocessSettings
 from models.training.networks import GAIN, GridPosition, Network, Scale
 
 TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
@@ -67,7 +65,7 @@ def export_gestures(net: Network, windows: Values) -> tuple[ExportedNetwork, flo
 
 
 def export_location(net: Network, images: Values) -> tuple[ExportedNetwork, float]:
-    """Return CNN-2D likewise; `images` (n, rows, columns) are recorded images of touches."""
+    """Return CNN-2D as `export_gestures` does, for images of touches (n, rows, columns)."""
     return _export(net, images, "images", "touches")
 
 
@@ -107,31 +105,6 @@ def write_bundle(
         bundle.GOLDEN: golden.pack(),
     }
     bundle.write(path, manifest=tomli_w.dumps(manifest).encode(), parts=parts)
-
-
-def manifest(
-    labels: tuple[str, ...],
-    shape: tuple[int, int],
-    pitch_mm: float,
-    preprocess: PreprocessSettings,
-    debounce: DebounceSettings,
-    mapping: dict[str, Any],
-    card: dict[str, Any],
-) -> dict[str, Any]:
-    """Return the content of bundle.toml; `shape` is (rows, columns)."""
-    return {
-        "format": bundle.FORMAT,
-        "labels": list(labels),
-        "rows": shape[0],
-        "columns": shape[1],
-        "pitch_mm": pitch_mm,
-        "rate_hz": preprocess.rate_hz,
-        "window": preprocess.window,
-        "preprocess": asdict(preprocess),
-        "debounce": asdict(debounce),
-        "mapping": mapping,
-        "card": card,
-    }
 
 
 def flush(net: nn.Module) -> None:

@@ -13,7 +13,7 @@ from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
 from models.evaluation import scores
 from models.results.training import Epoch, GestureResult
-from models.training.loop import AT_ONCE, Index, Task, TrainingJob, fit_shown
+from models.training.loop import Index, Task, TrainingJob, batched, fit_shown
 from models.training.networks import Network, gesture_net
 
 
@@ -96,14 +96,8 @@ class GestureTask(Task):
 
     def answers(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return logits (windows, classes) and classes (windows,) by the windows' last frames."""
-        with torch.no_grad():
-            answers = [
-                self.net(self._cut(ends[start : start + AT_ONCE])[0])
-                for start in range(0, len(ends), AT_ONCE)
-            ]
         label = self._label[torch.from_numpy(ends).to(self._device)]
-        empty = self._images.new_zeros((0, len(self._weights)))
-        return (torch.cat(answers) if answers else empty), label
+        return batched(self.net, lambda some: self._cut(some)[0], ends), label
 
     def _cut(self, ends: Index) -> tuple[Tensor, Tensor]:
         """Return windows (batch, window, rows, columns) and their classes (batch,)."""
@@ -112,7 +106,7 @@ class GestureTask(Task):
 
 
 def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
-    """Train CNN-3D; its probabilities are calibrated if the recipe says so.
+    """Train CNN-3D; its probabilities are calibrated if the recipe has it.
 
     Returns:
         The scores, and the network as the device runs it.

@@ -3,7 +3,7 @@
 import math
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -27,7 +27,7 @@ FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
 
-Index = NDArray[np.int64]  # (examples,) or as told
+Index = NDArray[np.int64]  # (examples,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +241,19 @@ class _Run:
         self.rng.bit_generator.state = words["rng"]
         self.epochs = [Epoch(**epoch) for epoch in words["epochs"]]
         self.best_epoch, self.stopped = int(words["best"]), str(words["stopped"])
+
+
+def batched(net: nn.Module, inputs: Callable[[Index], Tensor], index: Index) -> Tensor:
+    """Return a network's outputs for many examples, (examples, outputs), without gradients.
+
+    Args:
+        net: The network.
+        inputs: Returns its inputs for some of the examples.
+        index: The examples.
+    """
+    starts = range(0, max(1, len(index)), AT_ONCE)
+    with torch.no_grad():
+        return torch.cat([net(inputs(index[start : start + AT_ONCE])) for start in starts])
 
 
 def prepare_torch(seed: int) -> torch.device:

@@ -29,7 +29,7 @@ from models.training import advice, base_bundle, export
 from models.training.gesture_task import train_gestures
 from models.training.location_task import train_locations
 from models.training.loop import TrainingJob
-from models.training.request import Plan, Request, Say
+from models.training.request import Request, Say
 
 COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
 LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
@@ -38,7 +38,7 @@ DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
 
 
 @dataclass(frozen=True, slots=True)
-class NetworkPlan(Plan):
+class NetworkPlan:
     """A training of CNN-3D, CNN-2D or both.
 
     Attributes:
@@ -67,6 +67,41 @@ class NetworkPlan(Plan):
     def auxiliary(self) -> tuple[str, ...]:
         """Labels that are learned and not answered."""
         return self.data.vocabulary.labels[self.answers :]
+
+    @classmethod
+    def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "NetworkPlan":
+        """Check a training, and announce it.
+
+        Args:
+            request: Its options.
+            data: Examples.
+            base: Bundle of the network that is not trained, if it fits.
+            say: Takes lines of progress.
+
+        Raises:
+            ValueError: It cannot be done; one sentence.
+        """
+        answers = _answers(request, data)
+        recipe = request.networks()
+        users = len({row.user for row in data.rows})
+        recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
+        found = touch_images.find(data.examples, recipe.averaged, request.seed)
+        gesture, location = _networks(request.task, data, found)
+        alone = gesture and not location
+        if request.bare and not (alone and request.base is None):
+            raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
+        if request.auxiliary and not alone:
+            raise ValueError("--auxiliary is for gestures alone; add --task gesture")
+        lender = None
+        if not request.bare:
+            lender = base_bundle.choose(
+                base, data, gesture=gesture, location=location, named=request.base
+            )
+        split = splits.hold_out(data, request.split, request.seed)
+        made = cls(request, data, split, recipe, found, gesture, location, lender, answers)
+        for line in _announcement(made, _expected(made)):
+            say(line)
+        return made
 
     def train(self, device: torch.device, folder: Path, say: Say) -> Training:
         """Train the networks; write the bundle, its card and its report."""
@@ -99,41 +134,6 @@ class NetworkPlan(Plan):
         result = replace(result, debounce=manifest["debounce"])
         training_card.write(request.out, bundle.read(request.out), result)
         return result
-
-
-def plan(request: Request, data: Data, base: Bundle, say: Say) -> NetworkPlan:
-    """Check a training, and announce it.
-
-    Args:
-        request: Its options.
-        data: Examples.
-        base: Bundle of the network that is not trained, if it fits.
-        say: Takes lines of progress.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
-    """
-    answers = _answers(request, data)
-    recipe = request.networks()
-    users = len({row.user for row in data.rows})
-    recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
-    found = touch_images.find(data.examples, recipe.averaged, request.seed)
-    gesture, location = _networks(request.task, data, found)
-    alone = gesture and not location
-    if request.bare and not (alone and request.base is None):
-        raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
-    if request.auxiliary and not alone:
-        raise ValueError("--auxiliary is for gestures alone; add --task gesture")
-    lender = None
-    if not request.bare:
-        lender = base_bundle.choose(
-            base, data, gesture=gesture, location=location, named=request.base
-        )
-    split = splits.hold_out(data, request.split, request.seed)
-    made = NetworkPlan(request, data, split, recipe, found, gesture, location, lender, answers)
-    for line in _announcement(made, _expected(made)):
-        say(line)
-    return made
 
 
 def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
@@ -260,15 +260,25 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
         made["with"] = lender.hash[:16]
     if plan.gesture or lender is None:
         labels, settings, debounce = result.labels, data.settings, DEBOUNCE
-        asked = base_bundle.mapping(data.vocabulary, lender, located=located)
+        lent = base_bundle.mapping_of(plan.request.base) if lender is not None else {}
+        asked = base_bundle.mapping(data.vocabulary, lent, located=located)
         table = {label: asks for label, asks in asked.items() if label in labels}
     else:
         labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
-        table = base_bundle.table_of(lender)
-    shape = (result.rows, result.columns)
-    content = export.manifest(labels, shape, result.pitch_mm, settings, debounce, table, made)
+        table = base_bundle.mapping_of(plan.request.base)
     spread = result.location.spread if result.location else lender and lender.spread
-    if spread is not None:
-        card = content.pop("card")  # it stands last
-        content |= {"location": asdict(spread), "card": card}
-    return content
+    located_to = {} if spread is None else {"location": asdict(spread)}
+    return {
+        "format": bundle.FORMAT,
+        "labels": list(labels),
+        "rows": result.rows,
+        "columns": result.columns,
+        "pitch_mm": result.pitch_mm,
+        "rate_hz": settings.rate_hz,
+        "window": settings.window,
+        "preprocess": asdict(settings),
+        "debounce": asdict(debounce),
+        "mapping": table,
+        **located_to,
+        "card": made,
+    }

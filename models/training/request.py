@@ -1,69 +1,104 @@
-"""Options of a training, and the base class of its plan."""
+"""Options of a training: the command line of `models train` is made from them."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
-import torch
-
-from models.data.load import Choice
+from models.data.examples import Choice
 from models.data.recipe import RECIPES, Recipe
-from models.results.training import Training
-from models.results.users import Telling
 
 TaskName = Literal["both", "gesture", "location", "user", ""]
 Say = Callable[[str], None]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
+WINDOWS: Final = (2, 250)  # images
+
+
+def _option(default: Any, words: str, metavar: str = "", **how: Any) -> Any:
+    """Return a field that is an option; `words` are its help, `how` is as argparse has it."""
+    shown = {"metavar": metavar} if metavar else {}
+    return field(default=default, metadata={"help": words, **shown, **how})
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Options of `models train`.
-
-    Attributes:
-        paths: Recordings: folders and files; for users at least two sessions of each.
-        out: The bundle to write.
-        task: Networks to train; "": as many of gesture and location as the data allow.
-        recipe: "default" or "paper".
-        labels: Which labels are learned.
-        every: Recordings that fail the check are taken too.
-        base: Bundle of the network that is not trained, or that users are added to; None: the one
-            that ships.
-        split: "session", "user", "time", "site", or "": what fits.
-        seed: Of everything random.
-        epochs: Of CNN-3D or the user network; 0: the recipe's.
-        window: Images in a window; 0: those of a second, for users the bundle's.
-        advised: Learning curves are measured for the advice.
-        bare: The bundle holds the trained gesture network, as ONNX, and nothing else.
-        auxiliary: Recordings with more gestures, which are learned beside the others and are no
-            answers of the bundle.
-        others: Recordings of users who are not enrolled: strangers.
-        gestures: Labels that identify users; (): all.
-        mapping: Mapping file whose [users.NAME] the bundle keeps; None: the base's stay.
-        command: As it was typed.
-    """
+    """Options of `models train`; what each means is the help beside it."""
 
     paths: tuple[Path, ...]
     out: Path
-    task: TaskName = ""
-    recipe: str = "default"
-    labels: Choice = "auto"
-    every: bool = False
-    base: Path | None = None
-    split: str = ""
-    seed: int = 0
-    epochs: int = 0
-    window: int = 0
-    advised: bool = True
-    bare: bool = False
-    auxiliary: tuple[Path, ...] = ()
-    others: tuple[Path, ...] = ()
-    gestures: tuple[str, ...] = ()
-    mapping: Path | None = None
-    command: str = ""
+    task: TaskName = _option(
+        "",
+        "what to train (default: gestures, and places if the recordings have them); user: the user "
+        "network, from recordings of several people on several days (docs/users.md)",
+        choices=("gesture", "location", "both", "user"),
+    )
+    recipe: str = _option(
+        "default",
+        "the best we know, or the paper's section 4.2 to the letter (default: default)",
+        choices=tuple(RECIPES),
+    )
+    labels: Choice = _option(
+        "auto",
+        "which labels to learn (default: auto: the first of these that names a gesture)",
+        choices=("auto", "true", "button", "key", "cue"),
+    )
+    split: str = _option(
+        "",
+        "hold out sessions, users, the ends of sessions, or places (all touches nearest to some "
+        "taxels): session, user, time, site (default: session, or time for fewer than four)",
+        "BY",
+    )
+    base: Path | None = _option(
+        None,
+        "bundle of the network that is not trained, or that users are added to (default: the one "
+        "that ships)",
+        "BUNDLE",
+        flag="with",
+    )
+    seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
+    epochs: int = _option(
+        0,
+        "passes of CNN-3D over the examples, of CNN-2D four times as many (default: the recipe's)",
+        "N",
+        range=(1, 100_000),
+    )
+    window: int = _option(
+        0, "images in a window (default: those of one second)", "N", range=WINDOWS
+    )
+    every: bool = _option(
+        False,
+        "learn from recordings that fail the check, too (controller recordings check)",
+        flag="all",
+    )
+    bare: bool = _option(
+        False,
+        "leave out of the bundle what comparing speeds does not need: places, and weights beside "
+        "those in the ONNX file",
+    )
+    gestures: tuple[str, ...] = _option(
+        (),
+        "with --task user: gestures that identify users, such as twist_cw,twist_ccw (default: all)",
+        "LABELS",
+    )
+    auxiliary: tuple[Path, ...] = _option(
+        (),
+        "with --task gesture: recordings with more gestures, which are learned beside the others "
+        "and are no answers in the end, so that a new gesture is taught from fewer examples",
+        "DIR",
+    )
+    mapping: Path | None = _option(
+        None,
+        "with --task user: mapping file whose tables [users.NAME] the bundle keeps (docs/users.md)",
+        "FILE",
+    )
+    others: tuple[Path, ...] = _option(
+        (), "with --task user: recordings of people who are not enrolled, strangers", "DIR"
+    )
+    advised: bool = _option(
+        True, "do not measure how much more examples would help", flag="no-advice"
+    )
+    command: str = ""  # as it was typed
 
     def networks(self) -> Recipe:
         """Return the recipe of the networks, with the epochs given."""
@@ -73,17 +108,3 @@ class Request:
             gesture=recipe.gesture.lasting(self.epochs),
             location=recipe.location.lasting(PLACE_EPOCHS * self.epochs),
         )
-
-
-class Plan(ABC):
-    """A training whose options and data fit together."""
-
-    @abstractmethod
-    def train(self, device: torch.device, folder: Path, say: Say) -> Training | Telling:
-        """Train the networks; write the bundle, its card and its report.
-
-        Args:
-            device: Runs PyTorch.
-            folder: Holds checkpoints.
-            say: Takes lines of progress.
-        """

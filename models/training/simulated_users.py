@@ -6,13 +6,11 @@ from typing import Final, Literal
 
 import numpy as np
 
-from controller.simulator.orb import OrbModel
-from controller.simulator.session import DATA, simulate
-from controller.simulator.user_style import person
+from controller.simulator.session import DATA
 from models.data import splits
 from models.data.examples import Source, prepare
 from models.data.recipe import RECIPES
-from models.data.simulate import INFLATION, ORB, DataSet, Given
+from models.data.simulate import ORB, DataSet, Given
 from models.training.user_task import UserGestures
 
 # What another session differs in: in all that another day of the same orb does, in drift and noise
@@ -53,29 +51,18 @@ class SimulatedUsers:
         orb = np.random.SeedSequence([DATA, self.seed, ORB, *([_OTHER] if change == "orb" else [])])
         seeds = [orb if self.shared else own[0], *(other if change == "hand" else own)[1:]]
         number = 1 + user * _DAYS + day + (_DAYS // 2 if change in ("drift", "orb") else 0)
-        played = simulate(
-            Given(seeds),
-            self.minutes,
-            style=person(self.seed, user),
-            rate_hz=RATE_HZ,
-            model=self._model(),
-            inflation=INFLATION,
-            gestures=self.gestures,
-            day=number if self.shared else 0,
-        )
+        data = DataSet(self.seed, self.minutes, preset=self.preset, gestures=self.gestures)
+        model = data.model()
+        if not self.drifting:
+            circuit = model.electronics
+            still = replace(
+                circuit,
+                taxel_drift=(0.0, circuit.taxel_drift[1]),
+                common_drift=(0.0, circuit.common_drift[1]),
+            )
+            model = replace(model, electronics=still)
+        played = data.played(Given(seeds), user, number if self.shared else 0, model)
         return Source(played.frames, played.label, played.touch)
-
-    def _model(self) -> OrbModel:
-        model = DataSet(preset=self.preset).model()
-        if self.drifting:
-            return model
-        circuit = model.electronics
-        still = replace(
-            circuit,
-            taxel_drift=(0.0, circuit.taxel_drift[1]),
-            common_drift=(0.0, circuit.common_drift[1]),
-        )
-        return replace(model, electronics=still)
 
 
 def prepare_users(

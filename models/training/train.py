@@ -11,9 +11,11 @@ from models.data import load
 from models.data.examples import refuse_test_seed
 from models.results.training import Training
 from models.results.users import Telling
-from models.training import checkpoint, network_bundle, user_bundle
+from models.training import checkpoint
 from models.training.loop import prepare_torch
+from models.training.network_bundle import NetworkPlan
 from models.training.request import Request, Say
+from models.training.user_bundle import UserPlan
 
 
 def train(request: Request, say: Say) -> Training | Telling:
@@ -39,12 +41,15 @@ def train(request: Request, say: Say) -> Training | Telling:
         window=base.window if users else request.window,
         every=request.every,
     )
-    plan = user_bundle.plan if users else network_bundle.plan
-    planned = plan(request, data, base, say)
+    plan: UserPlan | NetworkPlan
+    if users:
+        plan = UserPlan.of(request, data, base, say)
+    else:
+        plan = NetworkPlan.of(request, data, base, say)
     say(f"on {device}, one thread" if device.type == "cpu" else "on a GPU")
     folder = request.out.with_name(f"{request.out.name}.training")
     of = replace(request, out=Path(), paths=(), command=""), data.digest, data.vocabulary
     checkpoint.claim(folder, "training.npz", (*of, data.settings, software()), "training")
-    result = planned.train(device, folder, say)
+    result = plan.train(device, folder, say)
     shutil.rmtree(folder)
     return result

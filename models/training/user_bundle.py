@@ -27,14 +27,14 @@ from models.results.training import SessionRow
 from models.results.users import Enrolled, Telling
 from models.training import export, user_task
 from models.training.networks import Network
-from models.training.request import Plan, Request, Say
+from models.training.request import Request, Say
 from models.training.user_task import UserGestures
 
 SPLITS: Final = ("session", "time")
 
 
 @dataclass(frozen=True, slots=True)
-class UserPlan(Plan):
+class UserPlan:
     """A training of a user network.
 
     Attributes:
@@ -57,6 +57,32 @@ class UserPlan(Plan):
     def enrolled(self) -> str:
         """Return the number of users in words."""
         return count(len(self.names), "person", "people")
+
+    @classmethod
+    def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "UserPlan":
+        """Check a training, and announce it.
+
+        Args:
+            request: Its options.
+            data: Examples.
+            base: The bundle that users are added to.
+            say: Takes lines of progress.
+
+        Raises:
+            ValueError: It cannot be done; one sentence.
+        """
+        for note in data.notes:
+            say(note)
+        _check_windows(base, data)
+        labels = _labels(request.gestures, data, base)
+        names, gestures = _gestures(request, data, labels)
+        if request.mapping is not None:
+            Users(names).overridden(*mapping_file.read(request.mapping, base.labels))
+        made = cls(
+            request, data, names, labels, gestures, _held(data, gestures, names, request.split)
+        )
+        say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
+        return made
 
     def train(self, device: torch.device, folder: Path, say: Say) -> Telling:
         """Train the networks; write the bundle, its card and its report.
@@ -90,32 +116,6 @@ class UserPlan(Plan):
         write_users(request, net, known, f"{said}{found.seen[1].value:.1%}")
         users_page.write(request.out, found)
         return found
-
-
-def plan(request: Request, data: Data, base: Bundle, say: Say) -> UserPlan:
-    """Check a training, and announce it.
-
-    Args:
-        request: Its options.
-        data: Examples.
-        base: The bundle that users are added to.
-        say: Takes lines of progress.
-
-    Raises:
-        ValueError: It cannot be done; one sentence.
-    """
-    for note in data.notes:
-        say(note)
-    _check_windows(base, data)
-    labels = _labels(request.gestures, data, base)
-    names, gestures = _gestures(request, data, labels)
-    if request.mapping is not None:
-        Users(names).overridden(*mapping_file.read(request.mapping, base.labels))
-    made = UserPlan(
-        request, data, names, labels, gestures, _held(data, gestures, names, request.split)
-    )
-    say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
-    return made
 
 
 def write_users(request: Request, net: Network, known: Users, said: str) -> None:

@@ -1,9 +1,9 @@
 """User identification: a network like CNN-3D learns the user from the windows of a gesture."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import torch
@@ -16,7 +16,7 @@ from models.data.augment import vary_user_windows
 from models.data.examples import Examples
 from models.data.recipe import USER, VARIED_USER, NetworkRecipe, UserAugmentation
 from models.results.training import Epoch
-from models.training.loop import AT_ONCE, Index, Task, fit, fit_shown
+from models.training.loop import Index, Task, batched, fit, fit_shown
 from models.training.networks import Network, gesture_net
 
 AFTER: Final = 3  # frames behind a gesture whose windows still show it, as the device uses them
@@ -67,12 +67,7 @@ class UserGestures:
         label = examples.label[ends]
         session = examples.session[ends].astype(np.int64)
         wanted = np.flatnonzero(np.isin(label, list(labels)))
-        begins = np.ones(len(wanted), dtype=np.bool_)
-        begins[1:] = (
-            (np.diff(ends[wanted]) > APART)
-            | (np.diff(label[wanted]) != 0)
-            | (np.diff(session[wanted]) != 0)
-        )
+        begins = examples.begins(ends[wanted], APART)
         event = np.full(len(ends), -1, dtype=np.int64)
         event[wanted] = np.cumsum(begins) - 1
         first = wanted[begins]
@@ -109,14 +104,12 @@ class UserGestures:
             ends=other.examples.ends + frames,
             session=other.examples.session + sessions,
         )
-        examples = replace(self.examples, **_concatenated(self.examples, moved))
-        moved_events = replace(
-            other,
-            ends=other.ends + frames,
-            event=other.event + len(self.label),
-            session=other.session + sessions,
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__slots__[1:]}
+        shift = {"ends": frames, "event": len(self.label), "session": sessions}
+        return UserGestures(
+            Examples.joined([self.examples, moved]),
+            **{n: np.concatenate([a, b + shift.get(n, 0)]) for n, (a, b) in pairs.items()},
         )
-        return replace(self, **_concatenated(self, moved_events), examples=examples)
 
     def longer(self, ends: Index, spare: int) -> NDArray[np.float32]:
         """Return windows with some images before them, (ends, spare + window, rows, columns).
@@ -129,13 +122,6 @@ class UserGestures:
         index = ends[:, None] + np.arange(1 - examples.window - spare, 1)
         cut: NDArray[np.float32] = examples.images[np.maximum(index, first[:, None])]
         return cut
-
-
-def _concatenated(one: Any, other: Any) -> dict[str, Any]:
-    """Return the arrays of two data classes of one kind, joined along their first axis."""
-    names = [field.name for field in fields(one)]
-    pairs = {name: (getattr(one, name), getattr(other, name)) for name in names}
-    return {k: np.concatenate(pair) for k, pair in pairs.items() if isinstance(pair[0], np.ndarray)}
 
 
 class UserTask(Task):
@@ -230,12 +216,9 @@ def random_windows(windows: int, seed: int) -> NDArray[np.bool_]:
 
 def probabilities(net: nn.Module, gestures: UserGestures, ends: Index) -> NDArray[np.float32]:
     """Return the probability of each user for windows by their last frames, (windows, outputs)."""
-    answers = []
-    with torch.no_grad():
-        for start in range(0, len(ends), AT_ONCE):
-            windows = gestures.examples.windows(ends[start : start + AT_ONCE])
-            answers.append(torch.softmax(net(torch.from_numpy(windows)), dim=1).numpy())
-    return np.concatenate(answers)
+    windows = gestures.examples.windows
+    logits = batched(net, lambda some: torch.from_numpy(windows(some)), ends)
+    return np.asarray(torch.softmax(logits, dim=1).numpy())
 
 
 def gesture_evidence(net: nn.Module, gestures: UserGestures) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controller.recordings.recording import PICOFARAD, Recording
 from controller.simulator.readout import ReadoutModel, picofarads
-from models.data.ground_truth import Choice
+from models.data.examples import Choice
 from models.studies.information.windows import Taken, take
 
 KINDS: Final = ("taxels", "window", "rate", "bits")

@@ -11,7 +11,7 @@ from controller.recordings import reader
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import TEST_SEEDS, simulate
-from models.data.ground_truth import Choice
+from models.data.examples import Choice
 from models.data.simulate import DataSet
 from models.studies.information.histogram import PAPER_FRAMES
 from models.studies.information.windows import REST_S, as_the_paper

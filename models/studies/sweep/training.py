@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.data import load
+from models.data.examples import Choice
 from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
@@ -95,7 +96,7 @@ def _only(data: Data, chosen: NDArray[np.bool_], minutes: float) -> Data:
 
 
 @lru_cache(maxsize=KEPT)
-def _read(said: str, recipe: Recipe, labels: load.Choice, window: int, every: bool) -> Data:
+def _read(said: str, recipe: Recipe, labels: Choice, window: int, every: bool) -> Data:
     """Return what there is to learn from; simulated people are simulated here."""
     data = json.loads(said)
     if "folders" not in data:
