@@ -4,9 +4,11 @@ import argparse
 import os
 import shlex
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
+from models.cli import _extras as extras
 from models.cli import _options as options
 from models.data.defaults import STEPS
 
@@ -25,7 +27,7 @@ EXAMPLE: Final = (
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
-    add("data", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
     add(
         "--by",
@@ -64,6 +66,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.take_all(parser)
     add(
         "--as-given",
+        dest="given",
         action="store_true",
         help="take labels as people gave them; else they are moved to where the touch was",
     )
@@ -89,32 +92,16 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
-    from models.cli import _extras as extras
-
-    needed = ("torch", "sklearn") if arguments.plain else ("torch",)
-    extras.require("training in folds", *needed)
-    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
+    extras.require("training in folds", "torch", "sklearn")
+    # Before PyTorch is imported: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     from models.studies import fold_card
     from models.studies.cross_validation import Request, cross
 
-    request = Request(
-        paths=tuple(arguments.data),
-        out=arguments.out,
-        by=arguments.by,
-        folds=arguments.folds,
-        steps=arguments.steps,
-        window=arguments.window,
-        labels=arguments.labels,
-        every=arguments.all,
-        given=arguments.as_given,
-        choose=arguments.choose,
-        sound=arguments.sound,
-        plain=arguments.plain,
-        seed=arguments.seed,
-        command=f"models {shlex.join(sys.argv[1:])}",
-    )
+    known = {field.name for field in fields(Request)}
+    chosen = {key: value for key, value in vars(arguments).items() if key in known}
+    request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
     found = cross(request, options.say)
     print(fold_card.text(found))
     options.say(f"wrote {request.out}")
