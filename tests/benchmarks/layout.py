@@ -278,7 +278,7 @@ def key_path(root: Path, folder: Path) -> list[str]:
         player = subprocess.Popen(
             _command(
                 root, host, "host", "--target", "keyboard", "--dry-run", "--headless",
-                "--mapping", str(mapping), "--link", f"socket://127.0.0.1:{_port(orb)}",
+                "--keys", str(mapping), "--link", f"socket://127.0.0.1:{_port(orb)}",
             ),
             cwd=folder, env=_environment(root), stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
