@@ -167,28 +167,17 @@ def choose(points: Sequence[Point], measure: Measure) -> Choice | None:
     return Choice(best, second, bootstrap.rate(lead, own[:, 1]))
 
 
-def check(result: Mapping[str, Any]) -> None:
-    """Refuse a result that cannot be shown.
+def score(result: Mapping[str, Any]) -> float:
+    """Return the score of one training, after checking that its result can be shown.
 
     Raises:
         KeyError, TypeError, ValueError, AttributeError: It lacks something.
     """
-    key = "events" if "events" in result["held"][0] else "error"
-    _point({}, [{"at": {}, "result": result}], "user", Measure(key, ""))
+    measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
+    point = _point({}, [{"at": {}, "result": result}], "user", measure)
     if not all(isinstance(note, str) for note in result["notes"]):
         raise TypeError("a note is no text")
-
-
-def outcome(answer: Mapping[str, Any]) -> str:
-    """Return what came of a job, for a line of progress."""
-    if "failed" in answer:
-        return f"failed: {answer['failed']}"
-    held = answer["result"]["held"]
-    if "events" in held[0]:
-        right, whole = np.sum([one["events"] for one in held], axis=0)
-        return f"{right} of {whole} unseen events named rightly"
-    error, count = np.sum([one["error"] for one in held], axis=0)
-    return f"unseen touches {error / max(1.0, count):.3f} grid units off"
+    return point.figure.value
 
 
 def title(at: Mapping[str, Any]) -> str:

@@ -28,8 +28,8 @@ def table(found: Mapping[str, Any]) -> str:
     measure, points = MEASURES[found["train"]["task"]], figures.points(found)
     done = sum("result" in job for job in found["jobs"])
     parts = [
-        f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; {held(found)}; "
-        f"scores: {measure.words}"
+        f"{found['sweep']}: {done} of {count(len(found['jobs']), 'training')}; "
+        f"held out: {figures.title(found['test'])}; scores: {measure.words}"
     ]
     if points:
         parts.append(_aligned(rows(points, measure)))
@@ -45,18 +45,6 @@ def table(found: Mapping[str, Any]) -> str:
     if lines := [*dict.fromkeys(notes), *failed(found)]:
         parts.append("\n".join(lines))
     return "\n\n".join(parts)
-
-
-def held(found: Mapping[str, Any]) -> str:
-    """Return what was held out, in words."""
-    test = found["test"]
-    users = found["train"]["task"] == "user"
-    group = "session of each user" if users else test["by"]
-    if "folds" in test:
-        return f"every {group} held out once, in {test['folds']} folds"
-    if users:
-        return f"the last {count(test['hold'], 'session')} of each user held out"
-    return f"{count(test['hold'], group)} held out, always the same"
 
 
 def best(chosen: Choice, points: int) -> str:

@@ -35,7 +35,6 @@ RESULTS: Final = "results.json"
 LETTERS: Final = 24  # of a job's name: 96 bits
 DEATHS: Final = 3  # of worker processes, without a finished job between them
 ANSWER_S: Final = 10.0  # for a scheduler to answer
-WORKERS_S: Final = 30.0  # for a first worker
 
 Answer = dict[str, Any]  # "name"; "result", or "failed"; "where", "cpu_s"; JSON
 
@@ -102,15 +101,17 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
     for number, answer in enumerate(_answers(sweep, orders, say), 1):
         if "failed" in answer:
             failed[answer["name"]] = answer["failed"]
+            outcome = f"failed: {answer['failed']}"
         else:
             user_files.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
+            outcome = f"score {figures.score(answer['result']):.4g}"
             for note in set(answer["result"]["notes"]) - notes:
                 notes.add(note)
                 say(note)
         left = (time.monotonic() - began) / number * (len(orders) - number)
         more = f"; {text.duration(left)} left" if number < len(orders) else ""
         at = describe(named[answer["name"]])
-        say(f"{finished + number}/{len(named)} {at}: {figures.outcome(answer)}{more}")
+        say(f"{finished + number}/{len(named)} {at}: {outcome}{more}")
     found = results(sweep, answers(sweep.folder), failed)
     user_files.write_text(sweep.folder / RESULTS, _json(found))
     return found
@@ -143,7 +144,7 @@ def answers(folder: Path) -> dict[str, Answer]:
         with suppress(user_files.UserFileError, KeyError, TypeError, AttributeError, ValueError):
             answer = user_files.read_json(path)
             if answer["name"] == path.stem:
-                figures.check(answer["result"])
+                figures.score(answer["result"])
                 found[path.stem] = answer
     return found
 
@@ -290,15 +291,13 @@ def _on_cluster(orders: Sequence[Job], address: str, say: Say) -> Iterator[Answe
 
 
 def _check_workers(client: Any, address: str, say: Say) -> None:
-    """Refuse workers of another version."""
-    try:
-        client.wait_for_workers(1, timeout=WORKERS_S)
-    except TimeoutError:
+    """Refuse a cluster without workers, or with one of another version."""
+    found = client.run(own_version, on_error="return")
+    if not found:
         raise ClusterError(
             f"the scheduler at {address} has no workers; start some with: dask worker {address} "
             "--nthreads 1"
-        ) from None
-    found = client.run(own_version, on_error="return")
+        )
     for worker, theirs in found.items():
         if theirs != own_version():
             raise ClusterError(

@@ -11,7 +11,10 @@ from models.data.simulate import DataSet
 
 SECTIONS: Final = ("data", "train", "test", "axes")
 USERS: Final = ("user", "mood")  # recipe of the user network, and its augmentation
-_TYPES: Final = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+_TYPES: Final = {
+    bool: "true or false", int: "a whole number", float: "a number", str: "a text",
+    list: "a list of texts", tuple: "a row",
+}  # fmt: skip
 
 _Made = TypeVar("_Made")
 
@@ -21,7 +24,7 @@ class Setting:
     """Type and range of one setting.
 
     Attributes:
-        default: Value if the file does not set it; of a list, any number of texts is read.
+        default: Value if the file does not set it; a list holds any number of texts.
         least: Smallest number.
         most: Largest number.
         words: Allowed texts; empty: any.
@@ -38,47 +41,36 @@ class Setting:
         Raises:
             ValueError: It has another type, or is out of range.
         """
-        made = self._converted(value)
-        if made is None:
+        default = self.default
+        if isinstance(default, tuple) and isinstance(value, list) and len(value) == len(default):
+            return [Setting(one).read(item) for one, item in zip(default, value, strict=True)]
+        made = float(value) if type(value) is int and type(default) is float else value
+        if isinstance(default, list) and isinstance(value, str):
+            made = [value]
+        if type(made) is not type(default) or not self._allows(made):
             raise ValueError(f"expected {self}, found {toml(value)}")
         return made
 
-    def _converted(self, value: Any) -> Any:
-        """Return the value, or None if it does not fit."""
-        default = self.default
-        if isinstance(default, tuple):
-            if not isinstance(value, list) or len(value) != len(default):
-                return None
-            return [Setting(one).read(item) for one, item in zip(default, value, strict=True)]
-        if isinstance(default, list):
-            texts = [value] if isinstance(value, str) else value
-            whole = isinstance(texts, list) and all(isinstance(text, str) for text in texts)
-            return texts if whole and texts else None
-        if type(default) is float and type(value) is int:
-            value = float(value)
-        fits = type(value) is type(default) and (value in self.words or not self.words)
-        return value if fits and (isinstance(value, str) or self._inside(value)) else None
-
-    def _inside(self, value: float) -> bool:
-        return self.least <= value <= self.most
+    def _allows(self, value: Any) -> bool:
+        if isinstance(value, list):
+            return bool(value) and all(isinstance(text, str) for text in value)
+        if isinstance(value, str):
+            return value in self.words or not self.words
+        return bool(self.least <= value <= self.most)
 
     def __str__(self) -> str:
         """Return what the file may say, such as "a whole number from 1 to 9"."""
         if self.words:
             return f"one of {', '.join(self.words)}"
-        if isinstance(self.default, tuple):
-            return f"a row such as {toml(self.default)}"
-        if isinstance(self.default, list):
-            return f"a list of texts, such as {toml(self.default)}"
         name = _TYPES[type(self.default)]
         if self.most < inf:
             return f"{name} from {self.least:g} to {self.most:g}"
         return f"{name}, such as {toml(self.default)}"
 
 
-SEED: Final = Setting(0, 0, 2**32 - 1)
+_SEED: Final = Setting(0, 0, 2**32 - 1)
 SIMULATION: Final = {
-    "seed": SEED,
+    "seed": _SEED,
     "users": Setting(10, 1, 100_000),
     "sessions": Setting(2, 1, 10_000),
     "minutes": Setting(3.0, 0.5, 600.0),
@@ -98,7 +90,7 @@ TRAIN: Final = {
     "labels": Setting("auto", words=("auto", "true", "button", "key", "cue")),
     "all": Setting(False),
     "window": Setting(0, 0, 250),
-    "seed": SEED,
+    "seed": _SEED,
     "users": Setting(0, 0, 100_000),
     "sessions": Setting(0, 0, 100_000),
     "minutes": Setting(0.0, 0.0, 6000.0),

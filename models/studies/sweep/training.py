@@ -210,11 +210,13 @@ def _user_recipe(recipe: Recipe, asked: Train) -> tuple[Course, Mood]:
     """Return how users are learned; the paper's recipe learns them as it does gestures."""
     if recipe.name == "paper":
         return recipe.gesture, STEADY
-    own: dict[str, dict[str, Any]] = {"user": {}, "mood": {}}
-    for part, _, key in (name.partition(".") for name in asked):
-        if part in own:
-            own[part][key] = asked[f"{part}.{key}"]
-    return settings.changed(COURSE, own["user"]), settings.changed(MOOD, own["mood"])
+    parts = {
+        part: {
+            key.removeprefix(f"{part}."): asked[key] for key in asked if key.startswith(f"{part}.")
+        }
+        for part in settings.USERS
+    }
+    return settings.changed(COURSE, parts["user"]), settings.changed(MOOD, parts["mood"])
 
 
 def _summary(found: GestureResult | LocationResult, windows: int) -> Result:

@@ -126,7 +126,7 @@ def test_nothing_is_chosen_between_amounts_or_between_different_people() -> None
 
 def test_the_table_has_a_row_for_each_point_and_a_word_on_luck() -> None:
     text = report.table(grid(np.random.default_rng(1), [0.8, 0.8, 0.8]))
-    assert text.startswith("try & see: 3 of 3 trainings; 12 users held out, always the same")
+    assert text.startswith("try & see: 3 of 3 trainings; held out: by user, hold 12; scores: ")
     assert "part of its lead is luck" in text
     assert "models evaluate" in text
     rows = [line for line in text.splitlines() if line[:2] in ("0 ", "1 ", "2 ")]
