@@ -1,4 +1,4 @@
-"""`models folds`: how well people are recognised from whom nothing was learned."""
+"""`models folds`: cross-validation over people or sessions."""
 
 import argparse
 import os
@@ -29,19 +29,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
-    add(
-        "--by",
-        choices=("user", "session"),
-        default="user",
-        help="who is left out together (default: user)",
-    )
-    add(
-        "--folds",
-        type=options.count,
-        default=5,
-        metavar="N",
-        help="how many trainings (default: 5)",
-    )
+    by = ("user", "session")
+    add("--by", choices=by, default="user", help="held out together (default: user)")
+    add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
     add(
         "--steps",
         type=options.count,
@@ -81,12 +71,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let no taxel or electrode die in training: for sensors that do not break",
     )
-    add(
-        "--no-plain",
-        dest="plain",
-        action="store_false",
-        help="leave the plain model out",
-    )
+    add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
 

@@ -53,6 +53,7 @@ class HoldOut:
         return np.isin(group, parts[self.fold])
 
     def _sessions_of_each(self, user: Index, session: Index) -> Chosen:
+        """Return which recordings are held out, (recordings,), of every user."""
         held = np.zeros(len(user), dtype=np.bool_)
         for one in np.unique(user):
             own = np.unique(session[user == one])

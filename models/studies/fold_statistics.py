@@ -211,5 +211,6 @@ def _sums(
 
 
 def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float, ...]:
+    """Return the share of windows named rightly, (windows,), in each group."""
     hits, count = _sums(right, group, groups)
     return tuple((hits / np.maximum(count, 1)).tolist())

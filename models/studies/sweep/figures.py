@@ -37,7 +37,7 @@ class Measure:
     share: bool = True
 
     def figure(self, counts: Counts) -> Figure:
-        """Return the score and its interval."""
+        """Return the score of counts, (groups, 2), and its interval."""
         return (bootstrap.share if self.share else bootstrap.rate)(counts[:, 0], counts[:, 1])
 
 
@@ -122,7 +122,7 @@ def _point(at: dict[str, Any], jobs: list[dict[str, Any]], group: str, measure: 
 def _counted(
     results: Iterable[Mapping[str, Any]], group: str, key: str
 ) -> tuple[tuple[str, ...], Counts]:
-    """Return the held-out groups, and of each the mean of all trainings that judged it."""
+    """Return the held-out groups, and their counts, (groups, 2): means of all trainings."""
     rows: dict[str, list[Counts]] = {}
     for result in results:
         names = np.array([session[group] for session in result["held"]])

@@ -95,7 +95,6 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
         others = len(done) - finished
         say(f"not used, being of other settings or another version: {count(others, 'result')}")
     failed: dict[str, str] = {}
-    notes: set[str] = set()
     began = time.monotonic()
     orders = [sweep.order(name, job) for name, job in named.items() if name not in done]
     for number, answer in enumerate(_answers(sweep, orders, say), 1):
@@ -105,9 +104,6 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
         else:
             user_files.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
             outcome = f"score {figures.score(answer['result']):.4g}"
-            for note in set(answer["result"]["notes"]) - notes:
-                notes.add(note)
-                say(note)
         left = (time.monotonic() - began) / number * (len(orders) - number)
         more = f"; {text.duration(left)} left" if number < len(orders) else ""
         at = describe(named[answer["name"]])
