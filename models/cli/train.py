@@ -19,6 +19,13 @@ EXAMPLE: Final = (
     "data --out my.orb --epochs 8"
 )
 
+# Options that the training takes as they are; the first ones are told in the bundle's card first.
+_OPTIONS: Final = (
+    "task", "recipe", "labels", "split", "base", "seed", "epochs", "window",
+    "bare", "advised", "auxiliary", "others", "gestures", "mapping", "out",
+)  # fmt: skip
+_SHOWN: Final = _OPTIONS[:8]
+
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
@@ -124,90 +131,66 @@ def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
     from models.cli import _extras as extras
 
-    extras.require("training", "torch", "onnx", "tomli_w")
+    extras.require("training", "torch", "tomli_w")
     # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
-    if arguments.task == "user":
-        return _people(arguments)
-    if arguments.others or arguments.gestures or arguments.mapping:
-        raise ValueError("--others, --gestures and --mapping are for people; add --task user")
-    from models.reports import training_card
-    from models.training.train import Request, train
+    from models.reports import training_card, users_page
+    from models.results.training import Training
+    from models.training.request import Request
+    from models.training.train import train
 
+    _check(arguments)
+    given = {name: value for name, value in vars(arguments).items() if name in _OPTIONS}
+    for name in ("auxiliary", "others"):
+        given[name] = tuple(given[name])
+    gestures = tuple(word for word in given.pop("gestures").split(",") if word)
     request = Request(
-        paths=tuple(arguments.data),
-        out=arguments.out,
-        task=arguments.task,
-        recipe=arguments.recipe,
-        labels=arguments.labels,
-        every=arguments.all,
-        base=arguments.base,
-        split=arguments.split,
-        seed=arguments.seed,
-        epochs=arguments.epochs,
-        window=arguments.window,
-        advised=arguments.advised,
-        bare=arguments.bare,
-        auxiliary=tuple(arguments.auxiliary),
-        command=_command(arguments),
-    )
+        paths=tuple(arguments.data), every=arguments.all, gestures=gestures,
+        command=_command(arguments), **given,
+    )  # fmt: skip
     result = train(request, options.say)
-    print("\n".join(training_card.headline(result)).strip())
-    for line in result.advice:
-        print(f"- {line}")
+    if isinstance(result, Training):
+        print("\n".join(training_card.headline(result)).strip())
+        print("\n".join(f"- {line}" for line in result.advice))
+        follow = f"models tune {request.out} DIR, models evaluate {request.out} DIR"
+    else:
+        print(users_page.card(result))
+        follow = f"controller install {request.out}, or controller --bundle {request.out}"
     options.say(f"wrote {request.out}, and its card and figures beside it")
-    options.say(f"next: models tune {request.out} DIR, models evaluate {request.out} DIR")
+    options.say(f"next: {follow}")
     return 0
 
 
-def _people(arguments: argparse.Namespace) -> int:
-    """Train a network that tells people apart, and print what it is worth."""
-    from models.reports import users_page
-    from models.training.train_users import Request, train
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse options of another task.
 
+    Raises:
+        ValueError: There is one.
+    """
+    if arguments.task != "user":
+        if arguments.others or arguments.gestures or arguments.mapping:
+            raise ValueError("--others, --gestures and --mapping are for people; add --task user")
+        return
     for name in ("bare", "window", "auxiliary"):
         if getattr(arguments, name):
             raise ValueError(f"--{name} is not for people; leave it out")
     if arguments.recipe != "default":
         raise ValueError("there is one recipe for people; leave --recipe out")
-    request = Request(
-        paths=tuple(arguments.data),
-        out=arguments.out,
-        others=tuple(arguments.others),
-        base=arguments.base,
-        gestures=tuple(word for word in arguments.gestures.split(",") if word),
-        labels=arguments.labels,
-        every=arguments.all,
-        split=arguments.split,
-        seed=arguments.seed,
-        epochs=arguments.epochs,
-        command=_command(arguments),
-        mapping=arguments.mapping,
-    )
-    found = train(request, options.say)
-    print(users_page.card(found))
-    options.say(f"wrote {request.out}, and its card and figures beside it")
-    options.say(f"next: controller install {request.out}, or controller --bundle {request.out}")
-    return 0
 
 
 def _command(arguments: argparse.Namespace) -> str:
-    """Return what was typed, with what matters and no more: the same for the same bundle."""
-    words = ["models", "train", *(str(path) for path in arguments.data)]
-    for name in ("task", "recipe", "labels", "split", "base", "seed", "epochs", "window"):
+    """Return the command line without defaults: the same for the same bundle."""
+    words = ["models", "train", *map(str, arguments.data)]
+    for name in (*_SHOWN, "all", "bare", "gestures", "auxiliary", "mapping", "others"):
         value = getattr(arguments, name)
-        if value not in ("", 0, None, "default", "auto"):
-            words += [f"--{'with' if name == 'base' else name}", str(value)]
-    words += ["--all"] if arguments.all else []
-    words += ["--bare"] if arguments.bare else []
-    words += ["--gestures", arguments.gestures] if arguments.gestures else []
-    words += ["--auxiliary", *map(str, arguments.auxiliary)] if arguments.auxiliary else []
-    words += ["--mapping", str(arguments.mapping)] if arguments.mapping else []
-    words += ["--others", *map(str, arguments.others)] if arguments.others else []
+        if value in ("", 0, None, "default", "auto", False, []):
+            continue
+        several = value if isinstance(value, list) else [] if value is True else [value]
+        words += [f"--{'with' if name == 'base' else name}", *map(str, several)]
     return shlex.join([*words, "--out", arguments.out.name])
 
 
 def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
-    return bool(arguments.task != "user")
+    """Whether the same command resumes after Ctrl-C."""
+    return True

@@ -28,10 +28,10 @@ from controller.simulator.user_style import UserStyle, person
 from models import processes, text, user_files
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
-_INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
+INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
-_ORB: Final = 78  # tag of the orb that everybody touches
+ORB: Final = 78  # tag of the orb that everybody touches
 _DAYS: Final = 100_000  # more than anybody's
 
 Hand = Literal["person", "pointer"]
@@ -118,7 +118,7 @@ class DataSet:
         seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
         which = f"{self.seed}-{user + 1}-{number + 1}"
         if self.one_orb:
-            orb = np.random.SeedSequence([DATA, self.seed, _ORB])
+            orb = np.random.SeedSequence([DATA, self.seed, ORB])
             seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
         played = simulate(
             seeds,
@@ -128,7 +128,7 @@ class DataSet:
             rate_hz=self.rate_hz,
             model=model,
             protocol=self.protocol,
-            inflation=_INFLATION,
+            inflation=INFLATION,
             gestures=self.gestures,
             repertoire=repertoire,
             faults=faults,

@@ -5,35 +5,36 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.mapping import NONE
 from models.data.load import Data
 
 
-def choose(path: Path | None, data: Data, *, gesture: bool, location: bool) -> Bundle | None:
-    """Return the bundle that lends what is not trained; None: nothing is lent.
+def choose(
+    base: Bundle, data: Data, *, gesture: bool, location: bool, named: Path | None
+) -> Bundle | None:
+    """Return the bundle of the network that is not trained; None if there is none.
 
     Args:
-        path: The one that somebody named; None: the one that ships, where it fits.
-        data: What the other network is trained on.
+        base: The one that was named, or the one that ships.
+        data: Examples that the other network is trained on.
         gesture: CNN-3D is trained.
         location: CNN-2D is trained.
+        named: The file that was named; None: none was.
 
     Raises:
         ValueError: The named one does not fit, or there is none for the gestures.
     """
     if gesture and location:
-        if path is not None:
+        if named is not None:
             raise ValueError("--with lends a network that is not trained, and here both are")
         return None
-    lender = bundle.read(path or bundle.default_path())
-    why = _misfit(lender, data, location=location)
+    why = _misfit(base, data, location=location)
     if not why:
-        return lender
-    if path is not None:
-        raise ValueError(f"{path} cannot lend its network: {why}")
+        return base
+    if named is not None:
+        raise ValueError(f"{named} cannot lend its network: {why}")
     if location:
         raise ValueError(
             f"the bundle that ships cannot lend its gesture network: {why}; name another with "

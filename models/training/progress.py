@@ -1,4 +1,4 @@
-"""Progress of a training on a terminal: one line that renews itself, or a line an epoch."""
+"""Progress of a training: one line that is redrawn on a terminal, else a line an epoch."""
 
 import math
 import time
@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from typing import Final, TextIO
 
 from models.results.training import Epoch
-from models.training.loop import Watch
 
 BLOCKS: Final = "▁▂▃▄▅▆▇█"
 LENGTH: Final = 24  # characters of a curve
 _REFRESH_S: Final = 0.3
 _CLEAR: Final = "\r\x1b[2K"
 
-Words = Callable[[Epoch], str]  # what to say of an epoch
+Describe = Callable[[Epoch], str]  # an epoch's scores in words
+Watch = Callable[[list[Epoch], float], None]  # epochs so far, and the share done of the next one
 
 
 def sparkline(values: Sequence[float], length: int = LENGTH) -> str:
@@ -41,17 +41,17 @@ def sparkline(values: Sequence[float], length: int = LENGTH) -> str:
 def watch(
     name: str,
     passes: int,
-    words: Words,
+    describe: Describe,
     stream: TextIO,
     now: Callable[[], float] = time.monotonic,
 ) -> Watch:
-    """Return what shows a network's progress on a stream.
+    """Return a function that shows a network's progress on a stream.
 
     Args:
         name: Of the network.
         passes: Epochs at most.
-        words: What to say of an epoch.
-        stream: A terminal gets curves that grow; anything else a line an epoch.
+        describe: Returns an epoch's scores in words.
+        stream: A terminal shows a growing curve, anything else a line an epoch.
         now: The time, seconds.
     """
     live = stream.isatty()
@@ -62,34 +62,18 @@ def watch(
         if seen < 0:
             seen = len(epochs) if share else len(epochs) - 1
         done = len(epochs) > seen and not share
-        if live and (done or now() - drawn > _REFRESH_S):
+        seen = len(epochs) if done else seen
+        text = describe(epochs[-1]) if epochs else "begins"
+        if done and not live:
+            stream.write(f"{name} epoch {len(epochs)}/{passes}: {text}\n")
+            stream.flush()
+        elif live and (done or now() - drawn > _REFRESH_S):
             drawn = now()
-            stream.write(_CLEAR + _line(name, epochs, share, passes, words, drawn - began))
+            minutes, seconds = divmod(int(drawn - began), 60)
+            curve = sparkline([e.check_loss for e in epochs]) or sparkline([e.loss for e in epochs])
+            line = f"{name} {len(epochs) + share:.1f}/{passes} {curve} {text} · "
+            end = "\n" if done and len(epochs) >= passes else ""
+            stream.write(f"{_CLEAR}{line}{minutes}:{seconds:02d}{end}")
             stream.flush()
-        elif done and not live:
-            stream.write(f"{name} epoch {len(epochs)}/{passes}: {words(epochs[-1])}\n")
-            stream.flush()
-        if done:
-            seen = len(epochs)
-            if live and len(epochs) >= passes:
-                stream.write("\n")
 
     return show
-
-
-def _line(
-    name: str,
-    epochs: list[Epoch],
-    share: float,
-    passes: int,
-    words: Words,
-    spent_s: float,
-) -> str:
-    """Return one line about a training under way."""
-    curve = sparkline([epoch.check_loss for epoch in epochs] or [epoch.loss for epoch in epochs])
-    text = words(epochs[-1]) if epochs else "begins"
-    return f"{name} {len(epochs) + share:.1f}/{passes} {curve} {text} · {_duration(spent_s)}"
-
-
-def _duration(seconds: float) -> str:
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from controller.simulator.session import LABELS
 from models.data.examples import Examples
-from models.data.recipe import Course
 from models.evaluation import scores
 from models.results.training import Epoch
-from models.training.loop import Lesson, fit
-from models.training.tasks import Gestures, Places
+from models.training.gesture_task import GestureTask
+from models.training.location_task import LocationTask
+from models.training.loop import Task, fit
 
 SHARES: Final = (1 / 16, 1 / 8, 1 / 4, 1 / 2)  # of the examples
 POINTS: Final = 30  # of a curve over the epochs, at most
@@ -43,15 +43,14 @@ def _columns(rows: list[Row]) -> dict[str, list[float]]:
 
 
 def curve(
-    lesson: Lesson,
-    course: Course,
+    task: Task,
     judge: Callable[[bool], Row],
     examples: int,
     seed: int,
 ) -> list[Row]:
     """Train, and return a row for some of the epochs, and last the network's that is kept."""
     rows: list[Row] = []
-    passes = course.passes(lesson.steps() * course.batch)
+    passes = task.recipe.passes(task.steps() * task.recipe.batch)
     shown = set(np.unique(np.geomspace(1, passes, POINTS).round().astype(int)).tolist())
 
     def row(epoch: Epoch, last: bool) -> Row:
@@ -62,12 +61,12 @@ def curve(
         if not done and epochs[-1].number in shown:
             rows.append(row(epochs[-1], last=False))
 
-    fitted = fit(lesson, course, seed, None, watch)
+    fitted = fit(task, seed, None, watch)
     return [*rows, row(fitted.epochs[fitted.best - 1], last=True)]
 
 
 def first(examples: Examples, own: Index, share: float) -> Index:
-    """Return the first windows of each class's block, pauses and all: a shorter lesson."""
+    """Return the first windows of each class's block, pauses and all: a shorter task."""
     label = examples.label[examples.ends[own]]
     begins = [int(np.flatnonzero(label == number)[0]) for number in range(1, len(LABELS))]
     edges = [0, *sorted(begins), len(own)]
@@ -75,24 +74,23 @@ def first(examples: Examples, own: Index, share: float) -> Index:
     return np.concatenate([block[: math.ceil(share * len(block))] for block in blocks])
 
 
-def events(lesson: Gestures, at: Index) -> float:
+def events(task: GestureTask, at: Index) -> float:
     """Return the share of gestures that the mean probability over them names rightly."""
-    ends = lesson.examples.ends[at]
-    logits, _ = lesson.answers(ends)
-    found = scores.events(lesson.examples, ends, scores.softmax(logits.numpy()))
+    ends = task.examples.ends[at]
+    logits, _ = task.answers(ends)
+    found = scores.events(task.examples, ends, scores.softmax(logits.numpy()))
     return float((found.named == found.label).mean())
 
 
-def share(lesson: Gestures, at: Index) -> float:
+def share(task: GestureTask, at: Index) -> float:
     """Return the share of windows that are named rightly."""
-    logits, label = lesson.answers(lesson.examples.ends[at])
+    logits, label = task.answers(task.examples.ends[at])
     return float((logits.argmax(dim=1) == label).float().mean())
 
 
-def error(lesson: Places, at: Index) -> float:
+def error(task: LocationTask, at: Index) -> float:
     """Return the mean error of images, grid units."""
-    lesson.parts["judged"] = at
-    return float(np.abs(lesson.errors("judged")).mean())
+    return float(np.abs(task.errors(at)).mean())
 
 
 def _words(row: Row) -> str:

@@ -8,14 +8,19 @@ import torch
 from numpy.typing import NDArray
 
 from controller.simulator.hand import GESTURES
-from models.data.recipe import Course, Recipe
+from models.data.recipe import (
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.evaluation import user_metrics
 from models.studies.figure7.curves import Row, Say, curve, study
 from models.training import user_task
-from models.training.simulated_users import Town
-from models.training.user_data import Crowd, crowd
-from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
-from models.training.user_task import People
+from models.training.simulated_users import SimulatedUsers, prepare_users
+from models.training.user_task import UserGestures, UserTask
 
 NETWORK: Final = "users"  # in the names of parts, beside CNN-3D and CNN-2D
 USERS: Final = 10  # paper, section 4.2
@@ -26,12 +31,12 @@ SHARED: Final = False  # each session has an orb of its own
 FEWER: Final = 4  # the paper's recipe runs for so many times fewer epochs than on gestures
 
 
-def course(name: str, recipe: Recipe) -> tuple[Course, Mood, bool]:
+def course(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentation, bool]:
     """Return how a recipe trains: course, moods, and whether rest is followed."""
     if name == "paper":
         epochs = max(1, recipe.gesture.epochs // FEWER)
-        return replace(recipe.gesture, epochs=epochs), STEADY, False
-    return COURSE, MOOD, True
+        return replace(recipe.gesture, epochs=epochs), UNVARIED_USER, False
+    return USER, VARIED_USER, True
 
 
 def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[str, Any]:
@@ -49,38 +54,36 @@ def people(preset: str, name: str, recipe: Recipe, seed: int, say: Say) -> dict[
         each.
     """
     how, mood, tracked = course(name, recipe)
-    town = Town(preset, seed, MINUTES, (GESTURE,), shared=SHARED)
+    players = SimulatedUsers(preset, seed, MINUTES, (GESTURE,), shared=SHARED)
     taught, day = (
-        crowd(((town.session(u, d), 1 + u, d) for u in range(USERS)), tracked=tracked)
+        prepare_users(((players.session(u, d), 1 + u, d) for u in range(USERS)), tracked=tracked)
         for d in range(2)
     )
     known = user_metrics.users_of(USERS)
 
     def run(share: float) -> list[Row]:
         own = taught.some(first(taught, share))
-        drawn = user_task.drawn(len(own.touched.ends), seed)
+        drawn = user_task.random_windows(len(own.ends), seed)
         torch.manual_seed(seed)
-        work = People(own.touched, own.who, 1 + USERS, how, mood, drawn)
+        task = UserTask(own, 1 + USERS, how, mood, drawn)
 
         def judged(last: bool) -> Row:
-            answers = user_task.ask(work.net, day.touched, day.touched.ends[::EVERY])
-            right = answers[:, 1:].argmax(axis=1) + 1 == day.who[day.touched.event[::EVERY]]
+            answers = user_task.probabilities(task.net, day, day.ends[::EVERY])
+            right = answers[:, 1:].argmax(axis=1) + 1 == day.user[day.event[::EVERY]]
             row = {"day": float(right.mean())}
             if last:
-                said = user_task.said(work.net, day.touched)
-                row["day events"] = user_metrics.share(
-                    said, day.who, day.touched.session, known
-                ).value
+                said = user_task.gesture_evidence(task.net, day)
+                row["day events"] = user_metrics.share(said, day.user, day.session, known).value
             return row
 
-        return curve(work, how, judged, int((~drawn).sum()), seed)
+        return curve(task, judged, int((~drawn).sum()), seed)
 
     return study(run, f"{preset}, recipe {name}: {USERS} users", say)
 
 
-def first(taught: Crowd, share: float) -> NDArray[np.bool_]:
+def first(taught: UserGestures, share: float) -> NDArray[np.bool_]:
     """Return the first gestures of each one's session: a shorter lesson."""
-    session = taught.touched.session
+    session = taught.session
     kept = np.zeros(len(session), dtype=np.bool_)
     for number in np.unique(session):
         own = np.flatnonzero(session == number)

@@ -32,12 +32,12 @@ from models.data.augment import Symmetry
 from models.data.examples import Source, prepare
 from models.data.recipe import RECIPES, Recipe
 from models.data.simulate import DataSet
-from models.data.training_split import Parts
+from models.data.splits import Parts
 from models.studies.figure7 import people as ten
 from models.studies.figure7.curves import Row, Say, curve, error, events, first, share, study
 from models.studies.figure7.pressing import RATE_HZ, pressing
-from models.training import train_networks
-from models.training.tasks import Gestures, Places
+from models.training.gesture_task import GestureTask
+from models.training.location_task import LocationTask
 
 WINDOW: Final = 10  # images: likewise
 RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
@@ -68,7 +68,11 @@ class Settings:
         recipe = RECIPES[name]
         if name != "paper":
             return replace(recipe, gesture=recipe.gesture.of_people(1))
-        return train_networks.epochs(recipe, self.epochs, self.place_epochs)
+        return replace(
+            recipe,
+            gesture=recipe.gesture.lasting(self.epochs),
+            location=recipe.location.lasting(self.place_epochs),
+        )
 
 
 def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
@@ -187,17 +191,17 @@ def gestures(preset: str, name: str, settings: Settings, say: Say) -> dict[str, 
             np.intersect1d(own[random.test], kept),
         )
         torch.manual_seed(settings.seed)
-        lesson = Gestures(
+        task = GestureTask(
             examples, parts, len(LABELS), symmetry, recipe.gesture, torch.device("cpu")
         )
 
         def judge(last: bool) -> dict[str, float]:
-            row = {key: share(lesson, at[::EVERY]) for key, at in sets.items()}
+            row = {key: share(task, at[::EVERY]) for key, at in sets.items()}
             if last:
-                row |= {f"{key} events": events(lesson, at) for key, at in sets.items()}
+                row |= {f"{key} events": events(task, at) for key, at in sets.items()}
             return row
 
-        return curve(lesson, recipe.gesture, judge, len(parts.train), settings.seed)
+        return curve(task, judge, len(parts.train), settings.seed)
 
     return study(run, f"{preset}, recipe {name}: CNN-3D", say)
 
@@ -246,17 +250,17 @@ def locations(preset: str, name: str, settings: Settings, say: Say) -> dict[str,
             np.intersect1d(own[random.test], kept),
         )
         torch.manual_seed(settings.seed)
-        lesson = Places(
-            found, parts, whole.of_class(1 + press), recipe.location, torch.device("cpu")
+        task = LocationTask(
+            found, parts, whole.common([1 + press]), recipe.location, torch.device("cpu")
         )
 
         def judge(last: bool) -> dict[str, float]:
-            row = {key: error(lesson, at) for key, at in sets.items()}
+            row = {key: error(task, at) for key, at in sets.items()}
             if last:
-                row |= {f"{key} presses": error(lesson, at[ends[at]]) for key, at in sets.items()}
+                row |= {f"{key} presses": error(task, at[ends[at]]) for key, at in sets.items()}
             return row
 
-        return curve(lesson, recipe.location, judge, len(parts.train), settings.seed)
+        return curve(task, judge, len(parts.train), settings.seed)
 
     return study(run, f"{preset}, recipe {name}: CNN-2D", say)
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller.bundles import vocabulary
-from models.data.augment import Augmentation, Symmetry
+from models.data.augment import Symmetry, vary_windows
+from models.data.recipe import Augmentation
 from models.evaluation import resample, scores
 from models.results.figure import Figure
 from models.studies.information.windows import GAIN, Taken
@@ -282,7 +283,7 @@ def _varied(
 ) -> tuple[Tensor, Tensor]:
     """Turn, mirror and disturb examples as their gestures allow."""
     z = 1.0 + asks.reshape(len(asks), -1, *shape.grid) / GAIN
-    z, means = VARIED.windows(z, means, shape.symmetry, generator)
+    z, means = vary_windows(VARIED, z, means, shape.symmetry, generator)
     return (GAIN * (z - 1.0)).reshape(len(asks), -1), means
 
 
