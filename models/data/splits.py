@@ -155,7 +155,7 @@ def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> 
             "a fold that learns from one person has nobody to choose on; record another, or ask "
             "for more folds"
         )
-    held = np.isin(of, _spread(names, max(1, round(SHARE * len(names)))))
+    held = np.isin(of, spread(names, max(1, round(SHARE * len(names)))))
     inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
     check(inner, ends, window)
     return inner
@@ -203,7 +203,7 @@ def check(fold: Fold, ends: Index, window: int) -> None:
 # --- hold-out of a training -----------------------------------------------------------------------
 
 
-def hold_out(data: Data, by: str, seed: int) -> Split:
+def split_windows(data: Data, by: str, seed: int) -> Split:
     """Hold sessions, users or the ends of sessions out.
 
     Args:
@@ -217,7 +217,7 @@ def hold_out(data: Data, by: str, seed: int) -> Split:
         ValueError: There is no such split, or too little to split.
     """
     if by == "site":
-        return replace(hold_out(data, "", seed), sites=True)
+        return replace(split_windows(data, "", seed), sites=True)
     examples = data.examples
     present = np.unique(examples.session)  # recordings that have a window
     many = len(np.unique(data.session[present])) >= FEW
@@ -235,7 +235,7 @@ def hold_out(data: Data, by: str, seed: int) -> Split:
         names = np.unique(groups[present])
         if len(names) < 2:
             raise ValueError(f"there is only one {chosen}; record another, or use --split time")
-        taken = _spread(names, min(MOST, max(1, round(SHARE * len(names)))))
+        taken = spread(names, min(MOST, max(1, round(SHARE * len(names)))))
         held = np.isin(groups, taken)
         tested = held[examples.session[examples.ends]]
         fold = _fold(chosen, examples.ends, examples.window, ~tested, tested)
@@ -313,7 +313,7 @@ def _sites(found: Touches, count: int) -> tuple[Mask, str]:
         raise ValueError(
             "all touches are at one site; record others with: controller teach --protocol locations"
         )
-    taken = _spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
+    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
     listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
     return np.isin(own.reshape(-1), taken), (
         f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
@@ -321,7 +321,7 @@ def _sites(found: Touches, count: int) -> tuple[Mask, str]:
     )
 
 
-def _spread(names: Index, count: int) -> Index:
+def spread(names: Index, count: int) -> Index:
     """Return so many names, evenly spread over the order in which they were recorded."""
     return np.asarray(names[((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)])
 

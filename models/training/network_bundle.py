@@ -97,7 +97,7 @@ class NetworkPlan:
             lender = base_bundle.choose(
                 base, data, gesture=gesture, location=location, named=request.base
             )
-        split = splits.hold_out(data, request.split, request.seed)
+        split = splits.split_windows(data, request.split, request.seed)
         made = cls(request, data, split, recipe, found, gesture, location, lender, answers)
         for line in _announcement(made, _expected(made)):
             say(line)

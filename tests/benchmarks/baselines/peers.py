@@ -168,7 +168,7 @@ def _data(paths: tuple[Path, ...], *, paper: bool) -> Data:
 
 
 def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Saved:
-    split = splits.hold_out(data, "session", SEED)
+    split = splits.split_windows(data, "session", SEED)
     work = TrainingJob(data, split, recipe, SEED, torch.device("cpu"), folder)
     shape = data.examples.window, *data.examples.images.shape[1:], len(data.vocabulary.labels)
     words: dict[str, Any] = {"settings": asdict(data.settings), "shape": shape}

@@ -8,6 +8,7 @@ was drawn anew. Strangers, whom no training met, are to be taken for nobody.
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -28,9 +29,9 @@ from models.training.networks import Network
 from models.training.simulated_users import Change, SimulatedUsers, last_block, prepare_users
 from models.training.user_task import UserGestures, gesture_evidence, train_users
 
-HANGS_ON: Final = (  # files of models/
-    "data/augment", "data/recipe", "evaluation/user_metrics", "studies/users",
-    "training/simulated_users", "training/user_task",
+HANGS_ON: Final = (  # modules whose sources a result depends on
+    "models.evaluation.user_metrics", "models.training.simulated_users",
+    "models.training.user_task", __name__,
 )  # fmt: skip
 
 Say = Callable[[str], None]
@@ -197,8 +198,8 @@ def measure(
 
 
 def _code() -> str:
-    """Return what a result hangs on in this folder."""
+    """Return a hash of the sources that a result depends on."""
     digest = hashlib.sha256()
     for name in HANGS_ON:
-        digest.update(Path(__file__).parents[1].joinpath(f"{name}.py").read_bytes())
+        digest.update(Path(str(sys.modules[name].__file__)).read_bytes())
     return digest.hexdigest()
