@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
-    from models.evaluation.tune import Goal, settings_of, spread, tune, write
+    from models.evaluation.tune import Goal, spread, tune, write
     from models.reports import page, terminal_plot
 
     if arguments.out:
@@ -135,6 +135,6 @@ def run(arguments: argparse.Namespace) -> int:
         page.write(page_of, ReportData(tuning=found))
     if arguments.out:
         said = f"on {on}; {found.goal}"
-        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
+        made = write(arguments.out, arguments.bundle, found.chosen.settings, said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

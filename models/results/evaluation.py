@@ -9,6 +9,7 @@ import math
 from dataclasses import asdict, dataclass, field, is_dataclass
 from typing import Any
 
+from controller.recognition.debounce import DebounceSettings
 from models import json_values
 from models.results.figure import Figure
 
@@ -224,21 +225,17 @@ class Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One choice of the debouncer's thresholds, and what it gives.
+    """Performance at one choice of the debouncer's settings.
 
     Attributes:
-        smoothing: Weight of the newest probabilities.
-        on: A gesture fires at this.
-        off: The latch re-arms below this.
+        settings: The choice.
         recall: Events that are answered rightly.
         f1: Of the event metric.
         false_alarms_per_min: Answers to nothing, per idle minute.
         latency_s: Median, from onset.
     """
 
-    smoothing: float
-    on: float
-    off: float
+    settings: DebounceSettings
     recall: float
     f1: float
     false_alarms_per_min: float
