@@ -9,7 +9,7 @@ HUSH_S: Final = 10.0
 LINES: Final = 20  # within that time
 
 
-class Hush:
+class LogLimit:
     """Decides which lines are logged: each of them once within `HUSH_S`, and `LINES` in all."""
 
     def __init__(self, lines: int = LINES, clock: Callable[[], float] = time.monotonic) -> None:

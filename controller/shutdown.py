@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 
-class Ends(list[str]):
+class ShutdownSignals(list[str]):
     """Reasons to end, in their order.
 
     Attributes:
@@ -21,13 +21,13 @@ class Ends(list[str]):
 
 
 @contextmanager
-def signals() -> Iterator[Ends]:
+def signals() -> Iterator[ShutdownSignals]:
     """Turn signals to end into reasons to end, in order, for as long as the context lasts.
 
     SIGHUP is the end of the terminal that a program runs in; to one that runs in none it says that
     the settings have changed.
     """
-    reasons = Ends()
+    reasons = ShutdownSignals()
     # Asked now: a terminal that has been closed is none any more.
     terminal = any(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr) if stream)
     numbers = [signal.SIGINT, signal.SIGTERM]

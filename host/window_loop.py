@@ -40,7 +40,7 @@ class Orb(Protocol):
         """Send without waiting."""
 
 
-class Bell(Orb, Protocol):
+class WakeupReceiver(Orb, Protocol):
     """One that also tells when there is something to poll."""
 
     def wait(self, timeout_s: float) -> None:
@@ -100,7 +100,7 @@ def play(
 
 def serve(
     target: Target,
-    orb: Bell,
+    orb: WakeupReceiver,
     *,
     seconds: float | None = None,
     clock: Callable[[], float] = time.monotonic,

@@ -26,10 +26,10 @@ if sys.platform != "win32":
 
 if sys.platform == "win32":  # these play with ptys and signals, which Windows has none of
     collect_ignore = [
-        "test_controller_cli.py",
-        "test_links.py",
-        "test_receiver.py",
-        "test_whole_path.py",
+        "controller/cli/test_run.py",
+        "controller/links/test_links.py",
+        "host/connection/test_receiver.py",
+        "host/test_whole_path.py",
     ]
 
 

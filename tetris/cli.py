@@ -16,7 +16,7 @@ from tetris.engine.modes import LAST_START_LEVEL, MODES
 from tetris.history import bot_game
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load, save
-from tetris.history.video import SUFFIXES, FilmError
+from tetris.history.video import SUFFIXES, VideoError
 
 _MOST_PIECES: Final = 1_000_000
 _LAST_SEED: Final = 2**32 - 1
@@ -32,7 +32,7 @@ def run(argv: list[str] | None = None) -> int:
         return _play(_options(argv))
     except ReplayError as error:
         return complain("tetris", error, 2)
-    except FilmError as error:
+    except VideoError as error:
         return complain("tetris", error, 1)
 
 

@@ -11,6 +11,6 @@ was taught so; every lesson begins with the network as it was trained, and takes
 """
 
 from controller.adapt.examples import Example
-from controller.adapt.few_shot import AdaptError, Taught, teach
+from controller.adapt.few_shot import AdaptedBundle, AdaptError, teach
 
-__all__ = ["AdaptError", "Example", "Taught", "teach"]
+__all__ = ["AdaptError", "AdaptedBundle", "Example", "teach"]

@@ -20,7 +20,7 @@ from controller.adapt.examples import Example, touched
 from controller.adapt.few_shot import AdaptError, teach
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.store import Shelf
+from controller.bundles.deploy.store import BundleStore
 
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
@@ -73,7 +73,7 @@ def correct(
     label: str,
     images: Images,
     rate_hz: float,
-    shelf: Shelf,
+    shelf: BundleStore,
     install: Callable[[Path, str], str],
 ) -> str:
     """Learn what the latest touch was and take the bundle that knows it into use.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller import console, npz, toml_text
 from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
-from controller.adapt.head import FormError, Taken
+from controller.adapt.head import FormError, SplitNetwork
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
 from controller.bundles import archive
 from controller.bundles import bundle as bundles
@@ -36,7 +36,7 @@ class AdaptError(TroubleError, ValueError):
 
 
 @dataclass(frozen=True)
-class Taught:
+class AdaptedBundle:
     """A bundle that has learned.
 
     Attributes:
@@ -69,7 +69,7 @@ def teach(
     note: str = "",
     seed: int = 0,
     careful: bool = True,
-) -> Taught:
+) -> AdaptedBundle:
     """Return a bundle that has learned from examples.
 
     Args:
@@ -125,7 +125,7 @@ def teach(
         content.setdefault(users.NETWORK, b"")
     content[bundles.GOLDEN] = npz.pack(golden)
     content[rehearsal.PART] = replace(known, base=base).pack()
-    return Taught(
+    return AdaptedBundle(
         toml_text.dumps(table).encode(),
         content,
         min(kept for kept, _ in shares),
@@ -183,7 +183,7 @@ class _Lesson:
                 weight.append(weight_of(one) * each / len(alike))
                 spoken.append((kind, inside))
         embedding = np.concatenate(embedded)
-        material = fit_head.Material(
+        material = fit_head.TrainingSet(
             embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
         )
         units = fit_head.fit(material, self.seed)
@@ -285,7 +285,9 @@ def _ask(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.concatenate([run(question[None]) for question in questions])
 
 
-def _logits(taken: Taken, material: fit_head.Material, units: head.Units) -> NDArray[np.float32]:
+def _logits(
+    taken: SplitNetwork, material: fit_head.TrainingSet, units: head.LearnedUnits
+) -> NDArray[np.float32]:
     hidden = np.maximum(material.embedding @ units.weights.T + units.bias, 0.0)
     logits = hidden @ units.says.T
     logits[:, : taken.classes] += material.logits

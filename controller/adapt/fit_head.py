@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.adapt.head import Units
+from controller.adapt.head import LearnedUnits
 
 Values = NDArray[np.float32]
 
@@ -20,7 +20,7 @@ _FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8  # Adam's moments: Kingma and Ba 2015,
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Material:
+class TrainingSet:
     """What is learned from.
 
     Attributes:
@@ -36,7 +36,7 @@ class Material:
     weight: NDArray[np.float64]
 
 
-def fit(material: Material, seed: int = 0) -> Units:
+def fit(material: TrainingSet, seed: int = 0) -> LearnedUnits:
     """Return units that make the network answer as it shall.
 
     Args:
@@ -44,7 +44,7 @@ def fit(material: Material, seed: int = 0) -> Units:
         seed: Of the first weights and of the batches: the same material gives the same units.
     """
     teams = [_team(material, np.random.default_rng([seed, team])) for team in range(TEAMS)]
-    return Units(
+    return LearnedUnits(
         np.concatenate([team.weights for team in teams]),
         np.concatenate([team.bias for team in teams]),
         np.asarray(np.concatenate([team.says for team in teams], axis=1) / TEAMS, np.float32),
@@ -52,8 +52,8 @@ def fit(material: Material, seed: int = 0) -> Units:
 
 
 def _team(
-    material: Material, rng: np.random.Generator, units: int = UNITS, steps: int = STEPS
-) -> Units:
+    material: TrainingSet, rng: np.random.Generator, units: int = UNITS, steps: int = STEPS
+) -> LearnedUnits:
     """Return units that are fitted by themselves."""
     mean, spread = _scale(material)
     seen = ((material.embedding - mean) / spread).astype(np.float32)
@@ -93,14 +93,14 @@ def _team(
     # The scale goes into the weights; a unit that always says 1 carries what is always added.
     weights = (within / spread[:, None]).T
     offset = bias - (mean / spread) @ within
-    return Units(
+    return LearnedUnits(
         np.vstack([weights, np.zeros((1, len(mean)))]).astype(np.float32),
         np.append(offset, 1.0).astype(np.float32),
         np.column_stack([says.T, always]).astype(np.float32),
     )
 
 
-def _scale(material: Material) -> tuple[Values, Values]:
+def _scale(material: TrainingSet) -> tuple[Values, Values]:
     """Return mean and deviation of each number of the embedding; quiet ones are not blown up."""
     share = material.weight / material.weight.sum()
     mean = share @ material.embedding

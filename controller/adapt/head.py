@@ -24,7 +24,7 @@ class FormError(ValueError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Units:
+class LearnedUnits:
     """What was learned: hidden units, and what each adds to the answers.
 
     Attributes:
@@ -39,7 +39,7 @@ class Units:
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class SplitNetwork:
     """A network taken apart, as it was trained.
 
     Attributes:
@@ -74,7 +74,7 @@ class Taken:
         hidden = np.maximum(embedding @ weights[self.dense[0]].T + weights[self.dense[1]], 0.0)
         return np.asarray(hidden @ weights[self.out[0]].T + weights[self.out[1]])
 
-    def widened(self, units: Units) -> bytes:
+    def widened(self, units: LearnedUnits) -> bytes:
         """Return the ONNX file of the network with more units, and classes as they say."""
         weights = dict(self.graph.weights)
         dense, bias = (weights[name] for name in self.dense)
@@ -90,7 +90,7 @@ class Taken:
         return onnx_writer.write(replace(self.graph, weights=weights), width=len(out))
 
 
-def take_apart(model: bytes, base: tuple[int, int] | None = None) -> Taken:
+def take_apart(model: bytes, base: tuple[int, int] | None = None) -> SplitNetwork:
     """Return a network as it was trained.
 
     Args:
@@ -120,7 +120,7 @@ def take_apart(model: bytes, base: tuple[int, int] | None = None) -> Taken:
     weights[dense.inputs[1]], weights[dense.inputs[2]] = rows[:hidden], bias[:hidden]
     weights[out.inputs[1]] = answers[:classes, :hidden]
     weights[out.inputs[2]] = answers_bias[:classes]
-    return Taken(
+    return SplitNetwork(
         replace(read, weights=weights),
         dense.inputs[0],
         (dense.inputs[1], dense.inputs[2]),
@@ -150,4 +150,4 @@ def _other() -> FormError:
     )
 
 
-__all__ = ["EngineError", "FormError", "Taken", "Units", "take_apart"]
+__all__ = ["EngineError", "FormError", "LearnedUnits", "SplitNetwork", "take_apart"]

@@ -28,7 +28,7 @@ from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.preprocess import PreprocessSettings
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 from controller.recognition.users import NOBODY, Users, UsersError
 
 FORMAT = 4  # of bundle.toml and of the list of parts
@@ -59,7 +59,7 @@ _RANGES = {  # of settings; others are from 0 to 1e9, which stands for never
     "off": (0.0, 1.0),
 }
 _ENDS = 200, 150  # characters of a long message: what was found, and what was expected
-_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, Spread)
+_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, PositionSpread)
 
 
 class BundleError(UserError, ValueError):
@@ -105,7 +105,7 @@ class Bundle:
     location_onnx: bytes
     golden: Golden
     hash: str
-    spread: Spread | None = None
+    spread: PositionSpread | None = None
     users: Users = NOBODY
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
@@ -276,7 +276,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         window=window,
         preprocess=preprocess,
         debounce=_settings(DebounceSettings, table, "debounce"),
-        spread=_settings(Spread, table, "location") if "location" in table else None,
+        spread=_settings(PositionSpread, table, "location") if "location" in table else None,
         mapping=mapping,
         card=_card(table),
         gesture_onnx=parts["gesture.onnx"],

@@ -39,7 +39,7 @@ _TIMES: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class ExampleRequest:
     """One example that is wanted.
 
     Attributes:
@@ -52,7 +52,7 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class CueTiming:
     """How long the phases of one example take, seconds; a rest takes up to `jitter_s` longer.
 
     Go is over before its time when something was felt, and then nothing for `still_s`; 0: never.
@@ -66,7 +66,7 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class CuePlan:
     """What shall be recorded.
 
     Attributes:
@@ -79,19 +79,21 @@ class Plan:
 
     name: str
     repetitions: dict[str, int]
-    pace: Pace = Pace()
+    pace: CueTiming = CueTiming()
     order: str = RANDOM
     seed: int = 1
 
-    def asks(self) -> list[Ask]:
+    def asks(self) -> list[ExampleRequest]:
         """Return all examples in the order in which they are asked for."""
-        asks = [Ask(label) for label, count in self.repetitions.items() for _ in range(count)]
+        asks = [
+            ExampleRequest(label) for label, count in self.repetitions.items() for _ in range(count)
+        ]
         if self.order == BLOCKS:
             return asks
         return [asks[i] for i in np.random.default_rng([self.seed, 0]).permutation(len(asks))]
 
 
-def read(path: Path, labels: Sequence[str]) -> Plan:
+def read(path: Path, labels: Sequence[str]) -> CuePlan:
     """Return the plan in a TOML file, for `--cues`.
 
     Args:
@@ -108,7 +110,7 @@ def read(path: Path, labels: Sequence[str]) -> Plan:
         raise RecordingError(f"{path}: {error} (docs/recording.md)") from None
 
 
-def parse(table: dict[str, Any], labels: Sequence[str]) -> Plan:
+def parse(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
     """Return the plan that a TOML table makes.
 
     Raises:
@@ -126,7 +128,7 @@ def parse(table: dict[str, Any], labels: Sequence[str]) -> Plan:
     if type(seed) is not int or not 0 <= seed < _SEEDS:
         raise RecordingError(f"seed is {seed!r}, not a whole number from 0 to {_SEEDS - 1}")
     times = {key: _seconds(key, table[key]) for key in _TIMES if key in table}
-    return Plan(name, _repetitions(table, labels), Pace(**times), order, seed)
+    return CuePlan(name, _repetitions(table, labels), CueTiming(**times), order, seed)
 
 
 def _seconds(key: str, value: Any) -> float:

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from controller.capture.cue_plan import BLOCKS, Ask, Pace, Plan
+from controller.capture.cue_plan import BLOCKS, CuePlan, CueTiming, ExampleRequest
 
 FELT_FRAMES: Final = 2  # make a touch; noise leaves the gate in one of a thousand
 NULL_LABEL: Final = "null"  # asks for no touch
@@ -72,7 +72,7 @@ class Cue:
 
 
 @dataclass(frozen=True, slots=True)
-class Void:
+class DiscardedExample:
     """An example that does not count and is asked for again.
 
     Attributes:
@@ -92,11 +92,16 @@ class Void:
         return {"t": round(t_s, 3), "cue": "again", "label": self.label, "why": self.why}
 
 
-class Cues:
+class CueSession:
     """A session under way. Its time is that of the frames, but for pauses."""
 
     def __init__(
-        self, asks: Sequence[Ask], pace: Pace, rng: np.random.Generator, *, shuffled: bool = True
+        self,
+        asks: Sequence[ExampleRequest],
+        pace: CueTiming,
+        rng: np.random.Generator,
+        *,
+        shuffled: bool = True,
     ) -> None:
         """Prepare to ask.
 
@@ -108,10 +113,12 @@ class Cues:
         """
         self._queue = deque(asks)
         self._pace, self._rng, self._shuffled = pace, rng, shuffled
-        self._counted: list[tuple[Ask, float, float]] = []  # examples that count: from, to
+        self._counted: list[
+            tuple[ExampleRequest, float, float]
+        ] = []  # examples that count: from, to
         self._labels = tuple(dict.fromkeys(ask.label for ask in asks))
         self._phase = Phase.WAIT
-        self._ask: Ask | None = None  # the present example
+        self._ask: ExampleRequest | None = None  # the present example
         self._last_s = self._from_s = self._until_s = 0.0  # the last frame; this phase
         self._felt = 0  # frames of this example in which something touched
         self._anew = 0  # those of a touch that began since the last example
@@ -120,7 +127,7 @@ class Cues:
         self._paused = False
 
     @classmethod
-    def of(cls, plan: Plan) -> "Cues":
+    def of(cls, plan: CuePlan) -> "CueSession":
         """Return the session of a plan."""
         rng = np.random.default_rng([plan.seed, 1])
         return cls(plan.asks(), plan.pace, rng, shuffled=plan.order != BLOCKS)
@@ -130,7 +137,7 @@ class Cues:
         """Whether there is enough of everything."""
         return self._phase is Phase.DONE
 
-    def step(self, t_s: float, *, felt: bool, paused: bool = False) -> list[Void]:
+    def step(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
         """Let time pass to the frame at `t_s`; return the examples that turned out void.
 
         Args:
@@ -148,7 +155,7 @@ class Cues:
             why = "there was a pause" if paused else "frames were missed"
             return self._restart(t_s, why) if self._phase is Phase.GO else []
         self._feel(t_s, felt=felt)
-        voids: list[Void] = []
+        voids: list[DiscardedExample] = []
         while self._phase is not Phase.DONE and t_s >= self._until_s:
             voids += self._turn()
         return voids
@@ -169,7 +176,7 @@ class Cues:
             self._queue[0].label if self._queue else "",
         )
 
-    def drop(self, from_s: float, to_s: float) -> list[Void]:
+    def drop(self, from_s: float, to_s: float) -> list[DiscardedExample]:
         """Take back what was recorded between two times; return the examples that that concerns."""
         voids = []
         for example in tuple(self._counted):
@@ -177,7 +184,7 @@ class Cues:
             if began_s < to_s and from_s < ended_s:
                 self._counted.remove(example)
                 self._again(ask)
-                voids.append(Void(ask.label, began_s, ended_s, "it was dropped"))
+                voids.append(DiscardedExample(ask.label, began_s, ended_s, "it was dropped"))
         if to_s <= self._from_s:
             return voids
         if self._phase is Phase.GO:
@@ -202,7 +209,7 @@ class Cues:
             still_s = t_s - self._felt_s
             self._until_s = t_s if still_s > self._pace.still_s - _INSTANT_S else self._until_s
 
-    def _turn(self) -> list[Void]:
+    def _turn(self) -> list[DiscardedExample]:
         """Go from a phase that is over to the next one."""
         now_s, ask = self._until_s, self._ask
         if self._phase is Phase.GET_READY:
@@ -219,7 +226,7 @@ class Cues:
             self._counted.append((ask, began_s, now_s))
             return []
         self._again(ask)
-        return [Void(ask.label, began_s, now_s, "nothing was felt")]
+        return [DiscardedExample(ask.label, began_s, now_s, "nothing was felt")]
 
     def _next(self, now_s: float) -> None:
         """Begin the next example, if there is one."""
@@ -229,14 +236,14 @@ class Cues:
         else:
             self._enter(Phase.GET_READY, now_s, self._pace.get_ready_s)
 
-    def _restart(self, t_s: float, why: str) -> list[Void]:
+    def _restart(self, t_s: float, why: str) -> list[DiscardedExample]:
         """Begin the present example anew."""
         assert self._ask is not None
-        void = Void(self._ask.label, self._from_s, t_s, why)
+        void = DiscardedExample(self._ask.label, self._from_s, t_s, why)
         self._enter(Phase.GET_READY, t_s, self._pace.get_ready_s)
         return [void]
 
-    def _again(self, ask: Ask) -> None:
+    def _again(self, ask: ExampleRequest) -> None:
         """Ask for an example once more."""
         last = len(self._queue)  # what comes next was said already, and stays
         at = min(1, last) + int(self._rng.integers(max(last, 1))) if self._shuffled else 0

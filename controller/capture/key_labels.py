@@ -7,14 +7,14 @@ Space: pause, and go on. Backspace: the last seconds are dropped; again: as many
 from dataclasses import dataclass
 from typing import Final
 
-from controller.capture.terminal_decoder import BACKSPACE, SPACE, Change
+from controller.capture.terminal_decoder import BACKSPACE, SPACE, KeyChange
 from controller.recordings.recording import UNKNOWN, Mark
 
 DROP_S: Final = 3.0  # what one backspace drops: a gesture and the time to see that it went wrong
 
 
 @dataclass(frozen=True, slots=True)
-class Amend:
+class LabelCorrection:
     """Something said afterwards of frames that were taken already.
 
     Attributes:
@@ -30,7 +30,7 @@ class Amend:
     value: int
 
 
-class Keys:
+class KeyLabels:
     """What the keys say of the present frame, and of those before it.
 
     Attributes:
@@ -47,7 +47,7 @@ class Keys:
         self._held: list[tuple[str, float]] = []  # label keys and when they went down, in order
         self._dropped = (0.0, 0.0)  # what the latest backspace dropped: from, to
 
-    def take(self, change: Change, now_s: float) -> list[Amend | Mark]:
+    def take(self, change: KeyChange, now_s: float) -> list[LabelCorrection | Mark]:
         """Take a key that went down or came up, and return what it says of earlier frames.
 
         Args:
@@ -63,7 +63,7 @@ class Keys:
             return [Mark(now_s, "key", "pause" if self.paused else "go on")]
         return self._drop(change.t_s, now_s) if change.key == BACKSPACE else []
 
-    def _label(self, change: Change, now_s: float) -> list[Amend | Mark]:
+    def _label(self, change: KeyChange, now_s: float) -> list[LabelCorrection | Mark]:
         """Begin or end a label. The key that went down last counts."""
         down_s = next((t_s for key, t_s in self._held if key == change.key), change.t_s)
         self._held = [pair for pair in self._held if pair[0] != change.key]
@@ -71,16 +71,16 @@ class Keys:
             self._held.append((change.key, change.t_s))
         self.label = int(self._held[-1][0]) if self._held else 0
         if change.tapped:  # a label was meant, but nobody knows for how long
-            return [Amend("key", down_s, now_s, UNKNOWN)]
-        return [Amend("key", change.t_s, now_s, self.label)] if change.t_s < now_s else []
+            return [LabelCorrection("key", down_s, now_s, UNKNOWN)]
+        return [LabelCorrection("key", change.t_s, now_s, self.label)] if change.t_s < now_s else []
 
-    def _drop(self, t_s: float, now_s: float) -> list[Amend | Mark]:
+    def _drop(self, t_s: float, now_s: float) -> list[LabelCorrection | Mark]:
         """Drop the last seconds; if they were dropped just now, as many before them."""
         before_s, until_s = self._dropped
         again = t_s - DROP_S < until_s
         from_s = max((before_s if again else t_s) - DROP_S, 0.0)
         self._dropped = (from_s, t_s)
         return [
-            Amend("excluded", from_s, now_s, True),
+            LabelCorrection("excluded", from_s, now_s, True),
             Mark(now_s, "key", f"drop {from_s:.3f} to {t_s:.3f} s"),
         ]

@@ -7,16 +7,16 @@ the recording chooses whom to believe.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from controller.capture.cues import NULL_LABEL, Cue, Cues, Phase, Void
-from controller.capture.key_labels import Amend, Keys
-from controller.capture.terminal_decoder import Holds, Signal, Stroke
+from controller.capture.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
+from controller.capture.key_labels import KeyLabels, LabelCorrection
+from controller.capture.terminal_decoder import HeldKeys, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
 
-Told = tuple[float, Stroke | Signal]  # seconds ago, and what the terminal said
+Told = tuple[float, KeyEvent | Signal]  # seconds ago, and what the terminal said
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class FrameLabels:
     """What is said of one frame, and what was said at its time of earlier ones.
 
     Attributes:
@@ -36,9 +36,9 @@ class Said:
     cue: int = UNKNOWN
     excluded: bool = False
     asked: Cue | None = None
-    amends: tuple[Amend, ...] = ()
+    amends: tuple[LabelCorrection, ...] = ()
     marks: tuple[Mark, ...] = ()
-    voids: tuple[Void, ...] = ()
+    voids: tuple[DiscardedExample, ...] = ()
     fresh: bool = False
 
 
@@ -52,7 +52,7 @@ class Labeller:
     """
 
     def __init__(
-        self, labels: Sequence[str], *, button_label: str = "", cues: Cues | None = None
+        self, labels: Sequence[str], *, button_label: str = "", cues: CueSession | None = None
     ) -> None:
         """Begin a session.
 
@@ -61,12 +61,12 @@ class Labeller:
             button_label: What the button means where nothing else names it; "" nothing.
             cues: What to ask for.
         """
-        self.keys = Keys(len(labels))
+        self.keys = KeyLabels(len(labels))
         self.cues = cues
         self.labels = tuple(labels)
         self._button_label = button_label
         self._named: str | None = None  # what the button means while it is down; None: it is up
-        self._holds = Holds()
+        self._holds = HeldKeys()
         self._last_s = -1.0  # of the latest frame
         self._asked: Cue | None = None
 
@@ -83,7 +83,7 @@ class Labeller:
         told: Iterable[Told] = (),
         felt: bool = False,
         ready: bool = True,
-    ) -> Said:
+    ) -> FrameLabels:
         """Return what is said of the frame at `t_s`.
 
         Args:
@@ -94,21 +94,21 @@ class Labeller:
             ready: The sensor's rest is known; cues wait for it.
         """
         amends, marks = self._hear(told, t_s)
-        voids: list[Void] = []
+        voids: list[DiscardedExample] = []
         if self.cues is not None:
             for amend in amends:
                 if amend.column == "excluded":
                     voids += self.cues.drop(amend.from_s, amend.to_s)
             if ready:
                 voids += self.cues.step(t_s, felt=felt, paused=self.keys.paused)
-            amends += [Amend("excluded", void.from_s, void.to_s, True) for void in voids]
+            amends += [LabelCorrection("excluded", void.from_s, void.to_s, True) for void in voids]
             marks += [Mark(t_s, "cue", f"again {void.label}: {void.why}") for void in voids]
         asked = self.cues.at(t_s) if self.cues is not None else None
         fresh = asked is not None and not _alike(asked, self._asked)
         if asked is not None and fresh:
             marks.append(Mark(t_s, "cue", _words(asked)))
         self._asked, last_s, self._last_s = asked, self._last_s, t_s
-        return Said(
+        return FrameLabels(
             button=self._button(button),
             key=self.keys.label,
             cue=self._cue(asked),
@@ -120,19 +120,19 @@ class Labeller:
             fresh=fresh,
         )
 
-    def _hear(self, told: Iterable[Told], t_s: float) -> tuple[list[Amend], list[Mark]]:
+    def _hear(self, told: Iterable[Told], t_s: float) -> tuple[list[LabelCorrection], list[Mark]]:
         """Return what the keys say of earlier frames."""
         changes = []
         for ago_s, one in told:
             when_s = t_s - ago_s
-            if isinstance(one, Stroke):
+            if isinstance(one, KeyEvent):
                 changes += self._holds.take(one, when_s)
             elif one is Signal.AWAY:
                 changes += self._holds.let_go(when_s)
         changes += self._holds.pass_time(t_s)
         notes = [note for change in changes for note in self.keys.take(change, t_s)]
         return (
-            [note for note in notes if isinstance(note, Amend)],
+            [note for note in notes if isinstance(note, LabelCorrection)],
             [note for note in notes if isinstance(note, Mark)],
         )
 

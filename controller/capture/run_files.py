@@ -21,7 +21,7 @@ ANONYMOUS: Final = "unknown"  # the user in the names of files, where nobody sai
 _log = logging.getLogger("controller")
 
 
-class Runs:
+class RunFiles:
     """The files of one start of the program: a new one whenever time begins anew or one is full."""
 
     def __init__(self, place: Path, user: str, session: str) -> None:

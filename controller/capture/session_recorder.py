@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from controller.capture.labels import Labeller, Said
+from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.terminal_keys import Keyboard
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, State
@@ -17,27 +17,27 @@ Plain = dict[str, object]  # what goes to a screen, as plain data
 _log = logging.getLogger("controller")
 
 
-class Screen(Protocol):
+class Display(Protocol):
     """What people look at."""
 
-    def show(self, said: Said, step: Step, problem: str) -> None:
+    def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show a frame; `problem` is what is wrong with the disk, "" if nothing."""
 
     def clear(self) -> None:
         """Make room for whoever writes next."""
 
 
-class Nobody:
+class NullDisplay:
     """A screen that nobody looks at."""
 
-    def show(self, said: Said, step: Step, problem: str) -> None:
+    def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show nothing."""
 
     def clear(self) -> None:
         """Nothing is there."""
 
 
-class Tape:
+class SessionRecorder:
     """Records one device from its first frame on."""
 
     def __init__(
@@ -48,7 +48,7 @@ class Tape:
         *,
         keyboard: Keyboard | None = None,
         tell: Callable[[Plain], None] = lambda plain: None,
-        screen: Screen | None = None,
+        screen: Display | None = None,
     ) -> None:
         """Begin to record.
 
@@ -64,7 +64,7 @@ class Tape:
             RecordingError: The first file cannot be written.
         """
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
-        self._keyboard, self._tell, self._screen = keyboard, tell, screen or Nobody()
+        self._keyboard, self._tell, self._screen = keyboard, tell, screen or NullDisplay()
         self._recorder = begin(pipeline.state())
         self._rested = False  # this file has its rest image
         self._least_s = LEAST_S  # of the session's first file; those that go on are kept
@@ -99,7 +99,7 @@ class Tape:
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
 
-    def take(self, frame: Frame, step: Step, label: int, button: str | None) -> Said:
+    def take(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
         """Keep a frame, and return what was said of it.
 
         Args:

@@ -15,7 +15,7 @@ from controller.simulator.gesture_file import load
 _REACTION_S: Final = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
-class Obedient:
+class CuedHand:
     """A hand that does what cues ask for, a while after they do: people react."""
 
     def __init__(

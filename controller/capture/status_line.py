@@ -6,7 +6,7 @@ from math import ceil
 from typing import Final, TextIO
 
 from controller.capture.cues import Cue, Phase
-from controller.capture.labels import Said
+from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step
 
 _WIDTH: Final = 80  # where the terminal does not say
@@ -60,7 +60,7 @@ class StatusLine:
         """Show on `status`, with what the keys do if there is a keyboard."""
         self._status, self._labels, self._keyboard = status, labels, keyboard
 
-    def show(self, said: Said, step: Step, problem: str) -> None:
+    def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show a frame."""
         line = describe(said, step.t_s, self._labels, keyboard=self._keyboard)
         self._status.show(f"DISK PROBLEM  {line}" if problem else line)
@@ -70,7 +70,7 @@ class StatusLine:
         self._status.clear()
 
 
-def describe(said: Said, t_s: float, labels: Sequence[str], *, keyboard: bool) -> str:
+def describe(said: FrameLabels, t_s: float, labels: Sequence[str], *, keyboard: bool) -> str:
     """Return the line for one frame."""
     parts = [_clock(t_s)]
     if said.excluded:

@@ -68,7 +68,7 @@ DISABLE: Final = b"\x1b[?1004l\x1b[<u"
 
 
 @dataclass(frozen=True, slots=True)
-class Stroke:
+class KeyEvent:
     """What a terminal says of one key: "0" to "9", SPACE or BACKSPACE."""
 
     key: str
@@ -81,17 +81,17 @@ class Decoder:
     def __init__(self) -> None:
         self._sequence: bytearray | None = None  # an escape sequence so far, after ESC
 
-    def feed(self, data: bytes) -> list[Stroke | Signal]:
+    def feed(self, data: bytes) -> list[KeyEvent | Signal]:
         """Return what these bytes, cut anywhere, say."""
         return [one for byte in data if (one := self._take(byte)) is not None]
 
-    def _take(self, byte: int) -> Stroke | Signal | None:
+    def _take(self, byte: int) -> KeyEvent | Signal | None:
         sequence = self._sequence
         if byte == 0x1B:  # ESC begins anew, whatever was before
             self._sequence = bytearray()
             return None
         if sequence is None:
-            return Stroke(_NAMES[byte], Action.TYPED) if byte in _NAMES else None
+            return KeyEvent(_NAMES[byte], Action.TYPED) if byte in _NAMES else None
         if not sequence:
             self._sequence = bytearray([byte]) if byte in b"[O" else None
             return self._take(byte) if self._sequence is None else None
@@ -105,7 +105,7 @@ class Decoder:
         return None
 
 
-def _meaning(parameters: bytes, final: int) -> Stroke | Signal | None:
+def _meaning(parameters: bytes, final: int) -> KeyEvent | Signal | None:
     """Return what a control sequence says, if it is for us."""
     if final == ord("O") and not parameters:
         return Signal.AWAY
@@ -119,7 +119,7 @@ def _meaning(parameters: bytes, final: int) -> Stroke | Signal | None:
     return _key(codes[0], codes[2] if len(codes) > 2 else 0, max(modifiers - 1, 0), event or 1)
 
 
-def _key(code: int, base: int, modifiers: int, event: int) -> Stroke | Signal | None:
+def _key(code: int, base: int, modifiers: int, event: int) -> KeyEvent | Signal | None:
     """Return what kitty's protocol says of a key.
 
     Args:
@@ -133,7 +133,7 @@ def _key(code: int, base: int, modifiers: int, event: int) -> Stroke | Signal | 
     name = _NAMES.get(code) or _NAMES.get(base)
     if name is None or event not in (1, 3) or (event == 1 and modifiers & (_CONTROL | _OTHERS)):
         return None
-    return Stroke(name, Action.PRESSED if event == 1 else Action.RELEASED)
+    return KeyEvent(name, Action.PRESSED if event == 1 else Action.RELEASED)
 
 
 def _numbers(field: bytes) -> tuple[int, ...]:
@@ -142,7 +142,7 @@ def _numbers(field: bytes) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class KeyChange:
     """A key that goes down or comes up.
 
     Attributes:
@@ -158,7 +158,7 @@ class Change:
     tapped: bool = False
 
 
-class Holds:
+class HeldKeys:
     """Which keys are down, whatever the terminal tells of them."""
 
     def __init__(self) -> None:
@@ -168,7 +168,7 @@ class Holds:
         self._delay_s = 0.0  # from a character to its first repeat, as seen here; 0: not yet
         self._gap_s = 0.0  # the longest of the latest gaps between repeats
 
-    def take(self, stroke: Stroke, t_s: float) -> list[Change]:
+    def take(self, stroke: KeyEvent, t_s: float) -> list[KeyChange]:
         """Return what a stroke at `t_s` changes, oldest first."""
         changes = self.pass_time(t_s)
         key = stroke.key
@@ -176,25 +176,25 @@ class Holds:
             return changes + self._type(key, t_s)
         if stroke.action is Action.PRESSED and key not in self._down:
             self._down.append(key)
-            changes.append(Change(key, True, t_s))
+            changes.append(KeyChange(key, True, t_s))
         elif stroke.action is Action.RELEASED and key in self._down:
             self._down.remove(key)
-            changes.append(Change(key, False, t_s))
+            changes.append(KeyChange(key, False, t_s))
         return changes
 
-    def pass_time(self, t_s: float) -> list[Change]:
+    def pass_time(self, t_s: float) -> list[KeyChange]:
         """Return the keys that have come up by `t_s`, because their characters stay away."""
         if self._typed and t_s - self._last_s > self._patience_s():
             return self._release()
         return []
 
-    def let_go(self, t_s: float) -> list[Change]:
+    def let_go(self, t_s: float) -> list[KeyChange]:
         """Return every key that is down as one that comes up."""
-        changes = [Change(key, False, t_s) for key in self._down]
+        changes = [KeyChange(key, False, t_s) for key in self._down]
         self._down.clear()
         return changes + self._release()
 
-    def _type(self, key: str, t_s: float) -> list[Change]:
+    def _type(self, key: str, t_s: float) -> list[KeyChange]:
         """Take a character: a repeat, or a key that goes down."""
         gap_s = t_s - self._last_s
         fresh = self._first_s == self._last_s
@@ -207,13 +207,13 @@ class Holds:
             return []
         changes = self._release()
         self._typed, self._first_s, self._last_s = key, t_s, t_s
-        return [*changes, Change(key, True, t_s)]
+        return [*changes, KeyChange(key, True, t_s)]
 
-    def _release(self) -> list[Change]:
+    def _release(self) -> list[KeyChange]:
         """End the key whose characters came."""
         key, self._typed = self._typed, ""
         tapped = self._first_s == self._last_s
-        return [Change(key, False, self._last_s, tapped)] if key else []
+        return [KeyChange(key, False, self._last_s, tapped)] if key else []
 
     def _patience_s(self) -> float:
         """Return how long after its last character a key may still be down."""

@@ -18,7 +18,7 @@ from types import FrameType
 from typing import Any, Final, Protocol, TextIO
 
 from controller.capture.labels import Told
-from controller.capture.terminal_decoder import DISABLE, ENABLE, QUERY, Decoder, Signal, Stroke
+from controller.capture.terminal_decoder import DISABLE, ENABLE, QUERY, Decoder, KeyEvent, Signal
 
 ANSWER_S: Final = 0.3  # a terminal that has not answered by then never will, nor will it later
 _PARK_S: Final = 1.0  # the thread stops reading within this
@@ -103,7 +103,7 @@ else:
             """Prepare; `resume` begins."""
             self._handle, self._clock = handle, clock
             self._before = termios.tcgetattr(handle)
-            self._told: queue.SimpleQueue[tuple[float, Stroke | Signal]] = queue.SimpleQueue()
+            self._told: queue.SimpleQueue[tuple[float, KeyEvent | Signal]] = queue.SimpleQueue()
             self._decoder = Decoder()
             self._kitty = False  # the terminal tells presses and releases
             self._answered = threading.Event()

@@ -9,7 +9,7 @@ from typing import Any
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.record_words import about, called
-from controller.bundles.deploy.store import Record, Shelf
+from controller.bundles.deploy.store import BundleStore, InstalledRecord
 from controller.console import TROUBLE, complain, one_line, run
 
 
@@ -24,7 +24,7 @@ def _models(argv: Sequence[str]) -> int:
     )
     grammar.add_argument("--json", action="store_true", help="for programs, not people")
     options = grammar.parse_args(argv)
-    shelf = Shelf()
+    shelf = BundleStore()
     try:
         record = shelf.record()
     except BundleError as error:
@@ -38,7 +38,7 @@ def _models(argv: Sequence[str]) -> int:
     return 0
 
 
-def _row(shelf: Shelf, record: Record, name: str) -> dict[str, Any]:
+def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, Any]:
     """Return what is known of one bundle."""
     entry, path = record.entry(name), shelf.path(name)
     row: dict[str, Any] = {

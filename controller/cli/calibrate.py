@@ -10,7 +10,7 @@ from pathlib import Path
 
 from controller.cli.sensor_options import add_sensor, chosen
 from controller.diagnostics.calibrate import SECONDS, judge
-from controller.diagnostics.frame_source import Watch
+from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.recognition.preprocess import Frame
 from controller.sensors import base as sensors
@@ -30,7 +30,7 @@ def main(argv: Sequence[str]) -> int:
             return 0
         if not sensor.virtual:
             print(f"hands off the orb for {SECONDS:.0f} seconds ...", file=sys.stderr)
-        frames = Watch(sensor).frames(SECONDS)
+        frames = FrameReader(sensor).frames(SECONDS)
         last = calibration_store.load(sensor.device_id)
         before = None if last is None else last.rest
         rows, rest, idle = judge(frames, sensor.rate_hz, before, anyway=options.anyway)

@@ -22,7 +22,7 @@ from controller.diagnostics import (
     touch_checks,
     wiring_checks,
 )
-from controller.diagnostics.frame_source import Hand, OwnHand, Person, Watch
+from controller.diagnostics.frame_source import Finger, FrameReader, PromptedFinger, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
 from controller.recognition.preprocess import LEAST_REST
@@ -122,14 +122,16 @@ def _bluetooth() -> Iterator[Row]:
     yield from import_module(_BLUETOOTH).rows()
 
 
-def find_hand(watch: Watch) -> Hand | None:
+def find_hand(watch: FrameReader) -> Finger | None:
     """Return whoever can press this sensor; None: nobody."""
     if isinstance(watch.sensor, VirtualSensor):
-        return OwnHand(watch, watch.sensor)
-    return Person() if sys.stdin is not None and sys.stdin.isatty() else None
+        return VirtualFinger(watch, watch.sensor)
+    return PromptedFinger() if sys.stdin is not None and sys.stdin.isatty() else None
 
 
-def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> Iterator[Row]:
+def sensor_rows(
+    sensor: Sensor, find: Callable[[FrameReader], Finger | None] | None
+) -> Iterator[Row]:
     """Yield what measurements, rest and touches say."""
     board = getattr(getattr(sensor, "driver", None), "board", None)
     grid = sensor.geometry
@@ -138,12 +140,12 @@ def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> 
         measured = measurements.measure(board)
         faults = wiring_checks.judge(measured, sensor.rate_hz)
         yield from faults
-        if isinstance(measured, measurements.Silent):
+        if isinstance(measured, measurements.UnresponsiveBoard):
             return  # nothing else can be read
-        found = wiring_checks.Leads(measured, sensor.rate_hz)
+        found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
         yield from wiring_checks.sound(measured, faults)
         bad |= found.bad
-    watch = Watch(sensor)
+    watch = FrameReader(sensor)
     try:
         yield from _skin(watch, bad, find)
         if watch.air:
@@ -154,7 +156,9 @@ def sensor_rows(sensor: Sensor, find: Callable[[Watch], Hand | None] | None) -> 
 
 
 def _skin(
-    watch: Watch, bad: "touch_checks.Mask", find: Callable[[Watch], Hand | None] | None
+    watch: FrameReader,
+    bad: "touch_checks.Mask",
+    find: Callable[[FrameReader], Finger | None] | None,
 ) -> Iterator[Row]:
     """Yield what the skin says, at rest and under presses."""
     sensor = watch.sensor
@@ -188,7 +192,7 @@ def _skin(
         yield Row("touches", Verdict.GOOD, f"{len(pressed)} presses were felt where they were made")
 
 
-def _pressed(watch: Watch, hand: Hand, seconds: float) -> list["skin_checks.Frames"]:
+def _pressed(watch: FrameReader, hand: Finger, seconds: float) -> list["skin_checks.Frames"]:
     """Return so many seconds of each press; [] where nobody presses to the end."""
     grid = watch.sensor.geometry
     taken = []

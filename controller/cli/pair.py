@@ -22,7 +22,7 @@ from controller.links.bluetooth.bluez import (
 from controller.links.bluetooth.identifiers import ALIAS
 
 if TYPE_CHECKING:
-    from controller.links.bluetooth.pairing_agent import Agent, Confirm
+    from controller.links.bluetooth.pairing_agent import Confirm, PairingAgent
 
 WINDOW_S: Final = 120
 LONGEST_S: Final = 600
@@ -69,10 +69,10 @@ def _seconds(words: str) -> int:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the window, and close it when somebody has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, Agent, anyone
-    from controller.links.bluetooth.prompt import Console
+    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, anyone
+    from controller.links.bluetooth.prompt import Prompt
 
-    confirm: Confirm = anyone if options.yes else Console().confirm
+    confirm: Confirm = anyone if options.yes else Prompt().confirm
     bus = await Bus.connect()
     try:
         adapter = await bus.adapter(options.adapter)
@@ -80,14 +80,14 @@ async def _pair(options: argparse.Namespace) -> int:
             await bus.set(adapter, ADAPTER, "Powered", "b", True)
         if await bus.get(adapter, ADAPTER, "Alias") == await bus.get(adapter, ADAPTER, "Name"):
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
-        agent = Agent(bus, confirm)
+        agent = PairingAgent(bus, confirm)
         await agent.register(NO_SCREEN if options.yes else SCREEN)
         return await _wait(bus, adapter, agent, options.seconds)
     finally:
         bus.close()
 
 
-async def _wait(bus: Bus, adapter: str, agent: Agent, seconds: int) -> int:
+async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> int:
     """Return when a host has bonded, or after the time."""
     bonds: asyncio.Queue[str] = asyncio.Queue()
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from controller.cli import recordings_commands
-from controller.recordings.edit import Change
+from controller.recordings.edit import MetadataChange
 from controller.recordings.recording import LABELLERS
 
 _EXAMPLE = "Try it: controller recordings info assets/demo.npz"
@@ -157,7 +157,7 @@ def _add_range(command: argparse.ArgumentParser) -> None:
     add("--out", metavar="NEW", type=Path, required=True, help="the file to write, .npz")
 
 
-def _change(source: Path) -> Change:
+def _change(source: Path) -> MetadataChange:
     """Return who a recording is that is made now, from that one."""
     when = datetime.now(UTC).isoformat(timespec="seconds")
-    return Change(secrets.token_hex(16), source.name, when)
+    return MetadataChange(secrets.token_hex(16), source.name, when)

@@ -20,11 +20,11 @@ from controller.recordings import (
     text_image,
     writer,
 )
-from controller.recordings.edit import Change
+from controller.recordings.edit import MetadataChange
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, Level, Report
-from controller.recordings.quality.duplicates import Register
-from controller.recordings.quality.labels import Lag
+from controller.recordings.quality.duplicates import FrameIndex
+from controller.recordings.quality.labels import LabelDelay
 from controller.recordings.recording import Recording, RecordingError
 
 _HIDDEN: Final = "."  # begins the names of files that are not whole yet
@@ -46,7 +46,7 @@ def info(files: Iterable[Path], as_json: bool) -> int:
 
 def check(paths: Sequence[Path], as_json: bool) -> int:
     """Print a verdict for each recording; return that of the worst."""
-    register, reports = Register(), []
+    register, reports = FrameIndex(), []
     files, journals = _found(paths)
     loaded: list[Path] = []
     for path in files:
@@ -142,13 +142,13 @@ def take(source: Path, told: Path | None, out: Path) -> int:
     return 0
 
 
-def trim(file: Path, begin_s: float, end_s: float, out: Path, change: Change) -> int:
+def trim(file: Path, begin_s: float, end_s: float, out: Path, change: MetadataChange) -> int:
     """Write a piece of a recording into a new file."""
     return _changed(file, out, lambda whole: edit.trim(whole, begin_s, end_s, change))
 
 
 def relabel(
-    file: Path, begin_s: float, end_s: float, out: Path, change: Change, **what: Any
+    file: Path, begin_s: float, end_s: float, out: Path, change: MetadataChange, **what: Any
 ) -> int:
     """Write a recording with other labels into a new file; `what` is as for `edit.relabel`."""
     return _changed(file, out, lambda whole: edit.relabel(whole, begin_s, end_s, change, **what))
@@ -216,7 +216,7 @@ def _verdict(report: Report) -> list[str]:
     return lines
 
 
-def _lag(lag: Lag) -> str:
+def _lag(lag: LabelDelay) -> str:
     when = "late" if lag.median_s >= 0 else "early"
     return f"{abs(lag.median_s):.2f} s {when} (spread {lag.spread_s:.2f} s)"
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.record_words import called
-from controller.bundles.deploy.store import Shelf
+from controller.bundles.deploy.store import BundleStore
 from controller.console import TROUBLE, complain, run
 from controller.errors import reason
 
@@ -20,7 +20,7 @@ def _rollback(argv: Sequence[str]) -> int:
         prog="controller rollback",
         description="Take the bundle of before into use; run again, it brings the newer one back.",
     ).parse_args(argv)
-    shelf = Shelf()
+    shelf = BundleStore()
     try:
         record = shelf.rollback()
     except BundleError as error:

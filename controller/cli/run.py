@@ -23,9 +23,9 @@ from controller.runtime.assemble import Parts, exchange, open_device, prepare, r
 from controller.runtime.assemble import clerk as parts_clerk
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
-from controller.runtime.realtime import Sweeper, real_time, reserve
-from controller.runtime.systemd import Heart
-from controller.shutdown import Ends, signals
+from controller.runtime.realtime import IdleCollector, real_time, reserve
+from controller.runtime.systemd import WatchdogHeartbeat
+from controller.shutdown import ShutdownSignals, signals
 
 if TYPE_CHECKING:
     from controller.capture.terminal_keys import Keyboard
@@ -63,7 +63,7 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
     return keyboard()
 
 
-def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
+def _run(parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     if url := getattr(parts.link, "url", None):
@@ -74,9 +74,9 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
     reserve()
     if parts.options.realtime:
         real_time()
-    heart = Heart()
+    heart = WatchdogHeartbeat()
     heart.ready()
-    sweeper = Sweeper()
+    sweeper = IdleCollector()
     parts = replace(parts, sweeper=sweeper)
     try:
         while _sessions(parts, ends, keyboard, heart):
@@ -94,7 +94,9 @@ def _run(parts: Parts, ends: Ends, keyboard: Keyboard | None) -> None:
             close_ledger(parts.ledger)
 
 
-def _sessions(parts: Parts, ends: Ends, keyboard: Keyboard | None, heart: Heart) -> bool:
+def _sessions(
+    parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None, heart: WatchdogHeartbeat
+) -> bool:
     """Run with these parts; return whether to go on with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)

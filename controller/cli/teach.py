@@ -21,7 +21,7 @@ from controller.recognition.mapping import NONE
 from controller.shutdown import signals
 from controller.teach import TeachError, add_gesture, dataset_folder, next_step, protocols, session
 from controller.teach.progress import summary
-from controller.teach.session import Lesson, say
+from controller.teach.session import TeachPlan, say
 
 OUT: Final = Path("recordings")
 _MOST: Final = 1000  # repetitions
@@ -108,7 +108,7 @@ def _offer_install(out: Path, *, yes: bool) -> int:
     return 0
 
 
-def _sessions(lesson: Lesson, people: Iterator[str]) -> tuple[list[Path], bool]:
+def _sessions(lesson: TeachPlan, people: Iterator[str]) -> tuple[list[Path], bool]:
     """Take one person after the other through a session.
 
     Returns:

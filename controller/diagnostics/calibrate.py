@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
-from controller.recognition.dead_taxels import MOST, Filler
+from controller.recognition.dead_taxels import MOST, TaxelInterpolator
 from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
 from controller.recognition.taxel_text import names
 
@@ -103,7 +103,7 @@ def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[flo
 
 
 def _filled(change: Change, lost: NDArray[np.bool_]) -> Change:
-    return Filler(*change.shape).fill(change, lost) if lost.any() else change
+    return TaxelInterpolator(*change.shape).fill(change, lost) if lost.any() else change
 
 
 def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -> list[Row]:

@@ -8,7 +8,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.skin_checks import Air
+from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
 from controller.sensors.base import Sensor, VirtualSensor
@@ -19,7 +19,7 @@ _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin
 
 
-class Watch:
+class FrameReader:
     """Reads one sensor."""
 
     def __init__(
@@ -34,7 +34,7 @@ class Watch:
         self._clock, self._sleep = clock, sleep
         self._number = 0
         self._origin_s: float | None = None
-        self.air: list[Air] = []  # of each frame, where there is a pump
+        self.air: list[PressureReading] = []  # of each frame, where there is a pump
 
     @property
     def now_s(self) -> float:
@@ -61,11 +61,11 @@ class Watch:
         frame = self.sensor.read(self.now_s)
         driver = getattr(self.sensor, "driver", None)
         if driver is not None and driver.pressure_kpa is not None:
-            self.air.append(Air(self.now_s, driver.pressure_kpa, driver.pump.running))
+            self.air.append(PressureReading(self.now_s, driver.pressure_kpa, driver.pump.running))
         return frame
 
 
-class Hand(Protocol):
+class Finger(Protocol):
     """Whoever presses."""
 
     def press(self, place: Place) -> bool:
@@ -75,10 +75,10 @@ class Hand(Protocol):
         """Lift the finger."""
 
 
-class OwnHand:
+class VirtualFinger:
     """The virtual orb's own finger."""
 
-    def __init__(self, watch: Watch, sensor: VirtualSensor) -> None:
+    def __init__(self, watch: FrameReader, sensor: VirtualSensor) -> None:
         """Prepare."""
         self._watch, self._sensor = watch, sensor
 
@@ -97,7 +97,7 @@ class OwnHand:
         self._watch.frames(_REST_S)
 
 
-class Person:
+class PromptedFinger:
     """Somebody at a terminal, who is asked."""
 
     def __init__(self, ask: Callable[[str], str] | None = None) -> None:

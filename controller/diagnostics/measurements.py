@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.inversion import picofarads
-from controller.sensors.hardware.scanner import Reading, Scanner
+from controller.sensors.hardware.scanner import Scan, Scanner
 from controller.sensors.hardware.schedule import Slot
 from controller.sensors.hardware.wiring import Wiring
 
@@ -32,7 +32,7 @@ _SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class Measurements:
     """What was measured; counts as shares of full scale, so 0 ... 1.
 
     Attributes:
@@ -83,7 +83,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class Silent:
+class UnresponsiveBoard:
     """A board whose converter does not answer.
 
     Attributes:
@@ -97,7 +97,7 @@ class Silent:
     zeros: bool = False
 
 
-def measure(board: Board) -> Measured | Silent:
+def measure(board: Board) -> Measurements | UnresponsiveBoard:
     """Measure a board; all electrodes are grounded afterwards."""
     answer = _answers(board)
     if answer.failed > 0.0 or answer.zeros:
@@ -105,10 +105,10 @@ def measure(board: Board) -> Measured | Silent:
     try:
         return _Probe(board).measured()
     except HardwareAwayError as error:
-        return Silent(1.0 / _TRIES, str(error))
+        return UnresponsiveBoard(1.0 / _TRIES, str(error))
 
 
-def _answers(board: Board) -> Silent:
+def _answers(board: Board) -> UnresponsiveBoard:
     """Say how a converter answers while every row is at the supply: anything but zeros."""
     electrodes = board.wiring.electrodes
     failed, reason, most = 0, "", 0
@@ -123,7 +123,7 @@ def _answers(board: Board) -> Silent:
             most = max(most, count)
     for pin in electrodes.rows:
         board.pins.drive(pin, False)
-    return Silent(failed / _TRIES, reason, zeros=failed == 0 and most == 0)
+    return UnresponsiveBoard(failed / _TRIES, reason, zeros=failed == 0 and most == 0)
 
 
 class _Probe:
@@ -139,7 +139,7 @@ class _Probe:
         times = replace(board.wiring.times, settle_s=LATE_S, discharge_s=LATE_S)
         self._patient = Scanner(replace(board, wiring=replace(board.wiring, times=times)))
 
-    def measured(self) -> Measured:
+    def measured(self) -> Measurements:
         """Return all measurements."""
         dark = self._scanner.dark(_AGAIN)
         dark_late = self._patient.dark(_AGAIN)
@@ -149,7 +149,7 @@ class _Probe:
         column_high, column_low, column_touch = self._column_tests()
         scans = [self._scanner.scan() for _ in range(_SCANS)]
         late = [self._patient.scan() for _ in range(_LATE_SCANS)]
-        return Measured(
+        return Measurements(
             self._wiring,
             1.0 / self._full,
             0.0,
@@ -173,7 +173,7 @@ class _Probe:
             self._burst(scans),
         )
 
-    def _picofarads(self, scan: Reading, dark: Array) -> Array:
+    def _picofarads(self, scan: Scan, dark: Array) -> Array:
         return picofarads(self._wiring, scan.counts, scan.age_s, dark, round(self._full))
 
     def _convert(self, row: int) -> float:
@@ -261,7 +261,7 @@ class _Probe:
             self._board.convert(channel)
         return (self._board.clock() - before) / _TRIES
 
-    def _burst(self, scans: list[Reading]) -> tuple[Array, Array]:
+    def _burst(self, scans: list[Scan]) -> tuple[Array, Array]:
         """Read the taxel that reads most, but not too much, again and again."""
         mean = np.mean([scan.counts for scan in scans], axis=0) / self._full
         row, column = np.unravel_index(int(np.where(mean < 0.5, mean, 0.0).argmax()), mean.shape)

@@ -42,7 +42,7 @@ _CODE: Final = {"loose": "open"}
 
 
 @dataclass(frozen=True, slots=True)
-class Air:
+class PressureReading:
     """The air in one frame.
 
     Attributes:
@@ -56,7 +56,7 @@ class Air:
     pumping: bool
 
 
-def air(samples: Sequence[Air], problem: str) -> list[Row]:
+def air(samples: Sequence[PressureReading], problem: str) -> list[Row]:
     """Return how pump and hose do.
 
     Args:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
-from controller.recognition.dead_taxels import Filler
+from controller.recognition.dead_taxels import TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 
@@ -92,7 +92,7 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
         bad: Taxels that are known to be of no use, (rows, columns).
     """
     rows, columns = bad.shape
-    filler = Filler(rows, columns)
+    filler = TaxelInterpolator(rows, columns)
     whole = np.array([filler.fill(change, bad) for change in changes]) if bad.any() else changes
     model = expected(rows, columns, pitch_mm)
     found, order_r, order_c, turned = _wiring(whole, model)
@@ -173,7 +173,7 @@ def _swaps(found: tuple[str, str]) -> Iterator[Row]:
 
 
 def _stiff(
-    changes: Array, model: Array, bad: Mask, filler: Filler
+    changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
 ) -> Iterator[tuple[Place, float, Verdict]]:
     """Yield taxels that feel too little, and which share of what they should feel."""
     around = np.array([filler.around(change) for change in changes])

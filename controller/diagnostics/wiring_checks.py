@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.measurements import LATE_S, Measured, Silent
+from controller.diagnostics.measurements import LATE_S, Measurements, UnresponsiveBoard
 from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware import schedule
@@ -47,10 +47,10 @@ _LOSES_S: Final = 2e-3  # a row that loses its charge faster has no sound resist
 _FILLS_S: Final = 20e-3  # a row whose film fills slowly seems to lose it faster than so
 
 
-class Leads:
+class WiringChecks:
     """The verdict on one board."""
 
-    def __init__(self, measured: Measured, rate_hz: float) -> None:
+    def __init__(self, measured: Measurements, rate_hz: float) -> None:
         """Judge.
 
         Args:
@@ -351,16 +351,16 @@ class Leads:
         return best
 
 
-def judge(measured: Measured | Silent, rate_hz: float) -> list[Row]:
+def judge(measured: Measurements | UnresponsiveBoard, rate_hz: float) -> list[Row]:
     """Return what is wrong with a board, what explains most first; [] where nothing is."""
-    if isinstance(measured, Silent):
+    if isinstance(measured, UnresponsiveBoard):
         return [_silent(measured)]
-    return Leads(measured, rate_hz).faults
+    return WiringChecks(measured, rate_hz).faults
 
 
-def sound(measured: Measured, faults: list[Row]) -> Iterator[Row]:
+def sound(measured: Measurements, faults: list[Row]) -> Iterator[Row]:
     """Yield rows on what was found to be good."""
-    leads = Leads(measured, 10.0)
+    leads = WiringChecks(measured, 10.0)
     named = {fault.name.split()[0] for fault in faults}
     if "converter" not in named:
         yield Row("converter", Verdict.GOOD, f"{measured.wiring.converter.type} answers")
@@ -382,7 +382,7 @@ def _where(mask: NDArray[np.bool_]) -> list[int]:
     return [int(i) for i in np.flatnonzero(mask)]
 
 
-def _silent(found: Silent) -> Row:
+def _silent(found: UnresponsiveBoard) -> Row:
     if found.zeros:
         code, figures = "silent_converter", ""
     elif found.failed == 1.0:

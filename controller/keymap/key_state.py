@@ -36,7 +36,7 @@ class _Grip:
     down: bool = True
 
 
-class Pressed:
+class KeyState:
     """The keys of one player.
 
     Attributes:

@@ -19,11 +19,11 @@ from functools import partial
 from typing import Protocol
 
 from controller.links import Access
-from controller.log_limit import Hush
+from controller.log_limit import LogLimit
 from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
 from controller.protocol.packets import encode
-from controller.protocol.retransmit import Outbox
+from controller.protocol.retransmit import RetransmitQueue
 
 REQUESTS = 4096  # that may wait for the loop; a host that sends more is cut off
 CHUNK = 16 * 1024  # bytes per read
@@ -94,7 +94,7 @@ class StreamLink:
         """
         encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
         self.dropped = 0
-        self.outbox = Outbox()
+        self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access
         self.proves = self.proves or bool(access.key or access.token)
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
@@ -102,7 +102,7 @@ class StreamLink:
         self._peers: list[Peer] = []
         self._host: Peer | None = None  # the one peer that was welcomed
         self._left: list[Peer] = []  # whose host has come anew on another line
-        self._hush = Hush()
+        self._hush = LogLimit()
         self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
         self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
         self._polled = 0  # the session that the loop knows of; 0: none

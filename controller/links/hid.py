@@ -25,8 +25,8 @@ from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import host_store
 from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import Pad
-from controller.links.bluetooth.hid.host_selection import Hosts
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection
 from controller.links.bluetooth.hid.mapping import HidMap, read
 from controller.protocol.messages import (
     VERSION,
@@ -40,7 +40,7 @@ from controller.protocol.messages import (
 )
 
 if TYPE_CHECKING:
-    from controller.links.bluetooth.registration import Part
+    from controller.links.bluetooth.registration import Registration
 
 CLASSIC = "classic"
 
@@ -99,7 +99,7 @@ class HidLink:
         Raises:
             LinkError: BlueZ does not want us.
         """
-        from controller.links.bluetooth.registration import Keeper
+        from controller.links.bluetooth.registration import RegistrationThread
 
         self.dropped = 0
         self.connected = False
@@ -107,13 +107,13 @@ class HidLink:
         self._ready: deque[Message] = deque()  # taken from the queue by `wait`
         self._closed = threading.Event()
         place = host_store.place()
-        self._pad = Pad(
+        self._pad = HidDevice(
             Held(keys),
-            Hosts(host_store.recall(place), only, time.monotonic()),
+            HostSelection(host_store.recall(place), only, time.monotonic()),
             tell=self._tell,
             remember=partial(host_store.remember, place),
         )
-        self._keeper = Keeper([_part(self._pad, name, classic=classic)], adapter)
+        self._keeper = RegistrationThread([_part(self._pad, name, classic=classic)], adapter)
         try:
             self._keeper.start()
         except BluetoothError as error:
@@ -171,7 +171,7 @@ class HidLink:
             self._news.put(Bye("the host has gone"))
 
 
-def _part(pad: Pad, name: str, *, classic: bool) -> Part:
+def _part(pad: HidDevice, name: str, *, classic: bool) -> Registration:
     """Return what brings reports to hosts."""
     if classic:
         from controller.links.bluetooth.hid.classic import ClassicPart

@@ -14,7 +14,7 @@ from controller.protocol.messages import Bye, Contacts, Hello, Message, Welcome
 GLANCE_S = 0.05  # how late a request on any link but the first may be seen
 
 
-def create(url: str, welcome: Welcome, access: Access) -> FanLink:
+def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
     """Open all links, or none.
 
     Raises:
@@ -31,10 +31,10 @@ def create(url: str, welcome: Welcome, access: Access) -> FanLink:
         for link in links:
             link.close()
         raise
-    return FanLink(links)
+    return MultiLink(links)
 
 
-class FanLink:
+class MultiLink:
     """Several links that look like one.
 
     Attributes:

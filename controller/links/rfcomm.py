@@ -46,7 +46,7 @@ class RfcommLink(StreamLink):
 
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
-        from controller.links.bluetooth.registration import Keeper
+        from controller.links.bluetooth.registration import RegistrationThread
         from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
@@ -54,7 +54,7 @@ class RfcommLink(StreamLink):
         self._leaving: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._paths: dict[socket.socket, str] = {}  # whose device each is
         service = SerialService(self._accept, self._leave)
-        self._keeper = Keeper([service], adapter)
+        self._keeper = RegistrationThread([service], adapter)
         try:
             self._keeper.start()
         except BluetoothError as error:

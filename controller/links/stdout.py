@@ -11,7 +11,13 @@ from typing import TextIO
 
 from controller.console import let_go
 from controller.links import Access, LinkError
-from controller.protocol.messages import Command, Message, Spot, Welcome, Who
+from controller.protocol.messages import (
+    Command,
+    Message,
+    PositionUncertainty,
+    UserIdentified,
+    Welcome,
+)
 
 LINES = 65_536  # that may wait for a slow reader; what comes on top is dropped
 
@@ -41,7 +47,7 @@ class StdoutLink:
         self.dropped = 0
         self.connected = True
         self.problem = ""
-        self._spot: Spot | None = None  # the newest
+        self._spot: PositionUncertainty | None = None  # the newest
         self._stream = stream
         self._lines: deque[str] = deque()  # that wait to be written
         self._news = threading.Condition()  # a line, or the end
@@ -51,11 +57,11 @@ class StdoutLink:
 
     def send(self, message: Message, t_ms: int) -> None:
         """Print a Command, how sure its place is, and who touches; nothing else is for readers."""
-        if isinstance(message, Spot):
+        if isinstance(message, PositionUncertainty):
             self._spot = message
         elif isinstance(message, Command):
             self._print(_line(message, self._spot, t_ms))
-        elif isinstance(message, Who):
+        elif isinstance(message, UserIdentified):
             said = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
             self._print(json.dumps(said) + "\n")
 
@@ -112,7 +118,7 @@ class StdoutLink:
             return self._lines.popleft()
 
 
-def _line(command: Command, spot: Spot | None, t_ms: int) -> str:
+def _line(command: Command, spot: PositionUncertainty | None, t_ms: int) -> str:
     """Return a command as one JSON object, with numbers that are equal on every machine."""
     touch = command.touch and [round(value, 3) for value in command.touch]
     fields: dict[str, object] = {

@@ -19,7 +19,7 @@ _PADS: Final = (0x36, 0x5C)  # RFC 2104, section 2
 _PURPOSE: Final = b"OrbTouch link, sessions"
 
 
-class Seal:
+class FrameAuthenticator:
     """One direction of one session; both ends hold an equal one.
 
     The tag covers the packet's full number, of which the wire carries the lower 16 bits, so a
@@ -67,7 +67,7 @@ def seals(
     device: bytes,
     session: int,
     sequence: int,
-) -> tuple[Seal, Seal]:
+) -> tuple[FrameAuthenticator, FrameAuthenticator]:
     """Return the seals of a session: the host's packets', and the device's.
 
     Args:
@@ -82,4 +82,4 @@ def seals(
     drawn = b"".join([len(part).to_bytes(2, "little") + part for part in (host, device)])
     own = hmac.digest(key, _PURPOSE + numbers + drawn, "sha256")
     ours, theirs = (hmac.digest(own, side, "sha256") for side in (b"host", b"device"))
-    return Seal(ours, sequence), Seal(theirs, sequence)
+    return FrameAuthenticator(ours, sequence), FrameAuthenticator(theirs, sequence)

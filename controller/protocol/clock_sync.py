@@ -16,7 +16,7 @@ _LONGEST_MS: Final = 10_000  # a longer round trip is none of a living session
 _GRAIN_MS: Final = 2  # what rounding and drift may add between two samples
 
 
-class Echo:
+class ClockSync:
     """One end's view of the other's clock.
 
     Attributes:

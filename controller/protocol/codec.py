@@ -173,7 +173,7 @@ def many(item: Field, limit: int) -> Field:
     return _Pair(write, read)
 
 
-class Record:
+class WireRecord:
     """A dataclass as bytes, field by field; numbers side by side go through one struct."""
 
     def __init__(self, make: Any, kinds: Sequence[Kind]) -> None:

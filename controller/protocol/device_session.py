@@ -3,7 +3,7 @@
 Sans-IO: time comes in as an argument, bytes to send gather in `output`. Whoever owns the link
 reads and writes. Its states, and what leads from one to another, are the table
 `controller.protocol.states.DEVICE`. Commands that no host has acknowledged outlive a session in an
-`Outbox`, which the sessions of a device share.
+`RetransmitQueue`, which the sessions of a device share.
 """
 
 from __future__ import annotations
@@ -14,40 +14,49 @@ import secrets
 from collections.abc import Callable
 from typing import Final
 
-from controller.protocol.auth import NONCE, Seal, seals
-from controller.protocol.clock_sync import Echo
+from controller.protocol.auth import NONCE, FrameAuthenticator, seals
+from controller.protocol.clock_sync import ClockSync
 from controller.protocol.messages import (
     RESEND_MS,
     SILENCE_MS,
     VERSION,
-    Alive,
     Bye,
     Command,
     Contacts,
-    Correct,
-    Deliver,
+    Correction,
     Grant,
     Heartbeat,
     Hello,
+    HostHeartbeat,
     Join,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
     Perform,
-    Piece,
     Refuse,
     State,
+    UploadChunk,
+    UploadOffer,
     Welcome,
 )
 from controller.protocol.packets import Decoder, Packet, encode, is_ahead
-from controller.protocol.retransmit import Outbox, Posted
+from controller.protocol.retransmit import PendingCommand, RetransmitQueue
 from controller.protocol.states import DEVICE, next_states
 
 BACKLOG = 16 * 1024  # bytes that wait for a slow host, about 8 s; what comes on top is dropped
 GRANTED_BACKLOG = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
 WRONG_KEY: Final = "the host has another key than the orb, or none; give both the same --key FILE"
 _NEXT: Final = next_states(DEVICE)
-_FROM_HOST: Final = (Alive, Contacts, Perform, Grant, Deliver, Piece, Correct, Bye)
+_FROM_HOST: Final = (
+    HostHeartbeat,
+    Contacts,
+    Perform,
+    Grant,
+    UploadOffer,
+    UploadChunk,
+    Correction,
+    Bye,
+)
 
 
 class DeviceSession:
@@ -75,7 +84,7 @@ class DeviceSession:
         token: str = "",
         key: bytes = b"",
         number: int = 0,
-        outbox: Outbox | None = None,
+        outbox: RetransmitQueue | None = None,
         draw: Callable[[int], bytes] = secrets.token_bytes,
     ) -> None:
         """Wait for a host.
@@ -94,15 +103,15 @@ class DeviceSession:
         self.resumed = False
         self.taken_by = 0
         self.output = bytearray()
-        self.outbox = Outbox() if outbox is None else outbox
-        self.echo = Echo()
+        self.outbox = RetransmitQueue() if outbox is None else outbox
+        self.echo = ClockSync()
         self.dropped = 0
         self.ignored = 0
         self.refused = ""
         self._welcome = welcome
         self._token, self._key, self._draw = token.encode(), key, draw
         self._decoder = Decoder()
-        self._seal: Seal | None = None  # of what we send
+        self._seal: FrameAuthenticator | None = None  # of what we send
         self._greeted = Hello(0, 0, "", "", False), 0  # the newest Hello, and its sequence
         self._sequence = 0  # of the newest packet sent
         self._taken = 0  # sequence of the newest packet taken
@@ -245,7 +254,7 @@ class DeviceSession:
             return []
         self.state = _NEXT[self.state, "join"]
         self._heard_ms = self._beat_ms = now_ms
-        self.granted, self.echo = join.granted, Echo()
+        self.granted, self.echo = join.granted, ClockSync()
         self._skew_ms, self._pressed = 0, ()
         box = self.outbox
         before = box.host, self._welcome.boot_nonce
@@ -299,12 +308,12 @@ class DeviceSession:
             return []
         self.state = _NEXT[self.state, "packet"]
         self._taken, self._heard_ms = packet.sequence, now_ms
-        if isinstance(message, Alive):
+        if isinstance(message, HostHeartbeat):
             self.echo.hear(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
-        if isinstance(message, Deliver | Piece | Correct):
+        if isinstance(message, UploadOffer | UploadChunk | Correction):
             return [message]
         if self._welcome.virtual and (
             isinstance(message, Contacts | Perform) or (isinstance(message, Grant) and self.granted)
@@ -332,7 +341,7 @@ class DeviceSession:
             for item in posted:
                 self._deliver(item, now_ms)
 
-    def _deliver(self, posted: Posted, now_ms: int) -> None:
+    def _deliver(self, posted: PendingCommand, now_ms: int) -> None:
         """Send a command, for the first time or again."""
         posted.sent_ms = now_ms
         done = posted.number - 1 if self.granted else self.outbox.done
@@ -344,7 +353,7 @@ class DeviceSession:
         if not self.live or len(self.output) > (GRANTED_BACKLOG if self.granted else BACKLOG):
             self.dropped += 1
             return
-        if not isinstance(message, Welcome | Heartbeat | Numbered):
+        if not isinstance(message, Welcome | Heartbeat | NumberedCommand):
             self._skew_ms = t_ms - now_ms
         sequence = (self._sequence + 1) & 0xFFFF
         self.output += encode(
@@ -353,9 +362,9 @@ class DeviceSession:
         self._sequence = sequence
 
 
-def _numbered(command: Command, number: int, done: int, sent_ms: int) -> Numbered:
+def _numbered(command: Command, number: int, done: int, sent_ms: int) -> NumberedCommand:
     c = command
-    return Numbered(c.name, c.label, c.probability, c.touch, c.frame, number, done, sent_ms)
+    return NumberedCommand(c.name, c.label, c.probability, c.touch, c.frame, number, done, sent_ms)
 
 
 def _versions(hello: Hello) -> str:

@@ -1,8 +1,8 @@
 """The host's side of the conversation in `controller.protocol.messages`: bytes in, news out.
 
 Sans-IO: time comes in as an argument, bytes to send gather in `output`. One HostSession is one
-attempt on one open link; whatever ends it, the next attempt is a new one, and `Past` is what it
-knows of those before. Its states, and what leads from one to another, are the table
+attempt on one open link; whatever ends it, the next attempt is a new one, and `SessionHistory` is
+what it knows of those before. Its states, and what leads from one to another, are the table
 `controller.protocol.states.HOST`.
 """
 
@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from controller.protocol.auth import NONCE, Seal, seals
-from controller.protocol.clock_sync import Echo, signed
+from controller.protocol.auth import NONCE, FrameAuthenticator, seals
+from controller.protocol.clock_sync import ClockSync, signed
 from controller.protocol.link_events import Connected as Connected
 from controller.protocol.link_events import Delivered as Delivered
 from controller.protocol.link_events import Lost as Lost
@@ -27,27 +27,27 @@ from controller.protocol.messages import (
     LOST_MS,
     SILENCE_MS,
     VERSION,
-    Alive,
     Bye,
     Command,
-    Delivery,
     Grant,
     Granted,
+    GroundTruth,
     Health,
     Heartbeat,
     Hello,
+    HostHeartbeat,
     Join,
+    LatencyReport,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
-    Pace,
+    PositionUncertainty,
     Refuse,
-    Spot,
     State,
     Telemetry,
-    Truth,
+    UploadStatus,
+    UserIdentified,
     Welcome,
-    Who,
 )
 from controller.protocol.packets import Decoder, Packet, encode, is_ahead
 from controller.protocol.states import HOST, next_states
@@ -57,12 +57,22 @@ JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knoc
 _NEXT: Final = next_states(HOST)
 
 
-_NEWS = (State, Telemetry, Truth, Granted, Health, Delivery, Pace, Who, Spot)
-_FROM_DEVICE = (*_NEWS, Numbered, Heartbeat, Bye)
+_NEWS = (
+    State,
+    Telemetry,
+    GroundTruth,
+    Granted,
+    Health,
+    UploadStatus,
+    LatencyReport,
+    UserIdentified,
+    PositionUncertainty,
+)
+_FROM_DEVICE = (*_NEWS, NumberedCommand, Heartbeat, Bye)
 
 
 @dataclass(slots=True)
-class Past:
+class SessionHistory:
     """What a host knows of the sessions before, so that the next one goes on where they ended.
 
     Attributes:
@@ -113,7 +123,7 @@ class HostSession:
         granted: bool = False,
         key: bytes = b"",
         nonce: bytes = b"",
-        past: Past | None = None,
+        past: SessionHistory | None = None,
     ) -> None:
         """Say Hello.
 
@@ -137,12 +147,12 @@ class HostSession:
         self.welcomed = False
         self.late = 0
         self.ignored = 0
-        self.past = Past() if past is None else past
-        self.echo = Echo()
+        self.past = SessionHistory() if past is None else past
+        self.echo = ClockSync()
         self._name, self._token, self._granted = name, token, granted
         self._key, self._nonce = key, nonce.hex()
         self._decoder = Decoder()
-        self._seal: Seal | None = None  # of what we send
+        self._seal: FrameAuthenticator | None = None  # of what we send
         self._number = 0
         self._sequence = self._taken = sequence
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
@@ -278,7 +288,7 @@ class HostSession:
     def _beat(self, now_ms: int) -> None:
         """Say that we are there, and what we have."""
         self._beat_ms = now_ms
-        self._say(Alive(*self.echo.say(now_ms), self.past.done, self.past.missed), now_ms)
+        self._say(HostHeartbeat(*self.echo.say(now_ms), self.past.done, self.past.missed), now_ms)
 
     # --- the handshake ---
 
@@ -347,7 +357,7 @@ class HostSession:
             case Bye():
                 self._pressed = None
                 return [Lost(f"{self._name}: {message.reason}")]
-            case Numbered():
+            case NumberedCommand():
                 return self._command(message, packet.t_ms, now_ms, stalled)
             case Heartbeat():
                 self.echo.hear(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
@@ -359,7 +369,9 @@ class HostSession:
                 self._owed -= 1
         return [Delivered(message, packet.t_ms)] if message is not None else []
 
-    def _command(self, message: Numbered, t_ms: int, now_ms: int, stalled: bool) -> list[Received]:
+    def _command(
+        self, message: NumberedCommand, t_ms: int, now_ms: int, stalled: bool
+    ) -> list[Received]:
         """Deliver a command if it is the next one, and not too late."""
         self._owes = not self._granted
         news = self._give_up(message.done)

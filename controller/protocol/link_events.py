@@ -18,7 +18,7 @@ class Connected:
 class Delivered:
     """A message of the device, in order, each once."""
 
-    message: Message  # Command, State, Telemetry, Truth or Granted
+    message: Message  # Command, State, Telemetry, GroundTruth or Granted
     t_ms: int  # the device's time
 
 

@@ -24,43 +24,43 @@ Frame
     ========= === =================================================================
 
 Messages (fields in wire order; H: the host sends it, D: the device)
-    ==== =========== === ================================================================
-    type message         payload
-    ==== =========== === ================================================================
-    1    Hello       H   version_min u8, version_max u8, token text64, host text64,
-                         granted bool
-    2    Welcome     D   version u8, boot_nonce u32, device_id text64, name text64,
-                         virtual bool, rows size, columns size, pitch_mm f32, rate_hz f32,
-                         heartbeat_ms span, deadman_ms span, labels names, commands names,
-                         resumed bool, done u32
-    3    Refuse      D   reason text500
-    4    Bye         H,D reason text500
-    5    Heartbeat   D   sent_ms u32, echo_ms u32, held_ms u32, done u32, pressed names
-    6    Offer       D   version u8, nonce octets32, keyed bool
-    16   Numbered    D   name text40, label text40, probability share, touch point, frame u32,
-                         number u32, done u32, sent_ms u32
-    17   State       D   pressed names
-    18   Telemetry   D   frame u32, image image, probabilities shares, touch point,
-                         gesture text40, ready bool, rate_hz f32
-    19   Truth       D   number u32, label text40, onset_ms u32, release_ms u32
-    20   Granted     D   until_ms u32
-    21   Health      D   found: u8 count <= 8, each text120
-    22   Delivery    D   state u8, offset u32, told text500
-    23   Pace        D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
-                         p50_ms f32, p95_ms f32, p99_ms f32
-    24   Who         D   user text40, confidence share
-    25   Spot        D   frame u32, sigma f32 >= 0
-    32   Contacts    H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
-                         radius_mm f32
-    33   Perform     H   number u32, label text40, x f32, y f32
-    34   Grant       H   until_ms u32
-    35   Join        H   token text64, host text64, granted bool, host_nonce u32 >= 1,
-                         boot_nonce u32, done u32
-    36   Alive       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
-    48   Deliver     H   digest octets32, size u32, name text64
-    49   Piece       H   offset u32, data octets1000
-    50   Correct     H   label text40
-    ==== =========== === ================================================================
+    ==== =================== === ================================================================
+    type message                 payload
+    ==== =================== === ================================================================
+    1    Hello               H   version_min u8, version_max u8, token text64, host text64,
+                                 granted bool
+    2    Welcome             D   version u8, boot_nonce u32, device_id text64, name text64,
+                                 virtual bool, rows size, columns size, pitch_mm f32, rate_hz f32,
+                                 heartbeat_ms span, deadman_ms span, labels names, commands names,
+                                 resumed bool, done u32
+    3    Refuse              D   reason text500
+    4    Bye                 H,D reason text500
+    5    Heartbeat           D   sent_ms u32, echo_ms u32, held_ms u32, done u32, pressed names
+    6    Offer               D   version u8, nonce octets32, keyed bool
+    16   NumberedCommand     D   name text40, label text40, probability share, touch point,
+                                 frame u32, number u32, done u32, sent_ms u32
+    17   State               D   pressed names
+    18   Telemetry           D   frame u32, image image, probabilities shares, touch point,
+                                 gesture text40, ready bool, rate_hz f32
+    19   GroundTruth         D   number u32, label text40, onset_ms u32, release_ms u32
+    20   Granted             D   until_ms u32
+    21   Health              D   found: u8 count <= 8, each text120
+    22   UploadStatus        D   state u8, offset u32, told text500
+    23   LatencyReport       D   period_ms f32, missed u32, hops: u8 count <= 16, each name text40,
+                                 p50_ms f32, p95_ms f32, p99_ms f32
+    24   UserIdentified      D   user text40, confidence share
+    25   PositionUncertainty D   frame u32, sigma f32 >= 0
+    32   Contacts            H   contacts: u8 count <= 16, each id u16, x f32, y f32, depth_mm f32,
+                                 radius_mm f32
+    33   Perform             H   number u32, label text40, x f32, y f32
+    34   Grant               H   until_ms u32
+    35   Join                H   token text64, host text64, granted bool, host_nonce u32 >= 1,
+                                 boot_nonce u32, done u32
+    36   HostHeartbeat       H   sent_ms u32, echo_ms u32, held_ms u32, done u32, missed u32
+    48   UploadOffer         H   digest octets32, size u32, name text64
+    49   UploadChunk         H   offset u32, data octets1000
+    50   Correction          H   label text40
+    ==== =================== === ================================================================
 
     bool is u8, 0 or 1. size is u8 >= 1, span is u16 >= 1 (milliseconds). f32 is finite; share is an
     f32 in 0..1. textN is u8 or (N > 255) u16 length, then so many bytes of UTF-8, at most N, all
@@ -97,12 +97,12 @@ Once
     taken, by 1 to 32767 modulo 65536 (`is_ahead`).
 
     Commands have numbers of their own, counted from the device's start, and are sent until the host
-    acknowledges them: ``done`` in Alive is the newest number that it has taken or missed, and is
-    sent every heartbeat_ms and at once after a command. What is not acknowledged after 50 ms, or
-    two round trips if that is more, is sent again, in order; after 250 ms it is given up. ``done``
-    of the device is the newest number that it will not send again. The host takes number after
-    number; what the device is done with and never came, what comes 250 ms late, and what comes out
-    of a silence of 300 ms, is missed, and counted in ``missed``.
+    acknowledges them: ``done`` in HostHeartbeat is the newest number that it has taken or missed,
+    and is sent every heartbeat_ms and at once after a command. What is not acknowledged after 50
+    ms, or two round trips if that is more, is sent again, in order; after 250 ms it is given up.
+    ``done`` of the device is the newest number that it will not send again. The host takes number
+    after number; what the device is done with and never came, what comes 250 ms late, and what
+    comes out of a silence of 300 ms, is missed, and counted in ``missed``.
 
     A host that comes back (host_nonce, boot_nonce: drawn at each start of the host and of the
     device) says in Join up to where it is done, and the device goes on behind that: ``resumed``.
@@ -112,23 +112,24 @@ Once
     anything.
 
 Life
-    Device and host send Heartbeat and Alive every heartbeat_ms, and measure with them round trip
-    and clock offset: sent_ms is the sender's link clock, echo_ms the newest one that came from the
-    other side, held_ms how long ago that was (2**32 - 1: none yet). The answer to Join begins it:
-    t_ms of Welcome is the device's link clock. When nothing valid came for
-    300 ms, whatever deadman_ms says, the host releases everything and pauses; after 1 s it closes
-    the link and connects anew. The device forgets a host that was silent for 2 s.
+    Device and host send Heartbeat and HostHeartbeat every heartbeat_ms, and measure with them round
+    trip and clock offset: sent_ms is the sender's link clock, echo_ms the newest one that came from
+    the other side, held_ms how long ago that was (2**32 - 1: none yet). The answer to Join begins
+    it: t_ms of Welcome is the device's link clock. When nothing valid came for 300 ms, whatever
+    deadman_ms says, the host releases everything and pauses; after 1 s it closes the link and
+    connects anew. The device forgets a host that was silent for 2 s.
 
 Deliveries
-    A host may send the device a new bundle: Deliver (its SHA-256, its size), then Pieces of it. The
-    device answers each with Delivery: state 0 and how much it has, from which it wants more; 1 when
-    it has all and proves it; 2 when the bundle is in use, before it ends the session to begin anew
-    with it; 3 when it does not take it, and why. What it has outlives the session, so a host that
-    comes back says Deliver again and goes on. Only a link that proves who is there takes any.
+    A host may send the device a new bundle: UploadOffer (its SHA-256, its size), then UploadChunks
+    of it. The device answers each with UploadStatus: state 0 and how much it has, from which it
+    wants more; 1 when it has all and proves it; 2 when the bundle is in use, before it ends the
+    session to begin anew with it; 3 when it does not take it, and why. What it has outlives the
+    session, so a host that comes back sends UploadOffer again and goes on. Only a link that proves
+    who is there takes any.
 
-    Correct(label) says what the latest touch was ("null": no gesture; "": take the last correction
-    back). The device learns it beside its play, with the same answers: Delivery 1 while it learns,
-    then 2 or 3.
+    Correction(label) says what the latest touch was ("null": no gesture; "": take the last
+    correction back). The device learns it beside its play, with the same answers: UploadStatus 1
+    while it learns, then 2 or 3.
 
 Granted time
     A host that says ``granted`` in Join owns the clock of a virtual device: Grant(t) lets it step
@@ -186,7 +187,7 @@ class Offer:
 
 
 @dataclass(frozen=True, slots=True)
-class Deliver:
+class UploadOffer:
     """Host to device: there is a bundle for you."""
 
     digest: bytes  # SHA-256 of the file
@@ -195,7 +196,7 @@ class Deliver:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class UploadChunk:
     """Host to device: some bytes of the bundle."""
 
     offset: int  # of the first
@@ -203,7 +204,7 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Correct:
+class Correction:
     """Host to device: what the latest touch was, as its player says; learn it."""
 
     label: str  # of Welcome.labels; "": take the last correction back
@@ -268,7 +269,7 @@ class Heartbeat:
 
 
 @dataclass(frozen=True, slots=True)
-class Alive:
+class HostHeartbeat:
     """Host to device, ten times a second and after commands: alive, and what has been taken."""
 
     sent_ms: int
@@ -290,7 +291,7 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
-class Numbered(Command):
+class NumberedCommand(Command):
     """Device to host: a command as it travels."""
 
     number: int  # counted from the device's start
@@ -319,7 +320,7 @@ class Telemetry:
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class GroundTruth:
     """Virtual device to host, when a performance has ended: what its hand really did, and when."""
 
     number: int
@@ -346,7 +347,7 @@ class Health:
 
 
 @dataclass(frozen=True, slots=True)
-class Delivery:
+class UploadStatus:
     """Device to host: how it stands with the bundle that the host sends."""
 
     state: int  # WANTED, PROVING, IN_USE, DECLINED
@@ -355,7 +356,7 @@ class Delivery:
 
 
 @dataclass(frozen=True, slots=True)
-class Hop:
+class StageTime:
     """One part of a frame's way through the device, and how long it took, milliseconds."""
 
     name: str
@@ -365,16 +366,16 @@ class Hop:
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class LatencyReport:
     """Device to host, every second: where the time of the latest frames went, milliseconds."""
 
     period_ms: float  # from frame to frame: what there is to spend
     missed: int  # frames that could not be read in their time, since the start
-    hops: tuple[Hop, ...]  # in their order, the last one all of them together
+    hops: tuple[StageTime, ...]  # in their order, the last one all of them together
 
 
 @dataclass(frozen=True, slots=True)
-class Who:
+class UserIdentified:
     """Device to host: who touches, as far as their touch tells; a convenience, never a proof.
 
     A snapshot, sent when it changes and once to every new host. A device that knows nobody sends
@@ -386,7 +387,7 @@ class Who:
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class PositionUncertainty:
     """Device to host, before what else it says of a frame: how sure the place of its touch is."""
 
     frame: int
@@ -429,9 +430,10 @@ class Grant:
 
 
 Message = (
-    Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | Numbered | State | Telemetry
-    | Truth | Granted | Health | Delivery | Pace | Who | Spot | Contacts | Perform | Grant | Join
-    | Alive | Deliver | Piece | Correct
+    Hello | Welcome | Refuse | Bye | Heartbeat | Offer | Command | NumberedCommand | State
+    | Telemetry | GroundTruth | Granted | Health | UploadStatus | LatencyReport | UserIdentified
+    | PositionUncertainty | Contacts | Perform | Grant | Join | HostHeartbeat | UploadOffer
+    | UploadChunk | Correction
 )  # fmt: skip
 
 
@@ -455,7 +457,7 @@ def image_from_bytes(image: bytes) -> list[float]:
 _Z = tuple(1.0 + (value - 128) / 200.0 for value in range(256))
 
 
-def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Record]]:
+def _tables() -> tuple[dict[type, tuple[int, codec.WireRecord]], dict[int, codec.WireRecord]]:
     """Return the table of the docstring, by message class and by type number."""
     u8, u32, f32, size, span, share = (
         codec.U8,
@@ -468,8 +470,8 @@ def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Rec
     flag, point, shares, image = codec.BOOL, codec.POINT, codec.SHARES, codec.octets(900)
     text, sentence, name = codec.text(MAX_TEXT), codec.text(MAX_SENTENCE), codec.text(40)
     names = codec.many(name, 64)
-    hop = codec.Record(Hop, (name, f32, f32, f32))
-    contact = codec.Record(Contact, (codec.U16, f32, f32, f32, f32))
+    hop = codec.WireRecord(StageTime, (name, f32, f32, f32))
+    contact = codec.WireRecord(Contact, (codec.U16, f32, f32, f32, f32))
     table: tuple[tuple[int, type, tuple[codec.Kind, ...]], ...] = (
         (1, Hello, (u8, u8, text, text, flag)),
         (2, Welcome, (u8, u32, text, text, flag, size, size, f32, f32, span, span, names, names,
@@ -478,26 +480,26 @@ def _tables() -> tuple[dict[type, tuple[int, codec.Record]], dict[int, codec.Rec
         (4, Bye, (sentence,)),
         (5, Heartbeat, (u32, u32, u32, u32, names)),
         (6, Offer, (u8, codec.octets(32), flag)),
-        (16, Numbered, (name, name, share, point, u32, u32, u32, u32)),
+        (16, NumberedCommand, (name, name, share, point, u32, u32, u32, u32)),
         (17, State, (names,)),
         (18, Telemetry, (u32, image, shares, point, name, flag, f32)),
-        (19, Truth, (u32, name, u32, u32)),
+        (19, GroundTruth, (u32, name, u32, u32)),
         (20, Granted, (u32,)),
         (21, Health, (codec.many(codec.text(120), 8),)),
-        (22, Delivery, (u8, u32, sentence)),
-        (23, Pace, (f32, u32, codec.many(hop, 16))),
-        (24, Who, (name, share)),
-        (25, Spot, (u32, codec.Number("f", 0, codec.F32.high))),
+        (22, UploadStatus, (u8, u32, sentence)),
+        (23, LatencyReport, (f32, u32, codec.many(hop, 16))),
+        (24, UserIdentified, (name, share)),
+        (25, PositionUncertainty, (u32, codec.Number("f", 0, codec.F32.high))),
         (32, Contacts, (codec.many(contact, 16),)),
         (33, Perform, (u32, name, f32, f32)),
         (34, Grant, (u32,)),
         (35, Join, (text, text, flag, codec.Number("I", 1, 0xFFFFFFFF), u32, u32)),
-        (36, Alive, (u32, u32, u32, u32, u32)),
-        (48, Deliver, (codec.octets(32), u32, text)),
-        (49, Piece, (u32, codec.octets(PIECE))),
-        (50, Correct, (name,)),
+        (36, HostHeartbeat, (u32, u32, u32, u32, u32)),
+        (48, UploadOffer, (codec.octets(32), u32, text)),
+        (49, UploadChunk, (u32, codec.octets(PIECE))),
+        (50, Correction, (name,)),
     )  # fmt: skip
-    records = {number: codec.Record(message, kinds) for number, message, kinds in table}
+    records = {number: codec.WireRecord(message, kinds) for number, message, kinds in table}
     return {message: (number, records[number]) for number, message, _ in table}, records
 
 

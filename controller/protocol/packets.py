@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from controller.protocol import codec
 from controller.protocol.auth import SIZE as TAG
-from controller.protocol.auth import Seal
+from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import (
     EVERY_VERSION,
@@ -35,12 +35,17 @@ class Packet(NamedTuple):
 
 
 def encode(
-    message: Message, *, session: int, sequence: int, t_ms: int, seal: Seal | None = None
+    message: Message,
+    *,
+    session: int,
+    sequence: int,
+    t_ms: int,
+    seal: FrameAuthenticator | None = None,
 ) -> bytes:
     """Return a message as one frame, the closing zero included.
 
     Args:
-        message: What to say; a Command travels as Numbered.
+        message: What to say; a Command travels as NumberedCommand.
         session: The session's number, u16.
         sequence: The packet's number, u16.
         t_ms: The sender's time in milliseconds; it wraps at 2**32.
@@ -82,7 +87,7 @@ class Decoder:
         self.noise_bytes = 0
         self.bad_frames = 0
         self.unknown = 0
-        self.seal: Seal | None = None
+        self.seal: FrameAuthenticator | None = None
         self._tail = b""
         self._skipping = False  # the present run is too long to become a frame
 
@@ -136,7 +141,7 @@ _LARGEST = _HEADER.size + MAX_PAYLOAD + TAG + 4
 MAX_FRAME = _LARGEST + -(-_LARGEST // 254)  # bytes, without the closing zero
 
 
-def _parse(run: bytes, seal: Seal | None) -> Packet | None:
+def _parse(run: bytes, seal: FrameAuthenticator | None) -> Packet | None:
     """Return the packet of one frame, or None if its type is unknown; raise if it is none."""
     if len(run) > MAX_FRAME:
         raise ProtocolError("too long for a frame")

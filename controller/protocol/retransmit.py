@@ -17,7 +17,7 @@ MOST: Final = 32  # commands that wait; a player gives a few a second, and they 
 
 
 @dataclass(slots=True)
-class Posted:
+class PendingCommand:
     """A command on its way.
 
     Attributes:
@@ -35,7 +35,7 @@ class Posted:
     sent_ms: int | None = None
 
 
-class Outbox:
+class RetransmitQueue:
     """What is not acknowledged, oldest first.
 
     Attributes:
@@ -51,10 +51,10 @@ class Outbox:
         self.host = 0
         self.lost = 0
         self.missed = 0
-        self._posted: deque[Posted] = deque()
+        self._posted: deque[PendingCommand] = deque()
 
     @property
-    def posted(self) -> tuple[Posted, ...]:
+    def posted(self) -> tuple[PendingCommand, ...]:
         """What may still be sent, oldest first."""
         return tuple(self._posted)
 
@@ -63,14 +63,14 @@ class Outbox:
         """The newest number that will not be sent again; all before it are done as well."""
         return self._posted[0].number - 1 if self._posted else self.number
 
-    def put(self, command: Command, t_ms: int, now_ms: int) -> Posted:
+    def put(self, command: Command, t_ms: int, now_ms: int) -> PendingCommand:
         """Give a command its number, and keep it until it is acknowledged or too old."""
         self.expire(now_ms)
         if len(self._posted) >= MOST:
             self._posted.popleft()
             self.lost += 1
         self.number += 1
-        posted = Posted(self.number, command, t_ms, now_ms)
+        posted = PendingCommand(self.number, command, t_ms, now_ms)
         self._posted.append(posted)
         return posted
 

@@ -31,7 +31,7 @@ EVENTS: Final = {
 }
 
 
-class Way(NamedTuple):
+class Transition(NamedTuple):
     """One row: in any of these states, when this happens, go there and do that."""
 
     states: tuple[str, ...]
@@ -41,38 +41,40 @@ class Way(NamedTuple):
 
 
 DEVICE: Final = (
-    Way(("waiting", "offered", "live"), "hello", "offered", "end a live session, answer Offer"),
-    Way(("waiting", "offered", "live"), "foreign", "waiting", "answer Refuse: what to update"),
-    Way(("offered",), "join", "live",
+    Transition(("waiting", "offered", "live"), "hello", "offered",
+        "end a live session, answer Offer"),
+    Transition(("waiting", "offered", "live"), "foreign", "waiting",
+        "answer Refuse: what to update"),
+    Transition(("offered",), "join", "live",
         "Welcome, State(()); the same host gets young commands again, others begin anew"),
-    Way(("offered",), "objection", "waiting", "answer Refuse: why"),
-    Way(("offered",), "forged", "waiting", "answer Refuse: the key"),
-    Way(("live",), "packet", "live", "take it; what it acknowledges is done"),
-    Way(("offered", "live"), "silence", "waiting", "forget the host, lift its fingers"),
-    Way(("offered", "live"), "bye", "waiting", "forget the host, lift its fingers"),
-    Way(("offered", "live"), "cut", "waiting", "forget the host, lift its fingers"),
+    Transition(("offered",), "objection", "waiting", "answer Refuse: why"),
+    Transition(("offered",), "forged", "waiting", "answer Refuse: the key"),
+    Transition(("live",), "packet", "live", "take it; what it acknowledges is done"),
+    Transition(("offered", "live"), "silence", "waiting", "forget the host, lift its fingers"),
+    Transition(("offered", "live"), "bye", "waiting", "forget the host, lift its fingers"),
+    Transition(("offered", "live"), "cut", "waiting", "forget the host, lift its fingers"),
 )  # fmt: skip
 
 HOST: Final = (
-    Way(("over",), "again", "greeting", "send Hello"),
-    Way(("greeting",), "offer", "joining", "send Join, with the last command that we know"),
-    Way(("greeting", "joining"), "refuse", "over", "tell the orb's reason"),
-    Way(("greeting", "joining"), "objection", "over", "say Bye, tell why"),
-    Way(("joining",), "forged", "over", "tell that the orb has another key"),
-    Way(("joining",), "welcome", "live", "tell Connected, and what was missed meanwhile"),
-    Way(("greeting", "joining"), "silence", "over", "tell that nobody answered"),
-    Way(("live", "stale"), "packet", "live", "take it; commands out of a stall are missed"),
-    Way(("live",), "quiet", "stale", "release everything, pause"),
-    Way(("live", "stale"), "gone", "over", "tell Lost"),
-    Way(("live", "stale"), "bye", "over", "tell Lost, with the orb's reason"),
-    Way(("greeting", "joining", "live", "stale"), "cut", "over", "tell Refused or Lost"),
-    Way(("greeting", "joining", "live", "stale"), "close", "over", "say Bye"),
+    Transition(("over",), "again", "greeting", "send Hello"),
+    Transition(("greeting",), "offer", "joining", "send Join, with the last command that we know"),
+    Transition(("greeting", "joining"), "refuse", "over", "tell the orb's reason"),
+    Transition(("greeting", "joining"), "objection", "over", "say Bye, tell why"),
+    Transition(("joining",), "forged", "over", "tell that the orb has another key"),
+    Transition(("joining",), "welcome", "live", "tell Connected, and what was missed meanwhile"),
+    Transition(("greeting", "joining"), "silence", "over", "tell that nobody answered"),
+    Transition(("live", "stale"), "packet", "live", "take it; commands out of a stall are missed"),
+    Transition(("live",), "quiet", "stale", "release everything, pause"),
+    Transition(("live", "stale"), "gone", "over", "tell Lost"),
+    Transition(("live", "stale"), "bye", "over", "tell Lost, with the orb's reason"),
+    Transition(("greeting", "joining", "live", "stale"), "cut", "over", "tell Refused or Lost"),
+    Transition(("greeting", "joining", "live", "stale"), "close", "over", "say Bye"),
 )  # fmt: skip
 
 Next = dict[tuple[str, str], str]
 
 
-def next_states(table: Sequence[Way]) -> Next:
+def next_states(table: Sequence[Transition]) -> Next:
     """Return the table as a lookup: (state, event) to the next state; what is not in it is no way.
 
     Raises:
@@ -87,7 +89,7 @@ def next_states(table: Sequence[Way]) -> Next:
     return ways
 
 
-def drawn(table: Sequence[Way], first: str) -> str:
+def drawn(table: Sequence[Transition], first: str) -> str:
     """Return a table as a state diagram, in Mermaid's words."""
     lines = ["stateDiagram-v2", f"    [*] --> {first}"]
     arrows: dict[tuple[str, str], list[str]] = {}
@@ -98,7 +100,7 @@ def drawn(table: Sequence[Way], first: str) -> str:
     return "\n".join(lines)
 
 
-def listed(table: Sequence[Way]) -> str:
+def listed(table: Sequence[Transition]) -> str:
     """Return a table as Markdown."""
     lines = ["| in | when | goes to | and does |", "|---|---|---|---|"]
     lines += [f"| {', '.join(row.states)} | {row.event} | {row.to} | {row.does} |" for row in table]

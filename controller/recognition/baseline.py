@@ -23,7 +23,7 @@ from controller.recognition.frames import (
     State,
     z_image,
 )
-from controller.recognition.rebaseline import Returns, still_frames
+from controller.recognition.rebaseline import Rebaseline, still_frames
 
 # Fewer frames than this say too little of how much a noisy sensor scatters at rest.
 _LEAST: Final = 6
@@ -40,7 +40,7 @@ Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class StoredBaseline:
     """What an earlier calibration found.
 
     Attributes:
@@ -52,7 +52,7 @@ class Known:
     idle: float
 
 
-class Rest:
+class BaselineTracker:
     """The rest image, and what is remembered to keep it true.
 
     Attributes:
@@ -62,7 +62,10 @@ class Rest:
     """
 
     def __init__(
-        self, settings: PreprocessSettings, shape: tuple[int, int], known: Known | None = None
+        self,
+        settings: PreprocessSettings,
+        shape: tuple[int, int],
+        known: StoredBaseline | None = None,
     ) -> None:
         """Begin before the first frame.
 
@@ -86,7 +89,7 @@ class Rest:
         self._recent = np.ones(shape)  # slow mean of the frames, to find a steady deviation
         self._quiet_run = 0
         self._steady_run = 0
-        self._returns = Returns(settings)
+        self._returns = Rebaseline(settings)
         if known is not None:
             self.image, self.idle = known.rest.astype(np.float64), known.idle
 

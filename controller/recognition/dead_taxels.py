@@ -32,7 +32,7 @@ TOUCH_S: Final = 2.0  # of each touch count: a long one says nothing new
 _FELT: Final = 0.1  # of what the middle taxel's surroundings feel
 
 
-class Filler:
+class TaxelInterpolator:
     """Guesses what broken taxels would have felt."""
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -75,7 +75,7 @@ class Filler:
         return np.asarray(np.linalg.solve(among + NOISE * np.eye(len(among)), across).T)
 
 
-class Answers:
+class ResponseMonitor:
     """Finds taxels that do not answer to touch, while people play.
 
     Pure but for what it remembers, which `restore` takes, for an exact continuation elsewhere.
@@ -99,7 +99,7 @@ class Answers:
         self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 
-    def learn(self, change: Change, filler: Filler, *, quiet: bool) -> None:
+    def learn(self, change: Change, filler: TaxelInterpolator, *, quiet: bool) -> None:
         """Take the next frame's change, as it was read."""
         if quiet:
             self.counts[1] = 0.0

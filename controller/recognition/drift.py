@@ -78,7 +78,7 @@ def shape(change: Change) -> Shape:
 
 
 @dataclass(frozen=True, slots=True)
-class Causes:
+class DriftCauses:
     """A drift of rest taken apart: ln C' / C = common + row + column + film, taxel by taxel.
 
     Attributes:
@@ -94,7 +94,7 @@ class Causes:
     film: Change
 
 
-def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> Causes:
+def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> DriftCauses:
     """Return why rest has drifted, by a median polish: one bad line or taxel pulls no other along.
 
     Args:
@@ -113,4 +113,4 @@ def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> Causes:
             middle = float(median(part))
             part -= middle
             common += middle
-    return Causes(common, rows, columns, film)
+    return DriftCauses(common, rows, columns, film)

@@ -12,16 +12,16 @@ from controller.recognition.mapping import Mapping
 from controller.recognition.preprocess import (
     Frame,
     Image,
-    Known,
     Prepared,
     Preprocessor,
     PreprocessSettings,
     State,
+    StoredBaseline,
     Window,
 )
-from controller.recognition.sensor_health import Health
-from controller.recognition.touch_position import Spread, TouchImage
-from controller.recognition.user_id import Witness
+from controller.recognition.sensor_health import HealthMonitor
+from controller.recognition.touch_position import PositionSpread, TouchImage
+from controller.recognition.user_id import UserIdentifier
 from controller.recognition.users import Users
 
 Touch = tuple[float, float]  # (x, y), grid units
@@ -88,7 +88,7 @@ class Step:
     confidence: float = 0.0
 
 
-class Settings(Protocol):
+class PipelineSettings(Protocol):
     """Settings of all stages, as a bundle holds them."""
 
     @property
@@ -120,7 +120,7 @@ class Settings(Protocol):
         """When a gesture counts."""
 
     @property
-    def spread(self) -> Spread | None:
+    def spread(self) -> PositionSpread | None:
         """Deviation of touch positions; None if it was not measured."""
 
     @property
@@ -143,7 +143,7 @@ class Networks(Protocol):
 
 
 @runtime_checkable
-class Company(Protocol):
+class UserNetworks(Protocol):
     """Networks that know people; `controller.bundles.inference.networks.Recognizer` is one."""
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
@@ -158,10 +158,10 @@ class Pipeline:
 
     def __init__(
         self,
-        bundle: Settings,
+        bundle: PipelineSettings,
         recognizer: Networks,
         mapping: Mapping,
-        known: Known | None = None,
+        known: StoredBaseline | None = None,
         player: str = "",
     ) -> None:
         """Join the stages.
@@ -187,15 +187,15 @@ class Pipeline:
         self._touch = TouchImage(_TOUCH_WINDOWS * bundle.window, bundle.rows, bundle.columns)
         self._ratio = settings.normalise == "ratio"
         before = None if known is None else known.rest
-        self._health = Health(settings.rate_hz, ratio=self._ratio, before=before)
+        self._health = HealthMonitor(settings.rate_hz, ratio=self._ratio, before=before)
         self._users, self._player = bundle.users, ""
-        self._company: Company | None = None
-        self._witness: Witness | None = None
-        if bundle.users.names and isinstance(recognizer, Company):
+        self._company: UserNetworks | None = None
+        self._witness: UserIdentifier | None = None
+        if bundle.users.names and isinstance(recognizer, UserNetworks):
             self._company = recognizer
             self._player = player if player in bundle.users.names else ""
             if bundle.tells and not self._player:
-                self._witness = Witness(bundle.users, settings.rate_hz)
+                self._witness = UserIdentifier(bundle.users, settings.rate_hz)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
@@ -256,7 +256,7 @@ class Pipeline:
     def exchange(self, recognizer: Networks) -> None:
         """Ask other networks from the next frame on, of a bundle with the same settings."""
         self._recognizer = recognizer
-        if self._company is not None and isinstance(recognizer, Company):
+        if self._company is not None and isinstance(recognizer, UserNetworks):
             self._company = recognizer
 
     @property
@@ -318,7 +318,9 @@ class Pipeline:
             return self._company.probabilities(window, self.user)
         return self._recognizer.probabilities(window)
 
-    def _watch(self, witness: Witness, held: str, window: Window | None, *, busy: bool) -> None:
+    def _watch(
+        self, witness: UserIdentifier, held: str, window: Window | None, *, busy: bool
+    ) -> None:
         """Ask who makes what is made now; it counts if it turns out to be a gesture that tells."""
         people = None
         if window is not None and (held or busy) and self._company is not None:

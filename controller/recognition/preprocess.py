@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.median import mean
-from controller.recognition.baseline import Known, Rest
-from controller.recognition.dead_taxels import Answers, Filler
+from controller.recognition.baseline import BaselineTracker, StoredBaseline
+from controller.recognition.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.frames import (
     LEAST_REST,
     Frame,
@@ -30,12 +30,12 @@ __all__ = [
     "LEAST_REST",
     "Frame",
     "Image",
-    "Known",
     "Normalise",
     "Prepared",
     "PreprocessSettings",
     "Preprocessor",
     "State",
+    "StoredBaseline",
     "Window",
     "leadless",
     "z_image",
@@ -76,7 +76,7 @@ class Preprocessor:
         settings: PreprocessSettings,
         rows: int,
         columns: int,
-        known: Known | None = None,
+        known: StoredBaseline | None = None,
         *,
         mend: bool = True,
     ) -> None:
@@ -102,11 +102,11 @@ class Preprocessor:
                 f"{self.shape}; calibrate anew"
             )
         self._images: deque[Image] = deque(maxlen=settings.window)
-        self._rest = Rest(settings, self.shape, known)
+        self._rest = BaselineTracker(settings, self.shape, known)
         self._soft = settings.normalise == "ratio"  # a skin: smooth, and squeezed by touch
         self._mend = mend and self._soft
-        self._filler = Filler(rows, columns)
-        self._answers = Answers(rows, columns, settings.rate_hz)
+        self._filler = TaxelInterpolator(rows, columns)
+        self._answers = ResponseMonitor(rows, columns, settings.rate_hz)
         self._owed: tuple[Any, ...] = ()  # what `settle` learns from
 
     def step(self, frame: Frame) -> Prepared:

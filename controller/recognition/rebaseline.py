@@ -27,7 +27,7 @@ _LOCAL: Final = 0.45
 Reading = NDArray[np.float64]  # (rows, columns), picofarads
 
 
-class Returns:
+class Rebaseline:
     """Where the sensor stayed for a moment, again and again, since it was last quiet.
 
     Attributes:

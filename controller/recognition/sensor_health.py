@@ -43,7 +43,7 @@ class _Told:
         self.film: frozenset[int] = frozenset()
 
 
-class Health:
+class HealthMonitor:
     """Watches one session.
 
     Attributes:

@@ -6,7 +6,7 @@ sees them, each weighted by how strongly it shows the touch, and what the rubber
 of the touch before is taken away.
 
 How noisy the laid image still is against how strongly it shows the touch tells how far off its
-place may be: `Spread` makes of that a deviation in grid units.
+place may be: `PositionSpread` makes of that a deviation in grid units.
 """
 
 import math
@@ -31,7 +31,7 @@ Signal = NDArray[np.float64]  # z - 1, (rows, columns)
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class PositionSpread:
     """How far off the places that a network tells are: `models tune` measures it.
 
     Attributes:

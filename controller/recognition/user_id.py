@@ -55,7 +55,7 @@ def named(belief: Belief, users: Users, before: int = ANYBODY) -> int:
     return best if best in (ANYBODY, before) or belief[best] >= users.accept else ANYBODY
 
 
-class Witness:
+class UserIdentifier:
     """Watches one session, and says who touches.
 
     Attributes:

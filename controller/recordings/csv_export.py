@@ -29,7 +29,7 @@ from controller.recordings.recording import (
     Mark,
     Recording,
     RecordingError,
-    Truth,
+    SimulatedTruth,
 )
 
 FORM: Final = 1  # of these tables
@@ -232,13 +232,13 @@ def _parse(about: Mapping[str, Any], table: Table) -> Recording:
     )
 
 
-def _truth(about: Any, block: Callable[..., NDArray[Any]], table: Table) -> Truth | None:
+def _truth(about: Any, block: Callable[..., NDArray[Any]], table: Table) -> SimulatedTruth | None:
     if about is None:
         return None
     fingers = about["fingers"]
     names = [f"finger_{i + 1}_{what}" for i in range(fingers) for what in _FINGER]
     events = _table(table("_events"), EVENTS)
-    return Truth(
+    return SimulatedTruth(
         block(("true_touch_x", "true_touch_y"), np.float32, 2),
         block(names, np.float32, fingers, 3),
         tuple(Event(_number(onset), _number(release), name) for onset, release, name in events),

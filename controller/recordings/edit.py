@@ -23,7 +23,7 @@ NOBODY: Final = "unknown"  # the label of a frame of which nobody knows what it 
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class MetadataChange:
     """Who a new recording is, and where it comes from.
 
     Attributes:
@@ -37,7 +37,7 @@ class Change:
     when: str
 
 
-def trim(recording: Recording, begin_s: float, end_s: float, change: Change) -> Recording:
+def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataChange) -> Recording:
     """Return the frames whose times are in [begin_s, end_s), with all that belongs to them.
 
     Times stay as they are. The state is kept only where the first frame is.
@@ -77,7 +77,7 @@ def relabel(
     recording: Recording,
     begin_s: float,
     end_s: float,
-    change: Change,
+    change: MetadataChange,
     *,
     label: str | None = None,
     column: str = "label",
@@ -156,7 +156,9 @@ def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bo
     return np.asarray(within)
 
 
-def _marked(recording: Recording, t_s: float, kind: str, what: str, change: Change) -> Recording:
+def _marked(
+    recording: Recording, t_s: float, kind: str, what: str, change: MetadataChange
+) -> Recording:
     """Return a recording of a new id with a mark that says what was done to which one."""
     was = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
     mark = Mark(t_s, kind, f"{what}; from {was}, {change.when}, by orbtouch {software()}")

@@ -15,7 +15,7 @@ from controller.errors import reason
 from controller.recordings.import_description import NULL, Description
 from controller.recordings.recording import (
     UNKNOWN,
-    Origin,
+    Provenance,
     Recording,
     RecordingError,
     software,
@@ -74,7 +74,7 @@ def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
         taken = frames[rows].astype(np.float32)
         n = len(rows)
         said: dict[str, Any] = {**unlabelled(n), told.labeller: column[rows]}
-        origin = Origin(
+        origin = Provenance(
             device_id=told.device,
             rows=taken.shape[1],
             columns=taken.shape[2],

@@ -23,7 +23,7 @@ from controller.recognition.preprocess import Frame, State
 from controller.recordings import meta
 from controller.recordings.journal_records import MAX_HEADER, OVERHEAD, Kind, encode
 from controller.recordings.reader import LARGEST, LATEST_S, STATE
-from controller.recordings.recording import LABELLERS, UNKNOWN, Origin, RecordingError
+from controller.recordings.recording import LABELLERS, UNKNOWN, Provenance, RecordingError
 
 NOWHERE: Final = (np.nan, np.nan)
 AMENDABLE: Final = (*LABELLERS, "excluded")
@@ -55,7 +55,7 @@ class Journal:
         head: How many bytes the two headers have.
     """
 
-    def __init__(self, origin: Origin, state: State, key: bytes) -> None:
+    def __init__(self, origin: Provenance, state: State, key: bytes) -> None:
         """Begin a journal.
 
         Args:
@@ -194,7 +194,7 @@ class Journal:
         self._records += 1
 
 
-def _header(origin: Origin, state: State) -> bytes:
+def _header(origin: Provenance, state: State) -> bytes:
     """Return what a header holds: the journal's id, and an .npz of meta and the state."""
     about = meta.text(origin)
     try:

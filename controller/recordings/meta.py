@@ -4,7 +4,7 @@ import dataclasses
 import json
 from typing import Final
 
-from controller.recordings.recording import SCHEMA, Origin, RecordingError
+from controller.recordings.recording import SCHEMA, Provenance, RecordingError
 
 # Form 1 had no truth and did not say who played; form 2 had no keys, cues, marks and rest.
 READABLE: Final = (1, 2, SCHEMA)
@@ -15,12 +15,12 @@ MAX_LABELS: Final = 256
 TOO_MUCH: Final = f"says too much of its origin; {MAX_META} characters are allowed"
 
 
-def text(origin: Origin) -> str:
+def text(origin: Provenance) -> str:
     """Return an origin as JSON."""
     return json.dumps(dataclasses.asdict(origin))
 
 
-def parse(meta: str) -> Origin:
+def parse(meta: str) -> Provenance:
     """Return the origin that a JSON text describes.
 
     Raises:
@@ -38,7 +38,7 @@ def parse(meta: str) -> Origin:
             )
         if not isinstance(fields["labels"], list):
             raise TypeError("labels")
-        origin = Origin(**{**fields, "labels": tuple(fields["labels"])})
+        origin = Provenance(**{**fields, "labels": tuple(fields["labels"])})
         possible = _possible(origin)
     except RecordingError:
         raise
@@ -49,7 +49,7 @@ def parse(meta: str) -> Origin:
     return origin
 
 
-def _possible(origin: Origin) -> bool:
+def _possible(origin: Provenance) -> bool:
     """Whether every field is of its type and within its limits."""
     texts = (
         *(origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels),

@@ -18,10 +18,10 @@ from controller.recordings.recording import (
     LABELLERS,
     UNKNOWN,
     Mark,
-    Origin,
+    Provenance,
     Recording,
     RecordingError,
-    Truth,
+    SimulatedTruth,
     unlabelled,
 )
 
@@ -56,7 +56,7 @@ class Survey:
     """
 
     path: Path
-    origin: Origin
+    origin: Provenance
     frames: int
     seconds: float
 
@@ -198,7 +198,7 @@ def _before_form_3(count: int) -> npz.Arrays:
     }
 
 
-def _rest(arrays: npz.Arrays, origin: Origin) -> NDArray[np.float32] | None:
+def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:
     """Return the untouched sensor; None if it was never found."""
     if "rest" not in arrays:
         return None
@@ -217,7 +217,7 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
     return tuple(Mark(*row) for row in zip(t.tolist(), kind, text, strict=True))
 
 
-def origin_of(array: NDArray[Any] | None) -> Origin:
+def origin_of(array: NDArray[Any] | None) -> Provenance:
     """Return what a file says of its origin, checked."""
     if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")
@@ -277,7 +277,7 @@ def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
     )
 
 
-def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
+def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
     """Return what a simulation knew; None for a recording of the world."""
     if "true_touch" not in arrays:
         return None
@@ -292,7 +292,7 @@ def _truth(arrays: npz.Arrays, count: int) -> Truth | None:
     events = tuple(Event(*row) for row in table)
     if not (np.isfinite(onset) & np.isfinite(release) & (release >= onset)).all():
         raise RecordingError("has events that end before they begin")
-    return Truth(touch, contact, events)
+    return SimulatedTruth(touch, contact, events)
 
 
 def _place(touch: NDArray[np.float64]) -> Touch | None:

@@ -21,8 +21,8 @@ from controller.recordings import journal_repair, naming
 from controller.recordings.journal import NOWHERE, Journal
 from controller.recordings.journal_disk import Disk, RealDisk
 from controller.recordings.journal_records import ID_BYTES
-from controller.recordings.recorder_thread import Keeper
-from controller.recordings.recording import UNKNOWN, Origin, Recording, RecordingError
+from controller.recordings.recorder_thread import JournalThread
+from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from controller.recordings.sealing import seal
 
 SYNC_S: Final = 0.4  # a frame waits so long for its turn, and then for one write and one sync
@@ -79,7 +79,7 @@ class Recorder:
     """
 
     def __init__(
-        self, path: Path, origin: Origin, state: State, *, disk: Disk | None = None
+        self, path: Path, origin: Provenance, state: State, *, disk: Disk | None = None
     ) -> None:
         """Begin a recording: its journal is on the disk when this returns.
 
@@ -190,10 +190,10 @@ class Recorder:
             raise RecordingError(f"{self.path} appeared meanwhile; recorded into {place}")
         return place
 
-    def _begin(self) -> Keeper:
+    def _begin(self) -> JournalThread:
         """Return who keeps the journal; its header is on the disk."""
         try:
-            keeper = Keeper(self._journal, self._disk.create(self._place))
+            keeper = JournalThread(self._journal, self._disk.create(self._place))
         except FileExistsError:
             raise TakenError(f"{self._place} exists; record into another file") from None
         except OSError as error:

@@ -16,7 +16,7 @@ from controller.recordings.recording import RecordingError
 _CHUNK: Final = 1 << 20  # bytes copied while the loop must wait
 
 
-class Keeper:
+class JournalThread:
     """Writes a journal to its file.
 
     Attributes:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from controller import __version__
 from controller.errors import UserError
 from controller.median import median
-from controller.recognition.pipeline import CommandRecord, Settings
+from controller.recognition.pipeline import CommandRecord, PipelineSettings
 from controller.recognition.preprocess import State
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class RecordingError(UserError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class Provenance:
     """Where a recording comes from.
 
     Attributes:
@@ -98,7 +98,7 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class SimulatedTruth:
     """What a simulation knows beside every frame.
 
     Attributes:
@@ -134,7 +134,7 @@ class Recording:
         truth: What a simulation knows; None for a recording of the world.
     """
 
-    origin: Origin
+    origin: Provenance
     frames: NDArray[np.float32]
     t: NDArray[np.float64]
     sequence: NDArray[np.int64]
@@ -148,7 +148,7 @@ class Recording:
     marks: tuple[Mark, ...] = ()
     commands: tuple[CommandRecord, ...] = ()
     state: State = field(default_factory=dict)
-    truth: Truth | None = None
+    truth: SimulatedTruth | None = None
 
     @property
     def rate_hz(self) -> float:
@@ -166,7 +166,7 @@ def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
 LABELLERS: Final = ("label", "button", "key", "cue")
 
 
-def refuse_misfit(recording: Recording, bundle: Settings) -> None:
+def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
     """Refuse a recording that the bundle's networks would misunderstand.
 
     Raises:

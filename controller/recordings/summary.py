@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.console import count
 from controller.recordings import text_image
 from controller.recordings.quality import labels, timing
-from controller.recordings.quality.labels import Said
+from controller.recordings.quality.labels import SourceLabels
 from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import PICOFARAD, Recording
 
@@ -68,7 +68,7 @@ def lines(path: Path, recording: Recording, shades: str = text_image.BLOCKS) -> 
     ]  # fmt: skip
 
 
-def said(one: Said) -> list[str]:
+def said(one: SourceLabels) -> list[str]:
     """Return what one labeller said, in words."""
     times = [
         f"{label} {count(one.events[label], 'time')} ({seconds:.1f} s)" if label in one.events

@@ -11,7 +11,7 @@ from controller.files import atomic_write
 from controller.recognition.pipeline import Touch
 from controller.recordings import meta
 from controller.recordings.reader import COLUMNS, STATE
-from controller.recordings.recording import Recording, Truth
+from controller.recordings.recording import Recording, SimulatedTruth
 
 NOWHERE = (np.nan, np.nan)
 
@@ -41,7 +41,7 @@ def pack(recording: Recording) -> bytes:
     )
 
 
-def _truth(truth: Truth) -> npz.Arrays:
+def _truth(truth: SimulatedTruth) -> npz.Arrays:
     return {
         "true_touch": truth.touch,
         "true_contact": truth.contact,

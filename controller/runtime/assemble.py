@@ -21,7 +21,7 @@ from controller import __version__
 from controller.bundles import bundle as bundles
 from controller.bundles import mapping_file
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy.store import Shelf, name_of
+from controller.bundles.deploy.store import BundleStore, name_of
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
 from controller.links import PRINT, Link, LinkError, open_link
@@ -29,22 +29,22 @@ from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
-from controller.recognition.preprocess import Image, Known
+from controller.recognition.preprocess import Image, StoredBaseline
 from controller.recordings.recording import RATE_TOLERANCE
 from controller.runtime.device import Device, Wish, steady
 from controller.runtime.long_press import WINDOW_S
-from controller.runtime.realtime import Sweeper
+from controller.runtime.realtime import IdleCollector
 from controller.sensors import base as sensors
 from controller.sensors.base import RecordedSensor, Sensor, SensorError, SensorOptions
 
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from controller.capture.cue_plan import Plan
-    from controller.capture.run_files import Runs
+    from controller.capture.cue_plan import CuePlan
+    from controller.capture.run_files import RunFiles
     from controller.capture.terminal_keys import Keyboard
-    from controller.runtime.bundle_updates import Clerk
-    from controller.runtime.latency_report import Timekeeper
+    from controller.runtime.bundle_updates import BundleUpdater
+    from controller.runtime.latency_report import LatencyReporter
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
 
@@ -92,10 +92,10 @@ class Parts:
     sensor: Sensor
     link: Link
     owned: bool
-    runs: Runs | None
-    plan: Plan | None
+    runs: RunFiles | None
+    plan: CuePlan | None
     ledger: TextIO | None
-    sweeper: Sweeper | None
+    sweeper: IdleCollector | None
 
 
 # --- before the first frame -----------------------------------------------------------------------
@@ -230,7 +230,7 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
         path, engine, proved = options.bundle, "", False
         bundle = bundles.read(path)
     else:
-        shelf = Shelf()
+        shelf = BundleStore()
         path, engine = shelf.current()
         installed = path.parent == shelf.folder
         try:
@@ -374,7 +374,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     obey = None
     touched = options.link != PRINT and getattr(link, "touched", True)
     if sensor.virtual and not touched:  # nobody else touches it
-        from controller.capture.simulated_hand import Obedient
+        from controller.capture.simulated_hand import CuedHand
         from controller.sensors.virtual import show
 
         if parts.plan is None:
@@ -382,7 +382,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
             script = show(bundle.labels, sensor.geometry, options.seed, _gestures(options))
         else:
             told = "does what the cues ask for"
-            obey = Obedient(sensor.geometry, options.seed, _gestures(options)).obey
+            obey = CuedHand(sensor.geometry, options.seed, _gestures(options)).obey
         _log.info("nothing touches this orb, so its own hand %s", told)
     schedule = steady(sensor.rate_hz)
     press = None
@@ -394,13 +394,13 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     )  # fmt: skip
 
 
-def clerk(parts: Parts) -> Clerk | None:
+def clerk(parts: Parts) -> BundleUpdater | None:
     """Return who takes new bundles over the link; None where nobody can send any."""
-    link, shelf = parts.link, Shelf()
+    link, shelf = parts.link, BundleStore()
     if parts.options.link == PRINT or parts.options.replay is not None:
         return None
-    from controller.bundles.deploy.upload import Intake
-    from controller.runtime.bundle_updates import Clerk
+    from controller.bundles.deploy.upload import UploadReceiver
+    from controller.runtime.bundle_updates import BundleUpdater
 
     objection = ""
     if not getattr(link, "proves", False):
@@ -410,21 +410,21 @@ def clerk(parts: Parts) -> Clerk | None:
         )
     elif parts.options.bundle is not None:
         objection = "this orb was started with a --bundle of its own"
-    return Clerk(
-        Intake(shelf.folder, objection),
+    return BundleUpdater(
+        UploadReceiver(shelf.folder, objection),
         partial(_install, shelf),
         partial(_corrected, parts, shelf),
     )
 
 
-def _install(shelf: Shelf, path: Path, corrects: str | None = None) -> str:
+def _install(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
     """Take a bundle that has come into use."""
     from controller.bundles.deploy.install import install
 
     return install(path, shelf, other_sensor=False, tell=_log.info, corrects=corrects)
 
 
-def _corrected(parts: Parts, shelf: Shelf, label: str, images: list[Image]) -> str:
+def _corrected(parts: Parts, shelf: BundleStore, label: str, images: list[Image]) -> str:
     """Learn what the latest touch was; return what is in use then, a sentence."""
     from controller.adapt import correction  # a play without corrections needs none of it
 
@@ -439,13 +439,13 @@ def _corrected(parts: Parts, shelf: Shelf, label: str, images: list[Image]) -> s
     )
 
 
-def _timekeeper(parts: Parts, sensor: Sensor) -> Timekeeper:
+def _timekeeper(parts: Parts, sensor: Sensor) -> LatencyReporter:
     """Return who keeps the ledger of a session."""
-    from controller.runtime.latency_report import Timekeeper, status_file
+    from controller.runtime.latency_report import LatencyReporter, status_file
 
     about = {"device": sensor.device_id, "link": parts.options.link, **_about(parts)}
     link = parts.link
-    return Timekeeper(
+    return LatencyReporter(
         1.0 / sensor.rate_hz,
         lambda pace: link.send(pace, 0) if link.connected else None,
         sweeper=parts.sweeper,
@@ -479,7 +479,7 @@ def _pipeline(
     return pipeline
 
 
-def _known(bundle: Bundle, sensor: Sensor) -> Known | None:
+def _known(bundle: Bundle, sensor: Sensor) -> StoredBaseline | None:
     """Return what a calibration of this sensor found."""
     from controller.sensors import calibration_store
 

@@ -5,17 +5,17 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from controller.bundles.deploy.upload import Intake
+from controller.bundles.deploy.upload import UploadReceiver
 from controller.protocol.codec import fitted
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,
     MAX_SENTENCE,
     PROVING,
-    Correct,
-    Deliver,
-    Delivery,
-    Piece,
+    Correction,
+    UploadChunk,
+    UploadOffer,
+    UploadStatus,
 )
 from controller.recognition.preprocess import Image
 
@@ -26,14 +26,16 @@ Learn = Callable[[str, list[Image]], str]
 _log = logging.getLogger("controller")
 
 
-class Clerk:
+class BundleUpdater:
     """Sees to deliveries, and never keeps the loop waiting.
 
     Attributes:
         switched: Whether a new bundle is in use; the loop begins anew with it.
     """
 
-    def __init__(self, intake: Intake, install: Install, learn: Learn | None = None) -> None:
+    def __init__(
+        self, intake: UploadReceiver, install: Install, learn: Learn | None = None
+    ) -> None:
         """Take deliveries and corrections.
 
         Args:
@@ -44,9 +46,9 @@ class Clerk:
         self.switched = False
         self._intake, self._install, self._learn = intake, install, learn
         self._thread: threading.Thread | None = None
-        self._outcome: Delivery | None = None
+        self._outcome: UploadStatus | None = None
 
-    def take(self, message: Deliver | Piece) -> Delivery:
+    def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
         """Return the answer to what a host says."""
         answer = self._intake.take(message)
         if self._intake.whole is not None and self._thread is None:
@@ -54,17 +56,21 @@ class Clerk:
             self._begin(lambda: self._install(path))
         return answer
 
-    def correct(self, message: Correct, images: list[Image]) -> Delivery:
+    def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
         """Begin to learn what the latest images were; return the answer for now."""
         if self._intake.objection or self._learn is None:
-            return Delivery(DECLINED, 0, self._intake.objection or "nothing can be learned here")
+            return UploadStatus(
+                DECLINED, 0, self._intake.objection or "nothing can be learned here"
+            )
         if self._thread is not None:
-            return Delivery(DECLINED, 0, "still busy with the last one; say it again in a moment")
+            return UploadStatus(
+                DECLINED, 0, "still busy with the last one; say it again in a moment"
+            )
         learn = self._learn
         self._begin(lambda: learn(message.label, images))
-        return Delivery(PROVING, 0, "learning")
+        return UploadStatus(PROVING, 0, "learning")
 
-    def poll(self) -> Delivery | None:
+    def poll(self) -> UploadStatus | None:
         """Return how a proof went, once, without waiting."""
         if self._thread is None or self._thread.is_alive():
             return None
@@ -89,4 +95,4 @@ class Clerk:
         except Exception as error:  # the host waits for an answer, whatever went wrong
             _log.exception("a bundle could not be taken into use")
             state, told = DECLINED, f"{type(error).__name__} on the orb; its log says more"
-        self._outcome = Delivery(state, 0, fitted(told, MAX_SENTENCE))
+        self._outcome = UploadStatus(state, 0, fitted(told, MAX_SENTENCE))

@@ -8,17 +8,17 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Final, Protocol
 
-from controller.log_limit import Hush
+from controller.log_limit import LogLimit
 from controller.protocol.messages import (
     Command,
     Contacts,
     Health,
     Message,
     Perform,
-    Spot,
+    PositionUncertainty,
     State,
     Telemetry,
-    Who,
+    UserIdentified,
     quantise_image,
 )
 from controller.recognition.pipeline import Pipeline, Step
@@ -29,8 +29,8 @@ from controller.sensors.base import Sensor, SensorAwayError, SensorError, Virtua
 
 if TYPE_CHECKING:
     from controller.capture.cues import Cue
-    from controller.capture.session_recorder import Tape
-    from controller.runtime.latency_report import Timekeeper
+    from controller.capture.session_recorder import SessionRecorder
+    from controller.runtime.latency_report import LatencyReporter
 
 RECENT_S: Final = 4.0  # of images are kept: what a correction may be about
 _TOO_SHORT: Final = "nothing was recorded: there was less than a second to keep"
@@ -82,11 +82,11 @@ class Device:
         schedule: Schedule,
         *,
         live: bool = True,
-        tape: Tape | None = None,
+        tape: SessionRecorder | None = None,
         script: Iterator[Wish] | None = None,
         obey: Callable[[Cue, float], Wish | None] | None = None,
         on_long_press: Callable[[], None] | None = None,
-        timekeeper: Timekeeper | None = None,
+        timekeeper: LatencyReporter | None = None,
     ) -> None:
         """Begin before the first frame.
 
@@ -112,13 +112,13 @@ class Device:
         self._virtual = sensor if isinstance(sensor, VirtualSensor) else None
         self.due = next(schedule, None)
         self.now_s = 0.0
-        self.hush = Hush()
+        self.hush = LogLimit()
         self._next = next(self.script, None)
         self._wish: Wish | None = None  # a cue's that is not due yet
         self._pressed: tuple[str, ...] = ()
         self._button = LongPress()
         self._told: tuple[str, ...] = ()  # of the sensor's health
-        self._who: Who | None = None  # whom the host knows of
+        self._who: UserIdentified | None = None  # whom the host knows of
         self._away_s: float | None = None  # since when the sensor gives no frames
         self.recent: deque[Image] = deque(maxlen=max(3, round(RECENT_S * sensor.rate_hz)))
 
@@ -240,7 +240,7 @@ class Device:
             (at_s, wish), self._wish = self._wish, None
             self.request(wish, at_s)
 
-    def _keep(self, tape: Tape, frame: Frame, step: Step) -> None:
+    def _keep(self, tape: SessionRecorder, frame: Frame, step: Step) -> None:
         """Keep a frame, and do what the cues ask for."""
         label = self._label(step.t_s, tape.labels)
         said = tape.take(frame, step, label, self.sensor.button(step.t_s))
@@ -263,7 +263,7 @@ class Device:
         """
         t_ms = round(step.t_s * 1000)
         if step.sigma is not None:
-            self.link.send(Spot(step.frame, step.sigma), t_ms)
+            self.link.send(PositionUncertainty(step.frame, step.sigma), t_ms)
         if step.command is not None:
             c = step.command
             command = Command(c.command, c.gesture, c.probability, c.touch, c.frame)
@@ -288,7 +288,7 @@ class Device:
 
     def _name(self, step: Step, t_ms: int) -> None:
         """Report who touches, when that changes; nobody knows where nobody is known."""
-        who = Who(step.user, round(step.confidence, 2))
+        who = UserIdentified(step.user, round(step.confidence, 2))
         if who != self._who and (step.confidence or self._who is not None):
             if self._who is None or who.user != self._who.user:
                 _log.info("%s", f"{who.user} touches" if who.user else "nobody it knows touches")

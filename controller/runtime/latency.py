@@ -1,7 +1,7 @@
 """Latency statistics: the time of each hop of the latest frames, in memory that never grows.
 
 A ledger takes one line of stamps a frame: when it was due, then the end of each hop. It knows no
-clock; whoever has one stamps. `Digest` is what people are told.
+clock; whoever has one stamps. `StageLatency` is what people are told.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ _SHARES: Final = (50.0, 95.0, 99.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Digest:
+class StageLatency:
     """How long one hop took, milliseconds."""
 
     hop: str
@@ -27,7 +27,7 @@ class Digest:
     p99: float
 
 
-class Ledger:
+class LatencyStatistics:
     """The stamps of the latest frames.
 
     Attributes:
@@ -53,7 +53,7 @@ class Ledger:
         hops: NDArray[np.float64] = np.diff(line) / 1e6
         return hops
 
-    def digest(self) -> list[Digest]:
+    def digest(self) -> list[StageLatency]:
         """Return each hop's percentiles, and those of all of them together."""
         known = self._stamps[: min(self.lines, len(self._stamps))]
         if not len(known):
@@ -62,6 +62,6 @@ class Ledger:
         spans = np.column_stack([spans, spans.sum(axis=1)])
         rows = np.percentile(spans, _SHARES, axis=0).T
         return [
-            Digest(hop, *(round(float(value), 3) for value in row))
+            StageLatency(hop, *(round(float(value), 3) for value in row))
             for hop, row in zip((*self._hops, "all"), rows, strict=True)
         ]

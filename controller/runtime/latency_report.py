@@ -16,9 +16,9 @@ from typing import Final, TextIO
 
 from controller import folders
 from controller.files import atomic_write
-from controller.protocol.messages import Hop, Pace
-from controller.runtime.latency import HOPS, Digest, Ledger
-from controller.runtime.realtime import Sweeper
+from controller.protocol.messages import LatencyReport, StageTime
+from controller.runtime.latency import HOPS, LatencyStatistics, StageLatency
+from controller.runtime.realtime import IdleCollector
 
 TELL_S: Final = 1.0  # between two reports
 _SLACK_S: Final = 0.01  # nothing is done between frames that are nearer than this
@@ -26,10 +26,10 @@ _LINES: Final = 256  # of the ledger's file, until they are written
 
 _log = logging.getLogger("controller")
 
-Tell = Callable[[Pace], object]
+Tell = Callable[[LatencyReport], object]
 
 
-class Timekeeper:
+class LatencyReporter:
     """Keeps the ledger of one session, and its reports.
 
     Attributes:
@@ -41,7 +41,7 @@ class Timekeeper:
         period_s: float,
         tell: Tell,
         *,
-        sweeper: Sweeper | None = None,
+        sweeper: IdleCollector | None = None,
         file: TextIO | None = None,
         status: Path | None = None,
         about: dict[str, object] | None = None,
@@ -58,7 +58,7 @@ class Timekeeper:
             about: What else is said there.
             clock_ns: Nanoseconds that never go back.
         """
-        self.ledger = Ledger()
+        self.ledger = LatencyStatistics()
         self._period_s, self._tell, self._sweeper = period_s, tell, sweeper
         self._file, self._status, self.about = file, status, about or {}
         self._clock_ns = clock_ns
@@ -129,7 +129,7 @@ class Timekeeper:
                 self._file = None
         self._lines.clear()
 
-    def _publish(self, digest: list[Digest], missed: int) -> None:
+    def _publish(self, digest: list[StageLatency], missed: int) -> None:
         if self._status is None:
             return
         said = {
@@ -163,9 +163,11 @@ def close_ledger(file: TextIO) -> None:
         file.close()
 
 
-def pace(digest: list[Digest], period_s: float, missed: int) -> Pace:
+def pace(digest: list[StageLatency], period_s: float, missed: int) -> LatencyReport:
     """Return a digest as the message for the host."""
-    return Pace(period_s * 1000, missed, tuple(Hop(d.hop, d.p50, d.p95, d.p99) for d in digest))
+    return LatencyReport(
+        period_s * 1000, missed, tuple(StageTime(d.hop, d.p50, d.p95, d.p99) for d in digest)
+    )
 
 
 def status_folders() -> list[Path]:

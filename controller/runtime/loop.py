@@ -11,24 +11,24 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from controller.log_limit import Hush
+from controller.log_limit import LogLimit
 from controller.protocol.messages import (  # fmt: skip
     PROVING,
     Bye,
     Contacts,
-    Correct,
-    Deliver,
+    Correction,
     Grant,
     Granted,
     Hello,
     Message,
     Perform,
-    Piece,
+    UploadChunk,
+    UploadOffer,
 )
 from controller.runtime.device import Device, Outlet
 
 if TYPE_CHECKING:
-    from controller.runtime.bundle_updates import Clerk
+    from controller.runtime.bundle_updates import BundleUpdater
 
 ORPHAN_S: Final = 10.0  # a virtual orb that belongs to a host outlives it by this much
 GRANT_LIMIT_MS: Final = 60_000  # the farthest that one grant reaches: a host asks for 100 ms
@@ -49,7 +49,7 @@ class Loop:
         *,
         await_host: bool = False,
         orphan_s: float | None = None,
-        clerk: Clerk | None = None,
+        clerk: BundleUpdater | None = None,
         exchange: Callable[[Device], bool] = lambda device: False,
     ) -> None:
         """Prepare to run.
@@ -72,7 +72,7 @@ class Loop:
         self._await_host = await_host
         self._orphan_s = orphan_s
         self._clerk, self._exchange = clerk, exchange
-        self._hush = Hush()
+        self._hush = LogLimit()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
         self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
@@ -105,7 +105,7 @@ class Loop:
         finally:
             self._end()
 
-    def _hear(self, clerk: Clerk) -> bool:
+    def _hear(self, clerk: BundleUpdater) -> bool:
         """Tell the host how its delivery went; return whether to begin anew with it."""
         outcome = clerk.poll()
         if outcome is not None:
@@ -141,12 +141,12 @@ class Loop:
                 self._begin(granted=message.granted)
             else:
                 self.device.greet(self._elapsed_s())
-        elif isinstance(message, Deliver | Piece):
+        elif isinstance(message, UploadOffer | UploadChunk):
             if self._clerk is not None:
                 self._link.send(self._clerk.take(message), self._now_ms())
         elif self.device is None:
             return
-        elif isinstance(message, Correct):
+        elif isinstance(message, Correction):
             if self._clerk is not None:
                 answer = self._clerk.correct(message, list(self.device.recent))
                 if answer.state == PROVING:  # a peer that may correct nothing leaves no marks

@@ -18,7 +18,7 @@ _SCHEDULE: Final[Schedule | None] = getattr(os, "sched_setscheduler", None)
 _log = logging.getLogger("controller")
 
 
-class Sweeper:
+class IdleCollector:
     """Collects garbage when there is time for it, and never otherwise."""
 
     def __init__(self) -> None:

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from controller import __version__
 from controller.capture import cue_plan
-from controller.capture.cue_plan import Plan
-from controller.capture.cues import Cues
+from controller.capture.cue_plan import CuePlan
+from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
-from controller.capture.run_files import Runs
-from controller.capture.session_recorder import Plain, Tape
+from controller.capture.run_files import RunFiles
+from controller.capture.session_recorder import Plain, SessionRecorder
 from controller.capture.status_line import Status, StatusLine
 from controller.capture.terminal_keys import Keyboard
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import Origin, RecordingError
+from controller.recordings.recording import Provenance, RecordingError
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -31,14 +31,14 @@ FREE: Final = "free"  # the protocol of a recording without cues
 
 
 @runtime_checkable
-class Teller(Protocol):
+class RecordingLink(Protocol):
     """A link whose reader takes more than commands."""
 
     def say(self, plain: Plain) -> None:
         """Take plain data, without waiting."""
 
 
-def plan(options: Namespace, labels: tuple[str, ...]) -> Plan | None:
+def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
     """Return what shall be recorded; None: whatever happens.
 
     Raises:
@@ -51,32 +51,32 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> Plan | None:
     return None if options.cues is None else cue_plan.read(options.cues, labels)
 
 
-def runs(options: Namespace) -> Runs:
+def runs(options: Namespace) -> RunFiles:
     """Return where recordings go.
 
     Raises:
         RecordingError: Nothing can be recorded there.
     """
-    return Runs(options.record, options.user, options.session)
+    return RunFiles(options.record, options.user, options.session)
 
 
 def tape(
-    parts: Parts, runs: Runs, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
-) -> Tape:
+    parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
+) -> SessionRecorder:
     """Return what records a session from its first frame on."""
     plan, link = parts.plan, parts.link
-    cues = None if plan is None else Cues.of(plan)
-    return Tape(
+    cues = None if plan is None else CueSession.of(plan)
+    return SessionRecorder(
         begin(parts, runs, sensor),
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
-        tell=link.say if isinstance(link, Teller) else _nobody,
+        tell=link.say if isinstance(link, RecordingLink) else _nobody,
         screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
     )
 
 
-def begin(parts: Parts, runs: Runs, sensor: Sensor) -> Callable[[State], Recorder]:
+def begin(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Recorder]:
     """Return what begins the next file of a session, with these parts."""
     origin = _origin(parts, sensor)
     return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
@@ -86,10 +86,10 @@ def _nobody(plain: Plain) -> None:
     """Take what nobody reads."""
 
 
-def _origin(parts: Parts, sensor: Sensor) -> Origin:
+def _origin(parts: Parts, sensor: Sensor) -> Provenance:
     """Return what a recording that begins now will say of where it comes from."""
     grid, options = sensor.geometry, parts.options
-    return Origin(
+    return Provenance(
         device_id=sensor.device_id,
         rows=grid.rows,
         columns=grid.columns,

@@ -15,7 +15,7 @@ from typing import Final
 BEATS: Final = 3  # per watchdog interval; systemd asks for two at least
 
 
-class Heart:
+class WatchdogHeartbeat:
     """Beats for the watchdog for as long as the loop turns, and no longer."""
 
     def __init__(

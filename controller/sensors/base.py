@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from controller.errors import TroubleError, UserError
-from controller.protocol.messages import Contact, Truth
+from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.preprocess import Frame
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class VirtualSensor(Sensor, Protocol):
             SensorError: The hand does not know the label.
         """
 
-    def truths(self) -> list[Truth]:
+    def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""
 
     def label(self, t_s: float) -> str:

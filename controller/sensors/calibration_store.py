@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from controller import files, folders
 from controller.config import parse_json
-from controller.recognition.preprocess import Frame, Known
+from controller.recognition.preprocess import Frame, StoredBaseline
 
 VERSION: Final = 1
 _SMALLEST, _LARGEST = 1e-3, 1e9  # what a rest value may be
@@ -42,9 +42,9 @@ class Calibration:
     verdict: str
 
     @property
-    def known(self) -> Known:
+    def known(self) -> StoredBaseline:
         """The same for the preprocessor."""
-        return Known(self.rest, self.idle)
+        return StoredBaseline(self.rest, self.idle)
 
 
 def folder() -> Path:

@@ -13,7 +13,7 @@ from controller.sensors import virtual as virtuals
 from controller.sensors.base import SensorOptions
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
 from controller.sensors.hardware.wiring_file import read, shipped
 from controller.sensors.orb import refuse_haste
@@ -45,12 +45,12 @@ def create(options: SensorOptions) -> "Emulated":
     faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
     readout = model.electronics.readout
     around = replace(
-        BenchModel(),
+        BoardModel(),
         noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
         finger_pf=readout.finger_pf,
     )  # fmt: skip
     seeds = np.random.SeedSequence([options.seed, 1])
-    bench = Bench(wiring, seeds, model=around, picofarads=orb.skin[0], faults=faults)
+    bench = EmulatedBoard(wiring, seeds, model=around, picofarads=orb.skin[0], faults=faults)
     return Emulated(orb, bench, f"emulated-{options.seed}")
 
 
@@ -82,7 +82,7 @@ class Emulated:
 
     virtual = True
 
-    def __init__(self, orb: Virtual, bench: Bench, device_id: str) -> None:
+    def __init__(self, orb: Virtual, bench: EmulatedBoard, device_id: str) -> None:
         """Wire a virtual orb to emulated hardware."""
         self.orb, self.bench, self.driver = orb, bench, Driver(bench.board)
         self.geometry, self.rate_hz = orb.geometry, orb.rate_hz

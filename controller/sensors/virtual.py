@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact, Perform, Truth
+from controller.protocol.messages import Contact, GroundTruth, Perform
 from controller.recognition.preprocess import Frame
 from controller.sensors.base import Geometry, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
@@ -130,7 +130,7 @@ class Virtual:
         """Return what the label button says, which the hand's owner presses with the other one."""
         return self._orb.button(t_s)
 
-    def truths(self) -> list[Truth]:
+    def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""
         return self._orb.truths()
 

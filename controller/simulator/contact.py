@@ -81,7 +81,7 @@ class Fingers:
     drag_mm: Complex
 
 
-class Grip(NamedTuple):
+class FingerGroup(NamedTuple):
     """Steps with equally many fingers on the skin; lengths in clamped radii.
 
     Attributes:
@@ -102,9 +102,9 @@ class Grip(NamedTuple):
     system: Array
     hold: Array
 
-    def part(self, of: NDArray[np.bool_] | slice) -> "Grip":
+    def part(self, of: NDArray[np.bool_] | slice) -> "FingerGroup":
         """Return some of the steps."""
-        return Grip(self.steps[of], *(values[..., of] for values in self[1:]))
+        return FingerGroup(self.steps[of], *(values[..., of] for values in self[1:]))
 
     @property
     def room(self) -> Array:
@@ -172,18 +172,18 @@ class Skin:
         self._poisson = poisson(self.stretch)
         self._inflation = _single(inflation[:, :, None])
 
-    def grips(self, fingers: Fingers) -> list[Grip]:
+    def grips(self, fingers: Fingers) -> list[FingerGroup]:
         """Sort steps by how many fingers touch, and find what the fingers do to each other."""
         touch = fingers.depth_mm > 0.0
         count = touch.sum(axis=1)
         present = np.flatnonzero(np.bincount(count)).tolist()
         return [self._grip(fingers, np.flatnonzero(count == n), touch, n) for n in present]
 
-    def free_bulge(self, grip: Grip) -> Array:
+    def free_bulge(self, grip: FingerGroup) -> Array:
         """Return the bulge that the closed gas alone would make, (steps,)."""
         return self._bulge(grip, grip.loads(0.0))
 
-    def log_capacitance(self, grip: Grip, relief: Array) -> Array:
+    def log_capacitance(self, grip: FingerGroup, relief: Array) -> Array:
         """Return ln(C / C0) of every taxel, (steps, taxels).
 
         Args:
@@ -203,7 +203,7 @@ class Skin:
         return out
 
     def displacement(
-        self, grip: Grip, load: Array, bulge: Array, x: Single, y: Single
+        self, grip: FingerGroup, load: Array, bulge: Array, x: Single, y: Single
     ) -> tuple[Single, Single, Single]:
         """Return how far points of the disc move inward, and along x and y.
 
@@ -233,7 +233,9 @@ class Skin:
         along_y = (ahead * force_y + along * dy).sum(axis=0)
         return inward, along_x, along_y
 
-    def _grip(self, fingers: Fingers, steps: Steps, touch: NDArray[np.bool_], count: int) -> Grip:
+    def _grip(
+        self, fingers: Fingers, steps: Steps, touch: NDArray[np.bool_], count: int
+    ) -> FingerGroup:
         """Gather the fingers of steps that have equally many."""
         slots = np.nonzero(touch[steps])[1].reshape(len(steps), count).T.copy()
         position, drag = fingers.position[steps, slots], fingers.drag_mm[steps, slots]
@@ -249,12 +251,14 @@ class Skin:
             force[..., dragged] = solve(system, wanted).reshape(2, count, -1)
         system = press_system(at, size, self.model.bulge)
         hold = solve(system, np.stack([depth, room(*at)], axis=1))
-        return Grip(steps, at, depth, size, force, system, hold)
+        return FingerGroup(steps, at, depth, size, force, system, hold)
 
-    def _bulge(self, grip: Grip, load: Array) -> Array:
+    def _bulge(self, grip: FingerGroup, load: Array) -> Array:
         return np.asarray(self.model.bulge * (load * grip.room).sum(axis=0))
 
-    def _log_area(self, grip: Grip, inward: Single, along_x: Single, along_y: Single) -> Single:
+    def _log_area(
+        self, grip: FingerGroup, inward: Single, along_x: Single, along_y: Single
+    ) -> Single:
         """Return ln J of the patches of each taxel, (down, across, rows, columns, steps)."""
         model = self.model
         surface = [p - inward * n for p, n in zip(self._surface, self._normal, strict=True)]
@@ -267,7 +271,7 @@ class Skin:
         local += self._wrap(grip)
         return local
 
-    def _wrap(self, grip: Grip) -> Single:
+    def _wrap(self, grip: FingerGroup) -> Single:
         """Extra ln J where skin is bent around the fingers, (rows, columns, steps)."""
         gain = self.model.wrap * grip.depth**2
         blunt = -0.5 / (self.model.reach * self.stretch * grip.size) ** 2

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity, Value
-from controller.simulator.user_style import Style, parameters
+from controller.simulator.user_style import UserStyle, parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -73,7 +73,7 @@ class Gesture:
     late: Key = 0.0
     early: Key = 0.0
 
-    def move(self, style: Style, rng: np.random.Generator, step_hz: float) -> Paths:
+    def move(self, style: UserStyle, rng: np.random.Generator, step_hz: float) -> Paths:
         """Return what the fingers do in one event, relative to where it is.
 
         Args:

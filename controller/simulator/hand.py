@@ -14,7 +14,7 @@ from controller.simulator import pointer
 from controller.simulator.gesture_file import FINGERS as SLOTS
 from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
-from controller.simulator.user_style import Style, draw_mood, draw_style
+from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 __all__ = [
     "DISTRACTORS",
@@ -23,7 +23,7 @@ __all__ = [
     "ONSET_SHARE",
     "SLOTS",
     "Performance",
-    "Style",
+    "UserStyle",
     "draw_mood",
     "draw_style",
     "perform",
@@ -67,7 +67,7 @@ class Performance:
 def perform(
     label: str,
     place: tuple[float, float],
-    style: Style,
+    style: UserStyle,
     rng: np.random.Generator,
     *,
     grid: tuple[int, int, float] = _GRID,

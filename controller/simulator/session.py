@@ -11,9 +11,9 @@ from controller.recognition.event_metric import Event
 from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import GESTURES, Style, draw_mood, draw_style
+from controller.simulator.hand import GESTURES, UserStyle, draw_mood, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.session_script import LOCATED, Take
+from controller.simulator.session_script import LOCATED, SessionScript
 
 Protocol = Literal["free", "blocks"]
 
@@ -60,7 +60,7 @@ class Session:
     button: NDArray[np.int8]
     contact: NDArray[np.float32]
     labels: tuple[str, ...]
-    style: Style
+    style: UserStyle
 
 
 def simulate(
@@ -69,7 +69,7 @@ def simulate(
     *,
     domain: int = TRAINING,
     user: int | None = None,
-    style: Style | None = None,
+    style: UserStyle | None = None,
     pointer: bool = False,
     rate_hz: float = 10.0,
     model: OrbModel = NOMINAL,
@@ -121,7 +121,7 @@ def simulate(
     simulator.electronics.switch(faults)
     frames, per_frame = round(minutes * 60 * rate_hz), simulator.steps_per_frame
     grid = (model.rows, model.columns, model.pitch_mm)
-    hand = Take(
+    hand = SessionScript(
         frames * per_frame, rate_hz * per_frame, grid, style, away_mm, repertoire or shipped(), rng
     )
     (hand.stream if protocol == "free" else hand.blocks)(gestures)
@@ -145,7 +145,7 @@ def simulate(
     )
 
 
-def _scan(simulator: OrbSimulator, hand: Take) -> NDArray[np.float32]:
+def _scan(simulator: OrbSimulator, hand: SessionScript) -> NDArray[np.float32]:
     """Let the orb feel the whole session, (frames, rows, columns), pF."""
     model = simulator.model
     per_chunk = max(1, _CHUNK // (model.rows * model.columns * simulator.steps_per_frame))

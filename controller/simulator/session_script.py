@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
 from controller.simulator.gesture_file import Repertoire
-from controller.simulator.hand import DISTRACTORS, SLOTS, Style, perform
+from controller.simulator.hand import DISTRACTORS, SLOTS, UserStyle, perform
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
 
@@ -30,7 +30,7 @@ _BLOCK_PAUSE: Final = (0.35, 0.92)  # in parts of the event before it
 _NULL_PAUSE_S: Final = (2.0, 10.0)  # between distractors in the null block
 
 
-class Take:
+class SessionScript:
     """One session's finger paths and true events.
 
     Attributes:
@@ -46,7 +46,7 @@ class Take:
         steps: int,
         step_hz: float,
         grid: Grid,
-        style: Style,
+        style: UserStyle,
         away_mm: tuple[float, float],
         repertoire: Repertoire,
         rng: np.random.Generator,

@@ -13,7 +13,7 @@ _PRIVATE: Final = ("tremor", "tremor_hz", "left_handed", "aim", "pointer")
 
 
 @dataclass(frozen=True, slots=True)
-class Style:
+class UserStyle:
     """How somebody touches; lengths in mm, angles in radians, times in seconds.
 
     Attributes:
@@ -64,19 +64,19 @@ class Style:
 
 
 # What a gesture's file may refer to; angles in degrees there.
-PARAMETERS: Final = tuple(f.name for f in fields(Style) if f.name not in _PRIVATE)
+PARAMETERS: Final = tuple(f.name for f in fields(UserStyle) if f.name not in _PRIVATE)
 
 
 @lru_cache(maxsize=256)
-def parameters(style: Style) -> dict[str, float]:
+def parameters(style: UserStyle) -> dict[str, float]:
     """Return a style as gestures' files see it: mm, degrees, seconds. Not to be changed."""
     values = {name: float(getattr(style, name)) for name in PARAMETERS}
     return {**values, **{name: float(np.degrees(values[name])) for name in _DEGREES}}
 
 
-def draw_style(rng: np.random.Generator) -> Style:
+def draw_style(rng: np.random.Generator) -> UserStyle:
     """Draw a user."""
-    return Style(
+    return UserStyle(
         press_depth=rng.uniform(6.5, 12.0),
         press_hold=0.45 * np.exp(rng.normal(0.0, 0.15)),
         finger_radius=rng.uniform(6.0, 8.5),
@@ -100,7 +100,7 @@ def draw_style(rng: np.random.Generator) -> Style:
     )
 
 
-def draw_mood(style: Style, rng: np.random.Generator) -> Style:
+def draw_mood(style: UserStyle, rng: np.random.Generator) -> UserStyle:
     """Vary a user's style for one session: firmness, tempo, and how the dome is turned."""
     firmness = np.exp(rng.normal(0.0, 0.08))
     tempo = np.exp(rng.normal(0.0, 0.08))
@@ -118,7 +118,7 @@ def draw_mood(style: Style, rng: np.random.Generator) -> Style:
     )
 
 
-def person(population: int, number: int) -> Style:
+def person(population: int, number: int) -> UserStyle:
     """Return user `number` (0, 1, 2, ...) of the population with this seed; always the same.
 
     In every ten users, numbers 3 and 8 are left-handed, so that a data set of ten has both kinds.

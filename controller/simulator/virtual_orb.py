@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact, Truth
+from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.event_metric import Event
 from controller.recognition.preprocess import Frame
 from controller.simulator import label_button
@@ -18,7 +18,7 @@ from controller.simulator.gesture_file import Repertoire, shipped
 from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.user_style import Style
+from controller.simulator.user_style import UserStyle
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -80,7 +80,7 @@ class VirtualOrb:
             key = (*self._thumbs.spawn_key, user, day)
             self._thumbs = np.random.SeedSequence(self._thumbs.entropy, spawn_key=key)
         self._running: list[_Running] = []
-        self._ended: list[Truth] = []
+        self._ended: list[GroundTruth] = []
         self._history: deque[tuple[float, float, str]] = deque(maxlen=64)
         self._presses: deque[tuple[Event, np.random.SeedSequence]] = deque(maxlen=8)
         self._updates: deque[tuple[float, tuple[Contact, ...]]] = deque(maxlen=_UPDATES)
@@ -132,7 +132,7 @@ class VirtualOrb:
         felt = (self._limited(one) for one in contacts if all(map(isfinite, _numbers(one))))
         self._updates.append((t_s, tuple(felt)[:POINTERS]))
 
-    def truths(self) -> list[Truth]:
+    def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""
         ended, self._ended = self._ended, []
         return ended
@@ -190,7 +190,7 @@ class VirtualOrb:
             self._running.remove(run)
             onset_ms = round((run.start_s + run.performance.onset_s) * 1000)
             release_ms = round((run.start_s + run.performance.release_s) * 1000)
-            self._ended.append(Truth(run.number, run.performance.label, onset_ms, release_ms))
+            self._ended.append(GroundTruth(run.number, run.performance.label, onset_ms, release_ms))
 
     def _follow_pointers(self, now: float, step_s: float) -> None:
         """Let the host's fingers sink in, move and rise as fast as fingers can."""
@@ -254,7 +254,9 @@ def _numbers(contact: Contact) -> tuple[float, ...]:
     return contact.x, contact.y, contact.depth_mm, contact.radius_mm
 
 
-def _come(people: np.random.SeedSequence, user: int, day: int) -> tuple[Style, np.random.Generator]:
+def _come(
+    people: np.random.SeedSequence, user: int, day: int
+) -> tuple[UserStyle, np.random.Generator]:
     """Return somebody's style, and where this session's mood and accidents come from."""
     if user:
         people = np.random.SeedSequence(people.entropy, spawn_key=(*people.spawn_key, user))

@@ -14,7 +14,7 @@ from controller.adapt import Example
 from controller.bundles import bundle as bundles
 from controller.bundles import vocabulary as vocabularies
 from controller.bundles.bundle import Bundle
-from controller.bundles.deploy.store import Shelf
+from controller.bundles.deploy.store import BundleStore
 from controller.bundles.vocabulary import SELF, Entry, Vocabulary
 from controller.console import count
 from controller.recognition.preprocess import Preprocessor
@@ -35,7 +35,7 @@ def source(options: argparse.Namespace) -> Path:
     Raises:
         BundleError: The record of what is in use is damaged.
     """
-    return Path(options.bundle or Shelf().current()[0])
+    return Path(options.bundle or BundleStore().current()[0])
 
 
 def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:

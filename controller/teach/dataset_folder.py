@@ -20,7 +20,7 @@ _ASKED: Final = re.compile(r"(go|again) ([a-z][a-z0-9_]*)[ :]?.*")  # a cue's ma
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class ExistingRecording:
     """A recording that is there already.
 
     Attributes:
@@ -90,7 +90,7 @@ def lay(out: Path, wanted: Vocabulary) -> Vocabulary:
     return lies
 
 
-def taken(out: Path) -> list[Taken]:
+def taken(out: Path) -> list[ExistingRecording]:
     """Return the recordings of a folder that can be read, the oldest first."""
     found = []
     for path in sorted(out.glob("[!.]*.npz")):
@@ -100,7 +100,7 @@ def taken(out: Path) -> list[Taken]:
             continue
         origin = recording.origin
         found.append(
-            Taken(path, origin.user, origin.session, origin.protocol, origin.started,
+            ExistingRecording(path, origin.user, origin.session, origin.protocol, origin.started,
                   count(recording.marks))
         )  # fmt: skip
     return sorted(found, key=lambda one: (one.started, one.path.name))

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from controller.capture.cues import NULL_LABEL, Cue, Phase
-from controller.capture.labels import Said
+from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step
 
 
@@ -24,7 +24,7 @@ class _Example:
 
 
 @dataclass
-class Tally:
+class ExampleCounts:
     """Counts of one session.
 
     Attributes:
@@ -45,7 +45,7 @@ class Tally:
         """Begin with everything wanted."""
         self.more = dict(self.wanted)
 
-    def take(self, said: Said, step: Step) -> None:
+    def take(self, said: FrameLabels, step: Step) -> None:
         """Take a frame."""
         for void in said.voids:
             self._drop(void.label, void.from_s, void.to_s)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.errors import how_to_install
-from controller.teach.dataset_folder import Taken
+from controller.teach.dataset_folder import ExistingRecording
 from controller.teach.protocols import LOCATIONS, USERS
 
 NEEDED: Final = ("torch", "onnx", "tomli_w")  # what training imports: the [train] extra
@@ -21,7 +21,7 @@ Command = list[str]  # the words after `models`
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class NextStep:
     """What is to be done with recordings.
 
     Attributes:
@@ -37,7 +37,7 @@ class Course:
     question: str = "Train, tune and evaluate now? It takes minutes."
 
 
-def course(out: Path, taken: Sequence[Taken]) -> Course:
+def course(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
     """Return how to make a bundle of a folder.
 
     The newest session of gestures is spared: nothing is trained or tuned on it, and so its figures
@@ -67,7 +67,7 @@ def course(out: Path, taken: Sequence[Taken]) -> Course:
             "sessions on, the newest is spared for it"
         )
     name = str(bundle)
-    return Course(
+    return NextStep(
         (
             ["train", *learned, "--out", name],
             ["tune", name, *learned, "--out", name, "--html", report],
@@ -79,7 +79,7 @@ def course(out: Path, taken: Sequence[Taken]) -> Course:
     )
 
 
-def course_of_people(out: Path, taken: Sequence[Taken]) -> Course:
+def course_of_people(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
     """Return how to make a bundle that tells a folder's people apart.
 
     Args:
@@ -92,14 +92,17 @@ def course_of_people(out: Path, taken: Sequence[Taken]) -> Course:
         if one.protocol != LOCATIONS:
             days.setdefault(one.user, set()).add(one.session)
     if len(days) < 2:
-        return Course((), bundle, f"only {' '.join(days)} was recorded; people are told apart from "
-                      "two on")  # fmt: skip
+        reason = f"only {' '.join(days)} was recorded; people are told apart from two on"
+        return NextStep((), bundle, reason)
     few = [name for name, sessions in days.items() if len(sessions) < DAYS]
     if few:
         again = f"controller teach --protocol {USERS} --user {','.join(days)} --out {out}"
-        return Course((), bundle, f"{' and '.join(few)} came on one day only, and a network would "
-                      f"learn that day; on another one: {again} (docs/users.md)")  # fmt: skip
-    return Course(
+        reason = (
+            f"{' and '.join(few)} came on one day only, and a network would learn that day; "
+            f"on another one: {again} (docs/users.md)"
+        )
+        return NextStep((), bundle, reason)
+    return NextStep(
         (["train", str(out), "--task", "user", "--out", str(bundle)],),
         bundle,
         "the last session of each is judged, and then learned from as well; add recordings of "
@@ -109,7 +112,7 @@ def course_of_people(out: Path, taken: Sequence[Taken]) -> Course:
 
 
 def offer(
-    planned: Course,
+    planned: NextStep,
     *,
     ask: Callable[[str], str] | None,
     say: Callable[[str], None],
@@ -167,11 +170,11 @@ def _agreed(ask: Callable[[str], str], question: str) -> bool:
         return False
 
 
-def _tell(planned: Course, say: Callable[[str], None]) -> None:
+def _tell(planned: NextStep, say: Callable[[str], None]) -> None:
     for words in planned.commands:
         say(f"  models {shlex.join(words)}")
     say(f"({planned.note})")
 
 
-def _is(one: Taken, sitting: tuple[str, str]) -> bool:
+def _is(one: ExistingRecording, sitting: tuple[str, str]) -> bool:
     return (one.user, one.session) == sitting and one.protocol != LOCATIONS

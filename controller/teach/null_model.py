@@ -14,10 +14,10 @@ from controller.sensors.base import Geometry
 
 def pipeline(labels: tuple[str, ...], grid: Geometry, rate_hz: float) -> Pipeline:
     """Return a pipeline before its first frame."""
-    return Pipeline(_bundle(labels, grid, rate_hz), Blind(len(labels)), Mapping())
+    return Pipeline(_bundle(labels, grid, rate_hz), NullModel(len(labels)), Mapping())
 
 
-class Blind:
+class NullModel:
     """Networks that see nothing."""
 
     def __init__(self, labels: int) -> None:

@@ -9,7 +9,7 @@ from controller.protocol.messages import Message
 _TICK_S: Final = 1e-9  # waiting is never quite exact, and always goes on
 
 
-class Alone:
+class OfflineLink:
     """An outlet that nobody listens to, and the clock that it waits by."""
 
     def __init__(

@@ -9,9 +9,9 @@ from typing import Final, TextIO
 from controller import console
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import NULL_LABEL, Cue, Phase
-from controller.capture.labels import Said
+from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step
-from controller.teach.example_counts import Tally
+from controller.teach.example_counts import ExampleCounts
 from controller.teach.protocols import NOTHING
 
 KEYS: Final = "hold 1-9: label by hand, space: pause, backspace: drop 3 s, Ctrl-C: end"
@@ -22,13 +22,13 @@ _SHOWN_HZ: Final = 15.0  # more often nobody reads
 _TALLEST: Final = 11  # lines of a map of the sensor
 
 
-class Page:
+class ProgressPage:
     """The page for every frame, as lines of text; pure."""
 
     def __init__(
         self,
         vocabulary: Vocabulary,
-        tally: Tally,
+        tally: ExampleCounts,
         grid: tuple[int, int],
         *,
         model: Sequence[str] = (),
@@ -53,7 +53,7 @@ class Page:
         self._example_s, self._keyboard = example_s, keyboard
         self._full, self._rest, self._here = "#-o" if plain else "█░●"
 
-    def lines(self, said: Said, step: Step, problem: str = "") -> list[str]:
+    def lines(self, said: FrameLabels, step: Step, problem: str = "") -> list[str]:
         """Return the page for a frame."""
         cue = said.asked or Cue(Phase.WAIT)
         lines = [f"{int(step.t_s) // 60}:{int(step.t_s) % 60:02}  {self.do(cue)}"]
@@ -132,17 +132,19 @@ class Page:
         return [("      " + "".join(line)).rstrip() for line in lines]
 
 
-class Board:
+class ProgressDisplay:
     """A page at the bottom of a terminal, written again and again."""
 
-    def __init__(self, stream: TextIO, page: Page, tally: Tally, *, bell: bool = False) -> None:
+    def __init__(
+        self, stream: TextIO, page: ProgressPage, tally: ExampleCounts, *, bell: bool = False
+    ) -> None:
         """Show `page` on a terminal; with `bell` every go is heard."""
         self._stream: TextIO | None = stream
         self._page, self._tally, self._bell = page, tally, bell
         self._drawn: list[str] = []
         self._shown_s = 0.0
 
-    def show(self, said: Said, step: Step, problem: str) -> None:
+    def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Show a frame."""
         self._tally.take(said, step)
         if self._bell and said.fresh and said.asked is not None and said.asked.phase is Phase.GO:
@@ -192,15 +194,15 @@ class Board:
             self._stream = None
 
 
-class Log:
+class ProgressLog:
     """A line for whatever changes, where there is no terminal that a page can be drawn on."""
 
-    def __init__(self, tally: Tally, say: Callable[[str], None]) -> None:
+    def __init__(self, tally: ExampleCounts, say: Callable[[str], None]) -> None:
         """Tell `say`."""
         self._tally, self._say = tally, say
         self._enough: set[str] = set()
 
-    def show(self, said: Said, step: Step, problem: str) -> None:
+    def show(self, said: FrameLabels, step: Step, problem: str) -> None:
         """Tell of a frame what is new."""
         self._tally.take(said, step)
         for void in said.voids:
@@ -221,7 +223,7 @@ def drawable(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty() and not dumb
 
 
-def summary(tally: Tally) -> list[str]:
+def summary(tally: ExampleCounts) -> list[str]:
     """Return what a session gave, in lines."""
     lines = []
     for label in tally.wanted:

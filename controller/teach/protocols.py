@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import MAX_EXAMPLES, Ask, Pace
+from controller.capture.cue_plan import MAX_EXAMPLES, CueTiming, ExampleRequest
 from controller.capture.cues import NULL_LABEL
 from controller.teach import TeachError
 
@@ -22,13 +22,13 @@ NOTHING: Final = "touch it, but make none of the gestures"  # what the cue says 
 # Whoever knows what comes next needs little time to get ready, and in play gestures follow each
 # other quickly: a network that only ever saw them alone misses them there. A place is found more
 # slowly than it is pressed.
-_BRISK: Final = Pace(get_ready_s=0.5, go_s=2.5, rest_s=0.4, jitter_s=1.6, still_s=0.4)
+_BRISK: Final = CueTiming(get_ready_s=0.5, go_s=2.5, rest_s=0.4, jitter_s=1.6, still_s=0.4)
 PACES: Final = {
     GESTURES: _BRISK,
-    LOCATIONS: Pace(get_ready_s=1.2, go_s=2.0, rest_s=0.5, jitter_s=0.5, still_s=0.4),
+    LOCATIONS: CueTiming(get_ready_s=1.2, go_s=2.0, rest_s=0.5, jitter_s=0.5, still_s=0.4),
     USERS: _BRISK,
     # Whoever teaches from so few shall do each with care, and what was before it is learned too.
-    FEW: Pace(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
+    FEW: CueTiming(get_ready_s=1.5, go_s=3.0, rest_s=1.0, jitter_s=0.5, still_s=0.6),
 }
 GO_S: Final = 1.7  # what go usually takes: reaction, gesture, stillness
 
@@ -41,7 +41,7 @@ def asks(
     grid: tuple[int, int],
     repetitions: int,
     rng: np.random.Generator,
-) -> list[Ask]:
+) -> list[ExampleRequest]:
     """Return the examples of a session, in order.
 
     Args:
@@ -60,11 +60,11 @@ def asks(
                 f"no gesture of {vocabulary.name!r} has a place; write located = true to one"
             )
         places = sites(*grid, rng)
-        once = [Ask(label, place) for label in vocabulary.located for place in places]
+        once = [ExampleRequest(label, place) for label in vocabulary.located for place in places]
     elif protocol == FEW:
-        once = [Ask(label) for label in vocabulary.labels[1:]]
+        once = [ExampleRequest(label) for label in vocabulary.labels[1:]]
     else:
-        once = [Ask(label) for label in (*vocabulary.labels[1:], NULL_LABEL)]
+        once = [ExampleRequest(label) for label in (*vocabulary.labels[1:], NULL_LABEL)]
     if len(once) * repetitions > MAX_EXAMPLES:
         raise TeachError(
             f"{len(once) * repetitions} examples are more than {MAX_EXAMPLES}; "
@@ -93,6 +93,8 @@ def _draw(places: Sequence[Place], most: int, rng: np.random.Generator) -> list[
     return [places[i] for i in sorted(rng.choice(len(places), most, replace=False))]
 
 
-def _rounds(once: Sequence[Ask], repetitions: int, rng: np.random.Generator) -> list[Ask]:
+def _rounds(
+    once: Sequence[ExampleRequest], repetitions: int, rng: np.random.Generator
+) -> list[ExampleRequest]:
     """Return every ask so many times, in rounds: whoever stops early has as many of each."""
     return [once[i] for _ in range(repetitions) for i in rng.permutation(len(once))]

@@ -17,18 +17,18 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.bundles.vocabulary import Vocabulary
-from controller.capture.cue_plan import Ask
-from controller.capture.cues import Cues
+from controller.capture.cue_plan import ExampleRequest
+from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
-from controller.capture.run_files import Runs
-from controller.capture.session_recorder import Screen, Tape
-from controller.capture.simulated_hand import Obedient
+from controller.capture.run_files import RunFiles
+from controller.capture.session_recorder import Display, SessionRecorder
+from controller.capture.simulated_hand import CuedHand
 from controller.capture.terminal_keys import Keyboard
 from controller.console import count
 from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
-from controller.recordings.recording import RATE_TOLERANCE, Origin, software
+from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
 from controller.runtime.device import Device, steady
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
@@ -36,9 +36,9 @@ from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
 from controller.teach import TeachError, dataset_folder, null_model, protocols
-from controller.teach.example_counts import Tally
-from controller.teach.offline_link import Alone
-from controller.teach.progress import Board, Log, Page, drawable
+from controller.teach.example_counts import ExampleCounts
+from controller.teach.offline_link import OfflineLink
+from controller.teach.progress import ProgressDisplay, ProgressLog, ProgressPage, drawable
 
 VIRTUAL: Final = ("virtual", "emulated")  # whose own hand does what it is asked for
 
@@ -46,7 +46,7 @@ _log = logging.getLogger("controller")
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TeachPlan:
     """What all sessions of one start of the program have in common, checked.
 
     Attributes:
@@ -79,17 +79,17 @@ class Session:
         tally: How many there are.
     """
 
-    lesson: Lesson
+    lesson: TeachPlan
     user: str
     sensor: Sensor
     model: Bundle | None
-    runs: Runs
+    runs: RunFiles
     key: int
-    asks: list[Ask]
-    tally: Tally
+    asks: list[ExampleRequest]
+    tally: ExampleCounts
 
 
-def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> Lesson:
+def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -> TeachPlan:
     """Check what needs no sensor, and lay the vocabulary into the folder.
 
     Args:
@@ -110,7 +110,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
     elif options.speed != 1.0:
         raise TeachError("--speed is for --sensor virtual; a real sensor has its own time")
     model = bundles.read(options.bundle or bundles.default_path())
-    lesson = Lesson(
+    lesson = TeachPlan(
         options,
         dataset_folder.lay(options.out, vocabulary),
         options.repetitions or protocols.REPETITIONS[options.protocol],
@@ -121,7 +121,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
     return lesson
 
 
-def begin(lesson: Lesson, user: str) -> Session:
+def begin(lesson: TeachPlan, user: str) -> Session:
     """Open the sensor for somebody's session.
 
     Raises:
@@ -130,7 +130,7 @@ def begin(lesson: Lesson, user: str) -> Session:
         RecordingError: Nothing can be recorded there.
     """
     options = lesson.options
-    runs = Runs(options.out, user, options.session)
+    runs = RunFiles(options.out, user, options.session)
     name = runs.next().stem
     sensor = sensors.load(
         options.sensor,
@@ -147,7 +147,7 @@ def begin(lesson: Lesson, user: str) -> Session:
     labels = lesson.vocabulary.labels
     ordered = {name: wanted[name] for name in (*labels[1:], labels[NULL]) if name in wanted}
     before = _before(options.out)
-    tally = Tally(ordered, before, model.labels if model is not None else ())
+    tally = ExampleCounts(ordered, before, model.labels if model is not None else ())
     return Session(lesson, user, sensor, model, runs, key, asks, tally)
 
 
@@ -162,7 +162,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     pipeline = _pipeline(session)
     pace = protocols.PACES[options.protocol]
     rng = np.random.default_rng([options.seed, session.key, 1])
-    cues = Cues(session.asks, pace, rng)
+    cues = CueSession(session.asks, pace, rng)
     made: list[Path] = []
 
     def record(state: dict[str, np.ndarray]) -> Recorder:
@@ -171,7 +171,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         made.append(recorder.path)
         return recorder
 
-    tape = Tape(
+    tape = SessionRecorder(
         record,
         pipeline,
         Labeller(vocabulary.labels, cues=cues),
@@ -181,8 +181,8 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     obey = None
     if sensor.virtual:
         seed = options.seed * 2**32 + session.key
-        obey = Obedient(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
-    alone = Alone(options.speed)
+        obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
+    alone = OfflineLink(options.speed)
     device = Device(sensor, pipeline, alone, steady(sensor.rate_hz), tape=tape, obey=obey)
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
@@ -191,12 +191,14 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
     return [path for path in made if path.exists()]
 
 
-def _asks(lesson: Lesson, grid: tuple[int, int], rng: np.random.Generator) -> list[Ask]:
+def _asks(
+    lesson: TeachPlan, grid: tuple[int, int], rng: np.random.Generator
+) -> list[ExampleRequest]:
     options = lesson.options
     return protocols.asks(options.protocol, lesson.vocabulary, grid, lesson.repetitions, rng)
 
 
-def _fitting(lesson: Lesson, sensor: Sensor) -> Bundle | None:
+def _fitting(lesson: TeachPlan, sensor: Sensor) -> Bundle | None:
     """Return the present model if it is for such a sensor; one that was named must be."""
     model, grid = lesson.model, sensor.geometry
     assert model is not None
@@ -232,12 +234,12 @@ def _pipeline(session: Session) -> Pipeline:
     return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
 
 
-def _screen(session: Session, keyboard: Keyboard | None) -> Screen:
+def _screen(session: Session, keyboard: Keyboard | None) -> Display:
     """Return what people look at."""
     options, tally, grid = session.lesson.options, session.tally, session.sensor.geometry
     pace = protocols.PACES[options.protocol]
     encoding = (getattr(sys.stderr, "encoding", "") or "").lower()
-    page = Page(
+    page = ProgressPage(
         session.lesson.vocabulary,
         tally,
         (grid.rows, grid.columns),
@@ -247,8 +249,8 @@ def _screen(session: Session, keyboard: Keyboard | None) -> Screen:
         plain=not encoding.startswith("utf"),
     )
     if drawable(sys.stderr):
-        return Board(sys.stderr, page, tally, bell=options.bell)
-    return Log(tally, say)
+        return ProgressDisplay(sys.stderr, page, tally, bell=options.bell)
+    return ProgressLog(tally, say)
 
 
 def say(line: str) -> None:
@@ -256,10 +258,10 @@ def say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _origin(session: Session) -> Origin:
+def _origin(session: Session) -> Provenance:
     """Return what a recording that begins now will say of where it comes from."""
     sensor, options, model = session.sensor, session.lesson.options, session.model
-    return Origin(
+    return Provenance(
         device_id=sensor.device_id,
         rows=sensor.geometry.rows,
         columns=sensor.geometry.columns,

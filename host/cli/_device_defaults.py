@@ -7,17 +7,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
 from host.discovery.notes import now
-from host.discovery.seek import Seeker
+from host.discovery.seek import DevicePort
 from host.targets import Target
 from host.targets._keys import KeysTarget
 
 _USUAL: Final = "tetris"
 
 
-def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
+def seek(options: argparse.Namespace, memory: DeviceStore) -> DevicePort | None:
     """Look for the device that --device names; fill in what it played last.
 
     What the command line names counts; the mapping and the profile of the past belong to the
@@ -28,7 +28,7 @@ def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
     """
     if options.device is None:
         return None
-    seeker = Seeker(options.device, memory, _path(options.key))
+    seeker = DevicePort(options.device, memory, _path(options.key))
     [known] = memory.named(seeker.device_id)
     if options.key is None and known.key:
         options.key = Path(known.key)
@@ -41,7 +41,7 @@ def seek(options: argparse.Namespace, memory: Memory) -> Seeker | None:
     return seeker
 
 
-def offer(memory: Memory, tell: Callable[[str], None]) -> None:
+def offer(memory: DeviceStore, tell: Callable[[str], None]) -> None:
     """Tell of the orb that was here last, if there was one."""
     for known in memory.devices:
         if not known.virtual:
@@ -52,15 +52,15 @@ def offer(memory: Memory, tell: Callable[[str], None]) -> None:
             return
 
 
-class Note:
+class DeviceDefaults:
     """Remembers the device that connects, and at the end the profile that it was left in."""
 
     def __init__(
         self,
-        memory: Memory,
+        memory: DeviceStore,
         options: argparse.Namespace,
         target: Target,
-        seeker: Seeker | None = None,
+        seeker: DevicePort | None = None,
     ) -> None:
         """Take what was chosen, and what is played.
 

@@ -10,7 +10,7 @@ from typing import Final
 
 from controller.console import complain, one_line
 from controller.protocol import psk
-from host.connection.device_store import Known, Memory
+from host.connection.device_store import DeviceStore, KnownDevice
 from host.discovery import search
 from host.discovery.notes import claiming, note
 from host.discovery.ports import Port
@@ -34,7 +34,7 @@ class Row:
 def main(argv: list[str]) -> int:
     """List devices; return 0 if one is there, 1 if none is, 2 for wrong usage."""
     options = _parser().parse_args(argv)
-    memory = Memory(warn=_warn)
+    memory = DeviceStore(warn=_warn)
     if options.forget is not None:
         return _forget(memory, options.forget)
     ports = search.candidates(memory, everything=options.all)
@@ -62,7 +62,7 @@ def main(argv: list[str]) -> int:
     return 0 if any(row.seen == NOW for row in found) else 1
 
 
-def rows(answers: list[Answer], known: list[Known]) -> list[Row]:
+def rows(answers: list[Answer], known: list[KnownDevice]) -> list[Row]:
     """Return the devices that are here, and then those that are only remembered."""
     here = [answer for answer in answers if answer.outcome == "orb"]
     found = [Row(a.device_id, a.name, _kind(a.virtual), a.url, NOW) for a in here]
@@ -92,7 +92,7 @@ def _kind(virtual: bool) -> str:
     return "virtual" if virtual else "orb"
 
 
-def _forget(memory: Memory, words: str) -> int:
+def _forget(memory: DeviceStore, words: str) -> int:
     found = memory.named(words)
     if len(found) != 1:
         many = "several devices are" if found else "no device is"

@@ -16,12 +16,12 @@ from controller.errors import UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
 from controller.protocol.host_session import Connected, Received, Refused
-from host.connection.bundle_upload import Courier
-from host.connection.device_store import Memory
+from host.connection.bundle_upload import BundleUpload
+from host.connection.device_store import DeviceStore
 from host.connection.observers import Orb
 from host.connection.receiver import Receiver
 from host.connection.transport import LinkError, open_transport
-from host.discovery.seek import Seeker
+from host.discovery.seek import DevicePort
 
 MOST: Final = 64 << 20  # bytes; an orb takes no more
 TURN_S: Final = 0.05  # the longest that the courier waits for news
@@ -59,15 +59,15 @@ def _receiver(options: argparse.Namespace) -> Receiver:
     """Return the link to the orb that the user names, by its port or by itself."""
     path, opening = options.key, lambda: open_transport(options.link)
     if options.device is not None:
-        memory = Memory(warn=_warn)
-        seeker = Seeker(options.device, memory, "" if path is None else str(path.resolve()))
+        memory = DeviceStore(warn=_warn)
+        seeker = DevicePort(options.device, memory, "" if path is None else str(path.resolve()))
         [known] = memory.named(seeker.device_id)
         path = Path(known.key) if path is None and known.key else path
         opening = seeker.open
     return Receiver(opening, key=b"" if path is None else psk.read(path))
 
 
-def load(path: Path) -> Courier:
+def load(path: Path) -> BundleUpload:
     """Return a courier for a file.
 
     Raises:
@@ -79,13 +79,13 @@ def load(path: Path) -> Courier:
         raise FileError(f"{path} cannot be read: {reason(error)}; name a bundle") from None
     if not data:
         raise FileError(f"{path} is empty; name a bundle")
-    return Courier(path.name, data)
+    return BundleUpload(path.name, data)
 
 
 def deliver(
-    courier: Courier,
+    courier: BundleUpload,
     orb: Orb,
-    tell: Callable[[Courier], object],
+    tell: Callable[[BundleUpload], object],
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Turn until the bundle is delivered, or declined.
@@ -111,12 +111,12 @@ def deliver(
         tell(courier)
 
 
-class Errand:
+class InstallProgress:
     """A delivery beside a game: it hears what the game hears, and tells in a line how it goes."""
 
     def __init__(
         self,
-        courier: Courier,
+        courier: BundleUpload,
         send: Callable[..., object],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -141,7 +141,7 @@ class _Progress:
     def __init__(self) -> None:
         self._last = ""
 
-    def __call__(self, courier: Courier) -> None:
+    def __call__(self, courier: BundleUpload) -> None:
         words: str = courier.stage
         with contextlib.suppress(OSError, ValueError):  # it is for people only; none may be there
             terminal = sys.stderr.isatty()
@@ -168,7 +168,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _declined(courier: Courier) -> str:
+def _declined(courier: BundleUpload) -> str:
     return f"the orb does not take it: {courier.told}"
 
 

@@ -79,15 +79,15 @@ def _address(words: str) -> str:
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, Agent, anyone
-    from controller.links.bluetooth.prompt import Console
+    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, anyone
+    from controller.links.bluetooth.prompt import Prompt
 
     bus = await Bus.connect()
     try:
         adapter = await bus.adapter(options.adapter)
         if not await bus.get(adapter, ADAPTER, "Powered"):
             await bus.set(adapter, ADAPTER, "Powered", "b", True)
-        agent = Agent(bus, anyone if options.yes else Console().confirm)
+        agent = PairingAgent(bus, anyone if options.yes else Prompt().confirm)
         # Not the default agent: BlueZ asks the one of whoever calls Pair, and nobody else's
         # pairing is ours to answer.
         await agent.register(NO_SCREEN if options.yes else SCREEN, default=False)

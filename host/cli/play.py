@@ -16,12 +16,12 @@ from host import taps, targets
 from host import window_loop as loop
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
-from host.connection.device_store import Memory
-from host.connection.latency import Hops, Paced
-from host.connection.observers import Ear, Overheard
+from host.connection.device_store import DeviceStore
+from host.connection.latency import EndToEndLatency, LatencyTarget
+from host.connection.observers import Ear, ObservedReceiver
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
-from host.connection.virtual_orb import OwnDevice
+from host.connection.virtual_orb import VirtualOrbProcess
 from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
@@ -51,7 +51,7 @@ def main(words: list[str]) -> int:
 
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
-    memory = Memory(warn=_warn)
+    memory = DeviceStore(warn=_warn)
     ears: list[Ear] = []
     with ExitStack() as stack:
         for number in _ends():
@@ -68,7 +68,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         elif options.link is not None:
             receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
-            own = OwnDevice(seed, options.orb)
+            own = VirtualOrbProcess(seed, options.orb)
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         stack.callback(receiver.close)
@@ -77,18 +77,18 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         unseen = options.headless and options.target in _UNSEEN
         surface = None if unseen else loop.window(headless=options.headless, size=target.size)
         if options.link is not None or seeker is not None:
-            noted = remembering.Note(memory, options, target, seeker)
+            noted = remembering.DeviceDefaults(memory, options, target, seeker)
             stack.callback(noted.close)
             ears.append(noted.hear)
         else:
             remembering.offer(memory, _warn)
         if options.install is not None:
-            ears.append(install.Errand(install.load(options.install), receiver.send).hear)
-        hops = Hops(lambda: receiver.clock_offset_ms)
+            ears.append(install.InstallProgress(install.load(options.install), receiver.send).hear)
+        hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
         ears.append(hops.hear)
         stack.callback(_end_undisturbed)
         receiver.start()
-        orb = Overheard(receiver, ears)
+        orb = ObservedReceiver(receiver, ears)
         if surface is None:
             loop.serve(target, orb, seconds=options.seconds)
         else:
@@ -102,10 +102,10 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             )
 
 
-def _drawn(target: targets.Target, hops: Hops) -> None:
+def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
     """Note that a picture is on the screen, and let the panel show how long that took."""
     hops.drawn()
-    if isinstance(target, Paced):
+    if isinstance(target, LatencyTarget):
         target.paced(hops)
 
 

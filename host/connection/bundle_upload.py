@@ -14,10 +14,10 @@ from controller.protocol.messages import (
     MAX_TEXT,
     PIECE,
     PROVING,
-    Deliver,
-    Delivery,
     Message,
-    Piece,
+    UploadChunk,
+    UploadOffer,
+    UploadStatus,
 )
 
 AHEAD: Final = 16  # pieces under way
@@ -30,7 +30,7 @@ NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send
 Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
 
 
-class Courier:
+class BundleUpload:
     """Delivers one file; a lost link interrupts it, and the next connection goes on.
 
     Attributes:
@@ -48,7 +48,9 @@ class Courier:
         self.offset = 0
         self.size = len(data)
         self._data = data
-        self._announced = Deliver(hashlib.sha256(data).digest(), len(data), fitted(name, MAX_TEXT))
+        self._announced = UploadOffer(
+            hashlib.sha256(data).digest(), len(data), fitted(name, MAX_TEXT)
+        )
         self._next = 0  # offset of the next piece to send
         self._heard_s = 0.0
         self._there = False  # somebody to deliver to
@@ -78,7 +80,7 @@ class Courier:
                 self._begin(now_s, send)
             elif isinstance(item, Lost):
                 self.stage, self._there = "waiting", False
-            elif isinstance(item, Delivered) and isinstance(item.message, Delivery):
+            elif isinstance(item, Delivered) and isinstance(item.message, UploadStatus):
                 self._heard_s = now_s
                 self._answer(item.message)
         if self.stage == "sending":
@@ -97,7 +99,7 @@ class Courier:
         self._repeats += 1
         send(self._announced)
 
-    def _answer(self, answer: Delivery) -> None:
+    def _answer(self, answer: UploadStatus) -> None:
         self.told = answer.told
         before = self.offset
         if answer.state == IN_USE:
@@ -118,6 +120,6 @@ class Courier:
     def _send(self, send: Callable[[Message], object]) -> None:
         while self._next < min(self.size, self.offset + AHEAD * PIECE):
             piece = self._data[self._next : self._next + PIECE]
-            if send(Piece(self._next, piece)) is False:
+            if send(UploadChunk(self._next, piece)) is False:
                 return
             self._next += len(piece)

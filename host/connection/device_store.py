@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class KnownDevice:
     """A device that was here before.
 
     Attributes:
@@ -68,7 +68,7 @@ def default_path() -> Path:
     return folders.config() / "devices.toml"
 
 
-class Memory:
+class DeviceStore:
     """The devices that are known, in a file."""
 
     def __init__(self, path: Path | None = None, warn: Callable[[str], None] = log.warning) -> None:
@@ -82,18 +82,18 @@ class Memory:
         self._known = self._read()
 
     @property
-    def devices(self) -> list[Known]:
+    def devices(self) -> list[KnownDevice]:
         """All of them, the one that was here last first."""
         return sorted(self._known.values(), key=lambda known: known.seen, reverse=True)
 
-    def named(self, words: str) -> list[Known]:
+    def named(self, words: str) -> list[KnownDevice]:
         """Return the devices of an identity or, if there are none, of a name."""
         exact = self._known.get(words)
         return [exact] if exact else [known for known in self.devices if known.name == words]
 
     def remember(self, device_id: str, **values: Any) -> None:
         """Note something of a device, and write the file; a disk that is full costs a warning."""
-        before = self._known.get(device_id, Known(device_id))
+        before = self._known.get(device_id, KnownDevice(device_id))
         known = replace(before, **values)
         if known == before and device_id in self._known:
             return
@@ -114,7 +114,7 @@ class Memory:
         except OSError as error:
             self._warn(f"cannot write {self._path}: {reason(error)}")
 
-    def _read(self) -> dict[str, Known]:
+    def _read(self) -> dict[str, KnownDevice]:
         try:
             return _parse(parse_toml(read_text(self._path, _MAX_BYTES), _MAX_BYTES))
         except FileNotFoundError:
@@ -146,7 +146,7 @@ def _free_name(path: Path) -> Path:
     return aside
 
 
-def _parse(table: dict[str, Any]) -> dict[str, Known]:
+def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
     """Return the devices of a table; what has the wrong kind is as if it were not there."""
     devices = table.get("device", {})
     if not isinstance(devices, dict):
@@ -155,20 +155,20 @@ def _parse(table: dict[str, Any]) -> dict[str, Known]:
     for device_id, entry in devices.items():
         if not isinstance(entry, dict):
             raise ValueError(f"device {device_id!r} is no table")
-        usual = asdict(Known(device_id))
+        usual = asdict(KnownDevice(device_id))
         values = {
             name: value
             for name, value in entry.items()
             if name in _NAMES and type(value) is type(usual[name])
         }
-        known[device_id] = Known(device_id, **values)
+        known[device_id] = KnownDevice(device_id, **values)
     return known
 
 
-_NAMES: Final = tuple(field.name for field in fields(Known) if field.name != "device_id")
+_NAMES: Final = tuple(field.name for field in fields(KnownDevice) if field.name != "device_id")
 
 
-def _format(known: dict[str, Known]) -> str:
+def _format(known: dict[str, KnownDevice]) -> str:
     lines = ["# What host remembers of its devices; docs/find.md."]
     for device in known.values():
         lines += ["", f"[device.{_written(device.device_id)}]"]

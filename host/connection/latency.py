@@ -9,7 +9,7 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from controller.protocol.messages import Hop, Pace, Telemetry
+from controller.protocol.messages import LatencyReport, StageTime, Telemetry
 from host.connection.receiver import Delivered, Received
 
 FRAMES: Final = 600  # that count: a minute at 10 a second
@@ -17,14 +17,14 @@ _SHARES: Final = (50.0, 95.0, 99.0)
 
 
 @runtime_checkable
-class Paced(Protocol):
+class LatencyTarget(Protocol):
     """A target that shows how long frames take."""
 
-    def paced(self, hops: Hops) -> None:
+    def paced(self, hops: EndToEndLatency) -> None:
         """Take the ledger as it is; called after every picture."""
 
 
-class Hops:
+class EndToEndLatency:
     """How long frames take, hop by hop; it hears what the game hears.
 
     Attributes:
@@ -43,7 +43,7 @@ class Hops:
             offset_ms: The orb's time minus ours, if it is known.
             clock_ns: Our time, nanoseconds.
         """
-        self.pace: Pace | None = None
+        self.pace: LatencyReport | None = None
         self._offset_ms, self._clock_ns = offset_ms, clock_ns
         self.frames = 0
         self._arrive: deque[float] = deque(maxlen=FRAMES)
@@ -56,7 +56,7 @@ class Hops:
         for item in news:
             if not isinstance(item, Delivered):
                 continue
-            if isinstance(item.message, Pace):
+            if isinstance(item.message, LatencyReport):
                 self.pace = item.message
             elif isinstance(item.message, Telemetry):
                 self._taken_ms = now_ms
@@ -70,16 +70,16 @@ class Hops:
             self._draw.append(self._clock_ns() / 1e6 - self._taken_ms)
             self._taken_ms = None
 
-    def digest(self) -> list[Hop]:
+    def digest(self) -> list[StageTime]:
         """Return what is known: in the orb, from its schedule to here, and to the screen."""
         own = [] if self.pace is None else [_renamed(hop) for hop in self.pace.hops[-1:]]
         spans = (("here", self._arrive), ("drawn", self._draw))
         return own + [_hop(name, values) for name, values in spans if values]
 
 
-def _renamed(hop: Hop) -> Hop:
-    return Hop("orb", hop.p50_ms, hop.p95_ms, hop.p99_ms)
+def _renamed(hop: StageTime) -> StageTime:
+    return StageTime("orb", hop.p50_ms, hop.p95_ms, hop.p99_ms)
 
 
-def _hop(name: str, values: Sequence[float]) -> Hop:
-    return Hop(name, *(float(value) for value in np.percentile(list(values), _SHARES)))
+def _hop(name: str, values: Sequence[float]) -> StageTime:
+    return StageTime(name, *(float(value) for value in np.percentile(list(values), _SHARES)))

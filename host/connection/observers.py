@@ -24,7 +24,7 @@ class Orb(Protocol):
         """Return when there is something to poll, or after the timeout."""
 
 
-class Overheard:
+class ObservedReceiver:
     """Passes everything on, and lets the ears have it first."""
 
     def __init__(self, orb: Orb, ears: Sequence[Ear]) -> None:

@@ -26,7 +26,7 @@ from controller.console import count
 from controller.protocol.auth import NONCE
 from controller.protocol.host_session import Connected as Connected
 from controller.protocol.host_session import Delivered as Delivered
-from controller.protocol.host_session import HostSession, Past, pause_s
+from controller.protocol.host_session import HostSession, SessionHistory, pause_s
 from controller.protocol.host_session import Lost as Lost
 from controller.protocol.host_session import Missed as Missed
 from controller.protocol.host_session import Received as Received
@@ -74,7 +74,7 @@ class Receiver:
         self.late = 0
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
-        self.past = Past(host_nonce=secrets.randbits(32) or 1)
+        self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
         self._inbox: queue.SimpleQueue[tuple[int, Received]] = queue.SimpleQueue()
         self._ready: deque[tuple[int, Received]] = deque()  # taken from the inbox by `wait`
         self._lock = threading.Lock()  # guards session and transport

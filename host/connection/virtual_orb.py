@@ -25,7 +25,7 @@ TAIL = 1000  # bytes of its messages that an error shows
 log = logging.getLogger(__name__)
 
 
-class OwnDevice:
+class VirtualOrbProcess:
     """A virtual orb that belongs to this program; pass `open` and `token` to a Receiver.
 
     It answers only to who knows the one-time token, which it gets through its environment. Its

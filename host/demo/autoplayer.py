@@ -40,7 +40,7 @@ COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s 
 NUDGE: Final = 0.3  # how often the player lets a piece down a row to see where it will land
 
 
-class Player:
+class Autoplayer:
     """One player's decisions; the same for the same seed and the same board."""
 
     def __init__(self, seed: int, seconds: float) -> None:

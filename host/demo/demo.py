@@ -17,13 +17,13 @@ import pygame
 
 from controller.console import count
 from controller.errors import TroubleError
-from controller.protocol.messages import Command, Grant, Granted, Perform, Truth
+from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
 from controller.recognition.event_metric import Answer, Event, judge
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
 from host.connection.transport import Transport, open_transport
-from host.connection.virtual_orb import OwnDevice
-from host.demo.autoplayer import Player
-from host.targets.tetris import TetrisTarget, Ticked
+from host.connection.virtual_orb import VirtualOrbProcess
+from host.demo.autoplayer import Autoplayer
+from host.targets.tetris import TetrisTarget, TickResult
 from host.window_loop import save, window
 from tetris.engine.events import Locked
 
@@ -37,7 +37,7 @@ class DemoError(TroubleError, RuntimeError):
 
 
 @dataclass(slots=True)
-class Meter:
+class ByteMeter:
     """Counts the bytes that really crossed the link."""
 
     received: int = 0
@@ -55,7 +55,7 @@ class Meter:
 class _Counted:
     """A transport that tells the meter."""
 
-    def __init__(self, inner: Transport, meter: Meter) -> None:
+    def __init__(self, inner: Transport, meter: ByteMeter) -> None:
         self._inner, self._meter = inner, meter
         self.name = inner.name
         self.wake, self.close = inner.wake, inner.close
@@ -71,11 +71,11 @@ class _Counted:
 
 
 @dataclass(slots=True)
-class Record:
+class DemoRecord:
     """What happened in a demo: the hand's truth, the commands, the game."""
 
     meant: dict[int, str] = field(default_factory=dict)
-    truths: list[Truth] = field(default_factory=list)
+    truths: list[GroundTruth] = field(default_factory=list)
     commands: list[tuple[int, str]] = field(default_factory=list)  # (ms of the action, name)
     pieces: int = 0
     lines: int = 0
@@ -83,19 +83,19 @@ class Record:
     def take(self, received: list[Received], until_ms: int) -> None:
         """Note truths and commands of one tick."""
         for item in received:
-            if isinstance(item, Delivered) and isinstance(item.message, Truth):
+            if isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
                 self.truths.append(item.message)
             elif isinstance(item, Delivered) and isinstance(item.message, Command):
                 self.commands.append((until_ms, item.message.name))
 
-    def watch(self, ticked: Ticked) -> None:
+    def watch(self, ticked: TickResult) -> None:
         """Note what the game did."""
         for event in ticked.events:
             if isinstance(event, Locked):
                 self.pieces += 1
                 self.lines += len(event.rows)
 
-    def verdict(self, seed: int, seconds: float, meter: Meter) -> dict[str, Any]:
+    def verdict(self, seed: int, seconds: float, meter: ByteMeter) -> dict[str, Any]:
         """Return the figures: the event metric over every gesture that the hand performed."""
         gestures = [truth for truth in self.truths if self.meant[truth.number]]
         events = [
@@ -136,12 +136,12 @@ class Demo:
         self, seed: int, seconds: float, orb_options: Sequence[str] = (), link: str | None = None
     ) -> None:
         self.target = TetrisTarget(seed)
-        self.record = Record()
-        self.meter = Meter()
+        self.record = DemoRecord()
+        self.meter = ByteMeter()
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
-        self._player = Player(seed, seconds)
-        self._device = OwnDevice(seed, orb_options)
+        self._player = Autoplayer(seed, seconds)
+        self._device = VirtualOrbProcess(seed, orb_options)
         opened = self._device.open if link is None else lambda: open_transport(link)
         self._receiver = Receiver(self.meter.on(opened), token=self._device.token, granted=True)
 
@@ -192,7 +192,7 @@ class Demo:
         for item in received:
             if isinstance(item, Connected):
                 self._player.meet(item.welcome)
-            elif isinstance(item, Delivered) and isinstance(item.message, Truth):
+            elif isinstance(item, Delivered) and isinstance(item.message, GroundTruth):
                 self._player.left(item.message.number, until / 1000)
 
     def verdict(self) -> dict[str, Any]:

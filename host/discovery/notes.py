@@ -2,11 +2,11 @@
 
 from datetime import UTC, datetime
 
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 from host.discovery.probe import Answer
 
 
-def note(memory: Memory, answers: list[Answer]) -> None:
+def note(memory: DeviceStore, answers: list[Answer]) -> None:
     """Remember where devices are; one that two ports claim to be stays where it was."""
     seen = now()
     for answer in answers:

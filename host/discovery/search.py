@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 from host.discovery.ports import Port, listed
 from host.discovery.probe import Answer
 
@@ -20,7 +20,7 @@ _PROBE: Final = (sys.executable, "-m", "host.discovery.probe")
 _MOST: Final = 32  # ports at a time
 
 
-def candidates(memory: Memory, *, everything: bool = False) -> list[Port]:
+def candidates(memory: DeviceStore, *, everything: bool = False) -> list[Port]:
     """Return the ports to ask: remembered ones first, then those that say what they are.
 
     Args:

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
-from host.connection.device_store import Memory
+from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
 from host.connection.transport import LinkError, Transport, open_transport
 from host.discovery import search
@@ -17,14 +17,14 @@ from host.discovery.probe import Answer
 log = logging.getLogger(__name__)
 
 
-class Seeker:
+class DevicePort:
     """Opens the port of one device: pass `open` to a Receiver, and `hear` to whoever polls it.
 
     Attributes:
         url: Where the device was last.
     """
 
-    def __init__(self, words: str, memory: Memory, key: str = "") -> None:
+    def __init__(self, words: str, memory: DeviceStore, key: str = "") -> None:
         """Look for a device now.
 
         Args:

@@ -276,7 +276,7 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
     answers.put(None)
 
 
-class Printer:
+class DryRunInjector:
     """Says what would be pressed, for --dry-run."""
 
     def __init__(self, say: Callable[[str], None]) -> None:

@@ -11,7 +11,7 @@ _UNFINISHED: Final = re.compile(rb"\x1b(?:O|\[[\d;]*)?\Z")
 _CHUNK: Final = 1024
 
 
-class Terminal(Protocol):
+class TerminalKeys(Protocol):
     """Where the user may type."""
 
     def poll(self) -> list[str]:
@@ -34,7 +34,7 @@ def decode(data: bytes) -> tuple[list[str], bytes]:
     return [key for key in keys if key], rest
 
 
-def open_terminal(stream: TextIO | None = None) -> Terminal | None:
+def open_terminal(stream: TextIO | None = None) -> TerminalKeys | None:
     """Return the terminal at the standard input, None if there is none, or it is not ours."""
     stream = sys.stdin if stream is None else stream
     if stream is None or not stream.isatty():

@@ -32,7 +32,7 @@ _CHUNK: Final = 4096
 _IDLE_S: Final = 60.0
 
 
-class Guard:
+class Watchdog:
     """What is down, and when the sender was last heard. Time comes in.
 
     Attributes:
@@ -123,7 +123,7 @@ def serve(
         if number := getattr(signal, name, None):  # Windows has no SIGHUP
             signal.signal(number, lambda *_: lines.put(None))
     threading.Thread(target=_read, args=(read, lines), daemon=True).start()
-    guard = Guard(backend, keys, clock())
+    guard = Watchdog(backend, keys, clock())
     try:
         while True:
             try:

@@ -11,7 +11,7 @@ import pygame
 
 from controller.errors import UserError
 from controller.protocol.messages import Message
-from host.ui.orb_state import OrbView
+from host.ui.orb_state import OrbState
 
 if TYPE_CHECKING:
     from host.connection.receiver import Received
@@ -48,7 +48,7 @@ class Target(Protocol):
         """Its window's first size, pixels."""
 
     @property
-    def orb(self) -> OrbView:
+    def orb(self) -> OrbState:
         """What is known of the orb, kept up by `tick`."""
 
     def handle(self, event: pygame.event.Event, now_s: float) -> None:

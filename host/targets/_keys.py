@@ -11,7 +11,7 @@ from typing import Final
 
 import pygame
 
-from controller.keymap.key_state import Pressed
+from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import Arm, KeyMap, Kind
 from controller.keymap.keymap_file import read
 from controller.protocol.messages import (
@@ -21,18 +21,18 @@ from controller.protocol.messages import (
     Message,
     State,
     Telemetry,
+    UserIdentified,
     Welcome,
-    Who,
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
-from host.injection.injector import Injector, Printer, Sender
-from host.injection.terminal_keys import Terminal, open_terminal
+from host.injection.injector import DryRunInjector, Injector, Sender
+from host.injection.terminal_keys import TerminalKeys, open_terminal
 from host.injection.watchdog import HANG_MS
 from host.targets import TargetOptions
 from host.ui.key_window import SIZE, OrbWindow
-from host.ui.orb_state import OrbView
-from host.ui.pointer_input import Pad
+from host.ui.orb_state import OrbState
+from host.ui.pointer_input import DomeArea
 
 Say = Callable[[str], None]
 
@@ -57,8 +57,8 @@ class KeysTarget:
             say: Takes a line for the user.
             sound: Lets the user hear that it was armed (True), or disarmed.
         """
-        self.pressed = Pressed(key_map)
-        self.terminal: Terminal | None = None
+        self.pressed = KeyState(key_map)
+        self.terminal: TerminalKeys | None = None
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
         self._unknown: list[str] = []  # commands of the mapping that the orb has not
@@ -66,7 +66,7 @@ class KeysTarget:
         self._closed = False
 
     @property
-    def orb(self) -> OrbView:
+    def orb(self) -> OrbState:
         """What is known of the orb."""
         return self._window.orb
 
@@ -125,7 +125,7 @@ class KeysTarget:
                 self._note_unknown(welcome)
                 self.orb.connected(welcome)
                 self._window.touch.lift_all()
-                self._window.touch.pad = Pad(welcome.rows, welcome.columns, welcome.pitch_mm)
+                self._window.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
             case Stale():
                 if self.pressed.down:
                     self._say("the orb is silent: every key is up")
@@ -159,7 +159,7 @@ class KeysTarget:
                 self.pressed.state(held, now_s)
             case Health(found=found):
                 self.orb.health = found
-            case Who():
+            case UserIdentified():
                 self.orb.who(message)
             case Telemetry():
                 self.orb.telemetry(message, now_s)
@@ -238,7 +238,7 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
 
 def _sender(kind: Kind, key_map: KeyMap, options: TargetOptions) -> Sender:
     if options.dry_run:
-        return Printer(lambda line: print(line, flush=True))
+        return DryRunInjector(lambda line: print(line, flush=True))
     return Injector(options.backend, kind, key_map.keys)
 
 

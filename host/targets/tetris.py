@@ -10,24 +10,31 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Command, Delivery, Health, Message, Telemetry, Who
-from host.connection.latency import Hops
+from controller.protocol.messages import (
+    Command,
+    Health,
+    Message,
+    Telemetry,
+    UploadStatus,
+    UserIdentified,
+)
+from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
 from host.targets import TargetOptions
-from host.ui.correction_keys import Correcting
-from host.ui.layout import DESIGN, Scene
-from host.ui.orb_state import LinkState, OrbView
+from host.ui.correction_keys import CorrectionKeys
+from host.ui.layout import DESIGN, WindowLayout
+from host.ui.orb_state import LinkState, OrbState
 from host.ui.panel import Projection
 from host.ui.pause_menu import PauseMenu
-from host.ui.pointer_input import Pad, Touch
+from host.ui.pointer_input import DomeArea, PointerInput
 from tetris.engine.events import Paused
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
 from tetris.window import bindings
 from tetris.window.keys import Keys
-from tetris.window.menu_navigation import OF_ACTION, OF_CODE, Nav
+from tetris.window.menu_navigation import OF_ACTION, OF_CODE, MenuStep
 from tetris.window.settings import FILE_NAME, Settings, changed, load
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
 # piece falls for 12 s, and what has landed can still be moved by one more gesture.
@@ -54,7 +61,7 @@ _BUTTONS: Final = (1, _RIGHT_BUTTON)
 
 
 @dataclass(frozen=True, slots=True)
-class Ticked:
+class TickResult:
     """What one tick did.
 
     Attributes:
@@ -92,16 +99,16 @@ class TetrisTarget:
         self._settings = settings or Settings()
         self._look = _look(self._settings)
         self.game = Game(seed, config or PACE)
-        self.orb = OrbView()
-        self.touch = Touch()
+        self.orb = OrbState()
+        self.touch = PointerInput()
         self.keys = _hands(self._settings)
-        self.correcting = Correcting()
+        self.correcting = CorrectionKeys()
         self.reason = ""
         self._now_s = 0.0
         self._running_s = 0.0  # when a game was last running or paused
         self._button = 0
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
-        self._scene: Scene | None = None
+        self._scene: WindowLayout | None = None
         self._asked: list[Action] = []  # by the menu
         self.menu = PauseMenu(
             lambda: self._settings,
@@ -124,7 +131,7 @@ class TetrisTarget:
 
     def tick(
         self, now_s: float, received: Sequence[Received] = (), actions: Sequence[Action] = ()
-    ) -> Ticked:
+    ) -> TickResult:
         """Let time pass; take what came over the link, and then what the player's keys say.
 
         Args:
@@ -157,7 +164,7 @@ class TetrisTarget:
         self.orb.advance(now_s)
         if self._scene:
             self._scene.game.show(events)
-        return Ticked(tuple(acted), tuple(events))
+        return TickResult(tuple(acted), tuple(events))
 
     def _take(self, item: Received, now_s: float) -> tuple[Action, ...]:
         """Take what came over the link; return what a change of the link asks of the game."""
@@ -166,7 +173,7 @@ class TetrisTarget:
                 self.orb.connected(welcome)
                 self.correcting.labels = welcome.labels
                 self.touch.lift_all()
-                self.touch.pad = Pad(welcome.rows, welcome.columns, welcome.pitch_mm)
+                self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
                 return self._go_on()
             case Stale():
                 return self._stop("stale", "the orb is silent", "")
@@ -179,9 +186,9 @@ class TetrisTarget:
                     self.orb.command(message, now_s)
                 elif isinstance(message, Health):
                     self.orb.health = message.found
-                elif isinstance(message, Delivery):
+                elif isinstance(message, UploadStatus):
                     self.correcting.answer(message, now_s)
-                elif isinstance(message, Who):
+                elif isinstance(message, UserIdentified):
                     self.orb.who(message)
                 return self._go_on() if self.orb.heard() else ()
             case Missed():
@@ -202,7 +209,7 @@ class TetrisTarget:
         ours, self.reason = bool(self.reason), ""
         return (Action.PAUSE,) if ours and self.game.phase is Phase.PAUSED else ()
 
-    def _navigate(self, nav: Nav | None) -> None:
+    def _navigate(self, nav: MenuStep | None) -> None:
         if nav:
             self.menu.nav(nav)
 
@@ -266,14 +273,14 @@ class TetrisTarget:
         """Draw game, orb and cards as they were at the last tick."""
         size = surface.get_size()
         if self._scene is None or self._scene.size != size:
-            self._scene = Scene(size, self._look, HINTS)
+            self._scene = WindowLayout(size, self._look, HINTS)
         self.orb.hint = self._hint()
         menu = self.menu if self.in_menu else None
         self._scene.draw(
             surface, self.game, self.orb, self.touch.pad, self._now_s, self.reason, menu
         )
 
-    def paced(self, hops: Hops) -> None:
+    def paced(self, hops: EndToEndLatency) -> None:
         """Take how long frames take, about once a second."""
         if hops.frames % PACED_FRAMES == 0 and hops.pace is not None:
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), hops.pace.period_ms
@@ -299,7 +306,7 @@ class TetrisTarget:
     def _touchable(self) -> bool:
         return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
 
-    def _point(self, event: pygame.event.Event, now_s: float, scene: Scene) -> None:
+    def _point(self, event: pygame.event.Event, now_s: float, scene: WindowLayout) -> None:
         """Take an event of the mouse or of a touch screen."""
         if not self._touchable or getattr(
             event, "touch", False
@@ -323,9 +330,9 @@ class TetrisTarget:
                 self.touch.finger_up(event.finger_id)
 
 
-def _look(settings: Settings) -> Look:
+def _look(settings: Settings) -> ThemeChoice:
     """Return the look that the player wants, in the colours and the language of the panel."""
-    return Look.chosen(changed(settings, theme="dark", language="en"))
+    return ThemeChoice.chosen(changed(settings, theme="dark", language="en"))
 
 
 def _hands(settings: Settings) -> Keys:

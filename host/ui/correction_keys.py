@@ -8,7 +8,7 @@ from typing import Final
 
 import pygame
 
-from controller.protocol.messages import Correct, Delivery
+from controller.protocol.messages import Correction, UploadStatus
 
 SHOWN_S: Final = 6.0  # what the orb says of it stands below the dome for so long
 PATIENCE_S: Final = 60.0  # while it learns
@@ -17,7 +17,7 @@ _FIRST: Final = pygame.K_1
 _LAST: Final = pygame.K_9
 
 
-class Correcting:
+class CorrectionKeys:
     """Corrections on their way to the orb, and what it says of them.
 
     Attributes:
@@ -27,7 +27,7 @@ class Correcting:
     def __init__(self) -> None:
         """Begin with nothing to say."""
         self.labels: tuple[str, ...] = ()
-        self._due: list[Correct] = []
+        self._due: list[Correction] = []
         self._told, self._until_s = "", 0.0
 
     def key(self, code: int, mod: int, now_s: float) -> bool:
@@ -45,16 +45,16 @@ class Correcting:
         else:
             self._say(f"there is no gesture {number}", now_s, SHOWN_S)
             return True
-        self._due = [Correct(label)]
+        self._due = [Correction(label)]
         self._say("telling the orb", now_s, SHOWN_S)
         return True
 
-    def outgoing(self) -> list[Correct]:
+    def outgoing(self) -> list[Correction]:
         """Return what the orb has to be told, once."""
         due, self._due = self._due, []
         return due
 
-    def answer(self, message: Delivery, now_s: float) -> None:
+    def answer(self, message: UploadStatus, now_s: float) -> None:
         """Take what the orb says of it."""
         if message.told:
             busy = message.told == "learning"

@@ -183,7 +183,7 @@ def _inside() -> Array:
     return _smooth(0.985, 0.72, np.sqrt(x * x + y * y))
 
 
-class Field:
+class HeatMap:
     """The heat map of one dome: z - 1 in, a surface with transparency out."""
 
     def __init__(self) -> None:

@@ -6,9 +6,9 @@ import pygame
 
 from controller.protocol.messages import Message
 from host.ui import sprites
-from host.ui.orb_state import OrbView
+from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
-from host.ui.pointer_input import Touch
+from host.ui.pointer_input import PointerInput
 from tetris.window import theme
 
 SIZE: Final = (390, 720)
@@ -29,8 +29,8 @@ class OrbWindow:
 
     def __init__(self) -> None:
         """Begin without an orb."""
-        self.orb = OrbView()
-        self.touch = Touch()
+        self.orb = OrbState()
+        self.touch = PointerInput()
         self._panel = Panel()
         self._button = 0
         self._drawn = pygame.Rect(0, 0, 0, 0)
@@ -79,7 +79,7 @@ class OrbWindow:
         """Draw the orb, and below it whether it is armed and what there is to know of it."""
         self._drawn = surface.get_rect()
         factor = min(self._drawn.width / SIZE[0], self._drawn.height / SIZE[1])
-        unit = sprites.Scale(max(_LEAST, factor))
+        unit = sprites.SpriteScale(max(_LEAST, factor))
         surface.fill(theme.BACKGROUND)
         page = pygame.Rect(0, 0, unit.px(SIZE[0]), unit.px(SIZE[1]))
         page.center = self._drawn.center

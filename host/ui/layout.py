@@ -6,13 +6,13 @@ from typing import Final
 import pygame
 
 from host.ui import side_cards, sprites
-from host.ui.orb_state import OrbView
+from host.ui.orb_state import OrbState
 from host.ui.panel import Panel
 from host.ui.pause_menu import PauseMenu
-from host.ui.pointer_input import Pad
+from host.ui.pointer_input import DomeArea
 from tetris.engine.game import Game, Phase
 from tetris.window import theme
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
 DESIGN: Final = (1280, 720)  # the window's first size; any other is filled in proportion
@@ -20,14 +20,16 @@ _LEAST: Final = 0.05  # of the first size; in a smaller window the edges are cut
 _MARGIN, _LEFT, _RIGHT, _GAP, _TOUCHES = 20, 358, 222, 8, 214  # design units
 
 
-class Scene:
+class WindowLayout:
     """Where everything is in a window of one size."""
 
-    def __init__(self, size: tuple[int, int], look: Look, hints: Mapping[Phase, str]) -> None:
+    def __init__(
+        self, size: tuple[int, int], look: ThemeChoice, hints: Mapping[Phase, str]
+    ) -> None:
         """Lay everything out; hints say what to do when the game pauses or is over."""
         self.size, self.look = size, look
         factor = max(_LEAST, min(size[0] / DESIGN[0], size[1] / DESIGN[1]))
-        self.unit = unit = sprites.Scale(factor)
+        self.unit = unit = sprites.SpriteScale(factor)
         page = pygame.Rect(0, 0, round(DESIGN[0] * factor), round(DESIGN[1] * factor))
         page.center = size[0] // 2, size[1] // 2
         inner = page.inflate(-2 * unit.px(_MARGIN), 0)
@@ -52,8 +54,8 @@ class Scene:
         self,
         surface: pygame.Surface,
         game: Game,
-        orb: OrbView,
-        pad: Pad,
+        orb: OrbState,
+        pad: DomeArea,
         now_s: float,
         reason: str,
         menu: PauseMenu | None,

@@ -1,6 +1,6 @@
 """State of the orb for drawing: telemetry and events in the shape in which they are drawn.
 
-`OrbView` takes messages and the passing of time; it draws nothing. `host/ui/panel.py` draws it.
+`OrbState` takes messages and the passing of time; it draws nothing. `host/ui/panel.py` draws it.
 """
 
 import math
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from controller.protocol.messages import (
     Command,
     Contact,
-    Hop,
+    StageTime,
     Telemetry,
+    UserIdentified,
     Welcome,
-    Who,
     image_from_bytes,
 )
 
@@ -32,7 +32,7 @@ MARK_S: Final = 1.2  # the last recognised touch is marked for so long
 
 
 @dataclass(frozen=True, slots=True)
-class Recognised:
+class RecentCommand:
     """One command as the list shows it."""
 
     label: str
@@ -43,7 +43,7 @@ class Recognised:
 
 
 @dataclass
-class OrbView:
+class OrbState:
     """The orb as it is to be shown, kept up by messages.
 
     All times are seconds of one clock that never turns back: the machine's, or granted time.
@@ -73,12 +73,12 @@ class OrbView:
     rate_hz: float = 0.0
     contacts: tuple[Contact, ...] = ()
     hint: str = ""
-    hops: tuple[Hop, ...] = ()
+    hops: tuple[StageTime, ...] = ()
     period_ms: float = 0.0
     health: tuple[str, ...] = ()
     user: str = ""
     sure: float = 0.0
-    history: deque[Recognised] = field(default_factory=lambda: deque(maxlen=MEMORY))
+    history: deque[RecentCommand] = field(default_factory=lambda: deque(maxlen=MEMORY))
     trace: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=TRACE_POINTS))
     _target: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     _now_s: float | None = None
@@ -116,14 +116,14 @@ class OrbView:
         self.gesture, self.ready = message.gesture, message.ready
         self.rate_hz = message.rate_hz
 
-    def who(self, message: Who) -> None:
+    def who(self, message: UserIdentified) -> None:
         """Take whom the device believes to touch it."""
         self.user, self.sure = message.user, message.confidence
 
     def command(self, message: Command, now_s: float) -> None:
         """Remember a command for the list."""
         self.history.append(
-            Recognised(message.label, message.name, message.probability, message.touch, now_s)
+            RecentCommand(message.label, message.name, message.probability, message.touch, now_s)
         )
 
     def heard(self) -> bool:

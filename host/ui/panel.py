@@ -6,8 +6,8 @@ from typing import Final
 import pygame
 
 from host.ui import dome, sprites
-from host.ui.orb_state import TRACE_S, LinkState, OrbView
-from host.ui.pointer_input import Pad
+from host.ui.orb_state import TRACE_S, LinkState, OrbState
+from host.ui.pointer_input import DomeArea
 from tetris.window import theme
 from tetris.window.theme import Colour
 
@@ -33,7 +33,7 @@ _SILENT: Final = {"connecting": "connecting", "stale": "no word from the orb", "
 class Projection:
     """Grid units on the membrane to pixels of the window, and back."""
 
-    pad: Pad
+    pad: DomeArea
     centre: tuple[float, float]  # pixels
     pixels_per_unit: float
 
@@ -55,17 +55,17 @@ class Projection:
 
 
 class Panel:
-    """Draws an `OrbView` into rectangles that it is given."""
+    """Draws an `OrbState` into rectangles that it is given."""
 
     def __init__(self) -> None:
         """Make a panel; `place` it before drawing."""
-        self._field = dome.Field()
-        self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), Pad())
+        self._field = dome.HeatMap()
+        self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
-    def place(self, rect: pygame.Rect, pad: Pad) -> None:
+    def place(self, rect: pygame.Rect, pad: DomeArea) -> None:
         """Say where the orb is to be drawn, and which; changes `projection`."""
         self.rect = rect
-        self._unit = sprites.Scale(min(rect.width / WIDTH, rect.height / HEIGHT))
+        self._unit = sprites.SpriteScale(min(rect.width / WIDTH, rect.height / HEIGHT))
         self._inner = rect.width - 2 * self._unit.px(18)  # pixels: what a line of text may take
         self._radius = max(24, round(self._unit.factor * WIDTH * DOME_SHARE))
         centre = (
@@ -74,7 +74,7 @@ class Panel:
         )
         self.projection = Projection(pad, centre, self._radius / pad.radius)
 
-    def draw(self, surface: pygame.Surface, view: OrbView, now_s: float) -> None:
+    def draw(self, surface: pygame.Surface, view: OrbState, now_s: float) -> None:
         """Draw the orb, its probabilities and its trace; `view` has been advanced to `now_s`."""
         self._unit.card(surface, self.rect)
         self._header(surface, view)
@@ -88,7 +88,7 @@ class Panel:
         self._hops(surface, view)
         self._trace(surface, view, now_s, top)
 
-    def _header(self, surface: pygame.Surface, view: OrbView) -> None:
+    def _header(self, surface: pygame.Surface, view: OrbState) -> None:
         left, middle = self.rect.left + self._unit.px(18), self.rect.top + self._unit.px(32)
         room = self._state(surface, view, middle) - left - self._unit.px(_PILL + 20)
         name = self._unit.text(view.welcome.name if view.welcome else "OrbTouch", 28, width=room)
@@ -104,7 +104,7 @@ class Panel:
             at = self.rect.right - self._unit.px(18), middle + self._unit.px(21)
             surface.blit(label, label.get_rect(midright=at))
 
-    def _state(self, surface: pygame.Surface, view: OrbView, middle: int) -> int:
+    def _state(self, surface: pygame.Surface, view: OrbState, middle: int) -> int:
         """Draw how the link is, at the right; return where that begins."""
         state, colour = _LINK[view.link]
         right = self.rect.right - self._unit.px(18)
@@ -122,7 +122,7 @@ class Panel:
         surface.blit(rate, box)
         return box.left
 
-    def _dome(self, surface: pygame.Surface, view: OrbView, now_s: float) -> None:
+    def _dome(self, surface: pygame.Surface, view: OrbState, now_s: float) -> None:
         place, radius = self.projection, self._radius
         balloon = dome.balloon(radius)
         surface.blit(balloon, balloon.get_rect(center=place.centre))
@@ -160,7 +160,7 @@ class Panel:
         surface.blit(plate, box)
         surface.blit(label, label.get_rect(center=box.center))
 
-    def _caption(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
+    def _caption(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
         """Say below the dome what matters most; return where the next part begins."""
         if view.health and not view.gesture:
             for number, line in enumerate(_wrapped(view.health[0], _HEALTH_LETTERS)[:2]):
@@ -175,14 +175,14 @@ class Panel:
         surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
         return top + self._unit.px(36)
 
-    def _reason(self, surface: pygame.Surface, view: OrbView, top: int) -> None:
+    def _reason(self, surface: pygame.Surface, view: OrbState, top: int) -> None:
         """Say why there is no link, where the probabilities would be."""
         for line in _wrapped(view.reason, _REASON_LETTERS)[:_REASON_LINES]:
             label = self._unit.text(line, 19, theme.TEXT, self._inner)
             surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
             top += self._unit.px(22)
 
-    def _bars(self, surface: pygame.Surface, view: OrbView, top: int) -> int:
+    def _bars(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
         left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)
         start, height = left + self._unit.px(118), self._unit.px(10)
         end = right - self._unit.px(42)
@@ -211,7 +211,7 @@ class Panel:
             top += step
         return top
 
-    def _hops(self, surface: pygame.Surface, view: OrbView) -> None:
+    def _hops(self, surface: pygame.Surface, view: OrbState) -> None:
         """Draw how long frames take: in half of them, and in all but one of a hundred."""
         if not view.hops or view.link != "live":
             return
@@ -225,7 +225,7 @@ class Panel:
         middle = self.rect.centerx, self.rect.bottom - self._unit.px(15)
         surface.blit(line, line.get_rect(center=middle))
 
-    def _trace(self, surface: pygame.Surface, view: OrbView, now_s: float, top: int) -> None:
+    def _trace(self, surface: pygame.Surface, view: OrbState, now_s: float, top: int) -> None:
         """Draw how far the membrane was from rest over the last seconds."""
         left, right = self.rect.left + self._unit.px(20), self.rect.right - self._unit.px(20)
         top = max(top + self._unit.px(8), self.rect.bottom - self._unit.px(64))

@@ -6,11 +6,11 @@ from typing import Final
 import pygame
 
 from tetris.window.menu import Cursor, Item, Menu
-from tetris.window.menu_navigation import Nav
+from tetris.window.menu_navigation import MenuStep
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card
 from tetris.window.settings import Settings, stepped
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 _SWITCHES: Final = ("patterns", "motion", "ghost", "grid")
 _HEIGHT: Final = 720  # the game's, in design units
@@ -33,8 +33,8 @@ class PauseMenu:
         self._resume, self._restart = resume, restart
         self._cursor = Cursor()
         self._view: MenuView | None = None
-        self._look: Look | None = None
-        self._menu = self._build(Look())
+        self._look: ThemeChoice | None = None
+        self._menu = self._build(ThemeChoice())
 
     @property
     def menu(self) -> Menu:
@@ -50,15 +50,15 @@ class PauseMenu:
         """Begin with the first item."""
         self._cursor = Cursor()
 
-    def nav(self, nav: Nav) -> None:
+    def nav(self, nav: MenuStep) -> None:
         """Take a step; one back goes on with the game."""
-        if nav is Nav.BACK:
+        if nav is MenuStep.BACK:
             self._resume()
         else:
             self._cursor.move(self._menu, nav)
-            self._menu = self._build(self._look or Look())
+            self._menu = self._build(self._look or ThemeChoice())
 
-    def _build(self, look: Look) -> Menu:
+    def _build(self, look: ThemeChoice) -> Menu:
         words, settings = look.words, self._settings()
         items = [
             Item(words("menu.resume"), self._resume),
@@ -74,7 +74,7 @@ class PauseMenu:
     def _stepper(self, name: str) -> Callable[[int], None]:
         return lambda step: self._change(stepped(self._settings(), name, step))
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: Look) -> None:
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
         """Draw the menu in the middle of the game's area."""
         if self._view is None or self._look is not look:
             self._view, self._look = MenuView(look), look

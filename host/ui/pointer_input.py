@@ -54,7 +54,7 @@ class Mode(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Pad:
+class DomeArea:
     """Where the dome lies in grid units."""
 
     rows: int = 5
@@ -94,14 +94,14 @@ class Pad:
 
 
 @dataclass
-class Touch:
+class PointerInput:
     """Fingers on the dome, and when to tell the device about them.
 
     Positions are in grid units, times in seconds of any clock that never turns back.
     `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.
     """
 
-    pad: Pad = field(default_factory=Pad)
+    pad: DomeArea = field(default_factory=DomeArea)
     two_fingers: bool = False
     mode: Mode | None = None
     _pointer: tuple[float, float] = (0.0, 0.0)

@@ -5,7 +5,7 @@ from typing import Final
 import pygame
 
 from host.ui import sprites
-from host.ui.orb_state import OrbView, Recognised
+from host.ui.orb_state import OrbState, RecentCommand
 from tetris.window import theme
 
 ENTRY_FADE_S: Final = 25.0  # an entry of the list has faded after so long
@@ -32,7 +32,11 @@ _KEYS: Final = (
 
 
 def draw_history(
-    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, view: OrbView, now_s: float
+    surface: pygame.Surface,
+    rect: pygame.Rect,
+    unit: sprites.SpriteScale,
+    view: OrbState,
+    now_s: float,
 ) -> None:
     """Draw the last gestures and the commands they became, the newest on top."""
     unit.card(surface, rect)
@@ -49,7 +53,7 @@ def draw_history(
 
 
 def draw_touches(
-    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, view: OrbView
+    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.SpriteScale, view: OrbState
 ) -> None:
     """Draw how to touch: on a virtual orb, how a mouse does it."""
     unit.card(surface, rect)
@@ -66,7 +70,7 @@ def draw_touches(
         top += unit.px(56)
 
 
-def draw_keys(surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale) -> None:
+def draw_keys(surface: pygame.Surface, rect: pygame.Rect, unit: sprites.SpriteScale) -> None:
     """Draw the keys in one quiet line, centred."""
     pieces = []
     for key, meaning in _KEYS:
@@ -79,7 +83,7 @@ def draw_keys(surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale) -
 
 
 def _heading(
-    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.Scale, words: str
+    surface: pygame.Surface, rect: pygame.Rect, unit: sprites.SpriteScale, words: str
 ) -> tuple[int, int]:
     left, top = rect.left + unit.px(18), rect.top + unit.px(16)
     surface.blit(unit.text(words, 18, theme.TEXT_DIM), (left, top))
@@ -87,7 +91,11 @@ def _heading(
 
 
 def _draw_entry(
-    surface: pygame.Surface, row: pygame.Rect, unit: sprites.Scale, entry: Recognised, now_s: float
+    surface: pygame.Surface,
+    row: pygame.Rect,
+    unit: sprites.SpriteScale,
+    entry: RecentCommand,
+    now_s: float,
 ) -> None:
     age_s = max(0.0, now_s - entry.time_s)
     fresh = max(ENTRY_LEAST, 1.0 - age_s / ENTRY_FADE_S)

@@ -29,7 +29,7 @@ Point = tuple[float, float]
 Pen = Callable[..., None]
 
 
-class Scale:
+class SpriteScale:
     """Design units to pixels, and what is drawn in them."""
 
     def __init__(self, factor: float) -> None:

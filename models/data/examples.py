@@ -19,7 +19,7 @@ from controller import files
 from controller.recognition.preprocess import Preprocessor, PreprocessSettings
 from controller.recordings import reader
 from controller.recordings.reader import Survey
-from controller.recordings.recording import UNKNOWN, Origin, Recording, RecordingError
+from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from controller.simulator.session import TEST_SEEDS
 
 # What truly happened, and what the label button, the keyboard and the cues said.
@@ -222,7 +222,7 @@ def read_training(paths: Iterable[Path]) -> Recordings:
     return recordings
 
 
-def _kind(origin: Origin) -> str:
+def _kind(origin: Provenance) -> str:
     return f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit}"
 
 

@@ -15,7 +15,7 @@ from controller.bundles.vocabulary import FILE, Vocabulary
 from controller.console import count
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings.quality import check
-from controller.recordings.quality.duplicates import Register
+from controller.recordings.quality.duplicates import FrameIndex
 from controller.recordings.quality.response import respond
 from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
 from models.data import label_repair
@@ -83,7 +83,7 @@ class _Found:
     session: list[str] = field(default_factory=list)
     user: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    copies: Register = field(default_factory=Register)
+    copies: FrameIndex = field(default_factory=FrameIndex)
 
 
 def read(

@@ -24,7 +24,7 @@ from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.session import DATA, Protocol, simulate
-from controller.simulator.user_style import Style, person
+from controller.simulator.user_style import UserStyle, person
 from models import processes, text, user_files
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
@@ -97,7 +97,7 @@ class DataSet:
             raise ValueError("a gesture is named twice; name each once")
         return known
 
-    def style(self, user: int) -> Style:
+    def style(self, user: int) -> UserStyle:
         """Return how a user touches; users count from 0."""
         return person(self.seed, user)
 
@@ -134,7 +134,7 @@ class DataSet:
             faults=faults,
             day=1 + user * _DAYS + number if self.one_orb else 0,
         )
-        origin = recording.Origin(
+        origin = recording.Provenance(
             device_id=f"simulated-{which}",
             rows=model.rows,
             columns=model.columns,
@@ -165,7 +165,9 @@ class DataSet:
             cue=unsaid["cue"],
             excluded=np.zeros(frames, dtype=np.bool_),
             touch=np.full((frames, 2), np.nan),
-            truth=recording.Truth(played.touch, played.contact[:, :fingers], tuple(events)),
+            truth=recording.SimulatedTruth(
+                played.touch, played.contact[:, :fingers], tuple(events)
+            ),
         )
 
 

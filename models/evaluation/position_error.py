@@ -11,17 +11,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 
 FEWEST: Final = 20  # presses that tell anything
-BARE: Final = Spread(0.0, 1.0)  # of a bundle that is measured: it tells the blur itself
+BARE: Final = PositionSpread(0.0, 1.0)  # of a bundle that is measured: it tells the blur itself
 _ROUNDS: Final = 20
 _LEAST: Final = 1e-6  # variance: no place is surer than a thousandth
 
 Values = NDArray[np.float64]
 
 
-def measure(blur: Values, errors: Values) -> Spread | None:
+def measure(blur: Values, errors: Values) -> PositionSpread | None:
     """Return how far off places are; None: there are too few of them to tell.
 
     Args:
@@ -38,7 +38,7 @@ def measure(blur: Values, errors: Values) -> Spread | None:
         variance = np.maximum(causes @ share, _LEAST)
         share = _least_squares(causes / variance[:, None], squares / variance)
     floor, noise = np.sqrt(np.maximum(share, 0.0)).tolist()
-    return Spread(round(max(floor, _LEAST**0.5), 4), round(noise, 4))
+    return PositionSpread(round(max(floor, _LEAST**0.5), 4), round(noise, 4))
 
 
 def within(sigma: Values, errors: Values) -> tuple[float, float]:

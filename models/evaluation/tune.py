@@ -22,7 +22,7 @@ from controller.bundles import bundle
 from controller.bundles.bundle import MANIFEST, Bundle
 from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
 from controller.recognition.event_metric import Answer, Score, judge
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 from models.evaluation import bootstrap, position_error
 from models.evaluation.event_counts import tally, told
 from models.evaluation.replay import Stream, debounced
@@ -164,7 +164,7 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
     return min((point for point in allowed if goal.cost(point) <= least + 1e-9), key=around)
 
 
-def spread(streams: Sequence[Stream]) -> Spread | None:
+def spread(streams: Sequence[Stream]) -> PositionSpread | None:
     """Return how far off places are in every frame of a press; None: there are too few to tell.
 
     Args:
@@ -175,7 +175,11 @@ def spread(streams: Sequence[Stream]) -> Spread | None:
 
 
 def write(
-    path: Path, loaded: Path, settings: DebounceSettings, said: str, far: Spread | None = None
+    path: Path,
+    loaded: Path,
+    settings: DebounceSettings,
+    said: str,
+    far: PositionSpread | None = None,
 ) -> Bundle:
     """Write a bundle that differs from another in what was measured here only, and return it.
 

@@ -8,7 +8,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Final
 
-from controller.recognition.touch_position import Spread
+from controller.recognition.touch_position import PositionSpread
 from models import json_values
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
@@ -229,7 +229,7 @@ class LocationResult:
     off_site: float
     weights: int
     unseen: str = ""
-    spread: Spread | None = None
+    spread: PositionSpread | None = None
 
 
 @dataclass(frozen=True, slots=True)

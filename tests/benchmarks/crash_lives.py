@@ -16,12 +16,12 @@ from controller.__main__ import main as controller
 from controller.recognition.preprocess import Frame
 from controller.recordings import recovery
 from controller.recordings.recorder import SYNC_S, Recorder
-from controller.recordings.recording import Origin
+from controller.recordings.recording import Provenance
 
 RATE_HZ: Final = 100.0
 AT_ONCE: Final = 10  # processes
 LABELS: Final = ("null", "press", "pinch")
-ORIGIN: Final = Origin("benchmark", 5, 5, 10.0, RATE_HZ, LABELS, "", "", "")
+ORIGIN: Final = Provenance("benchmark", 5, 5, 10.0, RATE_HZ, LABELS, "", "", "")
 FORK: Final = multiprocessing.get_context("fork")
 
 

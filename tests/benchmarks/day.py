@@ -40,7 +40,7 @@ from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, draw_mood, draw_style
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
-from controller.simulator.session_script import Take
+from controller.simulator.session_script import SessionScript
 
 RATE_HZ: Final = 10.0
 HOUR: Final = 36_000  # frames
@@ -66,7 +66,7 @@ def orb(seed: int, preset: str, hours: int, out: Connection) -> None:
         fault = [Fault.parse(FAULTS[hour])] if hour in FAULTS else []
         simulator.electronics.switch(fault)
         rng = np.random.default_rng(play)
-        hand = Take(
+        hand = SessionScript(
             HOUR * steps, RATE_HZ * steps, grid, draw_mood(style, rng), (0.0, 0.0), repertoire, rng
         )
         hand.stream(GESTURES)

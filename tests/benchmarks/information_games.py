@@ -19,7 +19,7 @@ from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
 from host.demo import demo
-from host.demo.autoplayer import Player
+from host.demo.autoplayer import Autoplayer
 from host.targets.tetris import ACTIONS, PACE
 from tetris.engine.game import Game
 
@@ -39,7 +39,7 @@ def orb(preset: str, seed: int, seconds: float) -> dict[str, Any]:
 
 def keyboard(seed: int, seconds: float) -> Mapping[str, Any]:
     """Play the same with keys; stray touches harm nobody there, and take no time."""
-    player, game = Player(seed, seconds), Game(seed, PACE)
+    player, game = Autoplayer(seed, seconds), Game(seed, PACE)
     events: list[tuple[int, int, str]] = []
     commands: list[tuple[int, str]] = []
     held: tuple[int, float] | None = None

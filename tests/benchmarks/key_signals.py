@@ -28,9 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from x_programs import PATIENCE_S, Orb, Player, server
+from tests.support.x_programs import PATIENCE_S, Orb, Player, server
 
 UP_S: Final = 1.1  # after the last signal every key is up
 WATCH_S: Final = 0.3  # longer, that none goes down again

@@ -30,9 +30,16 @@ from typing import Any, Final
 
 import serial
 
-from controller.protocol.auth import Seal
+from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.host_session import HostSession
-from controller.protocol.messages import Grant, Granted, Heartbeat, Message, Numbered, Telemetry
+from controller.protocol.messages import (
+    Grant,
+    Granted,
+    Heartbeat,
+    Message,
+    NumberedCommand,
+    Telemetry,
+)
 from controller.protocol.packets import Decoder, encode
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver
 from host.connection.transport import open_transport
@@ -45,7 +52,7 @@ PACKETS_GOAL: Final = 150_000.0
 TRIP_GOAL: Final = 1.3
 BATCH: Final = 250  # round trips in one turn
 PATIENCE_S: Final = 30.0
-_COMMAND: Final = Numbered("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
+_COMMAND: Final = NumberedCommand("drop", "pinch", 0.93, (2.0, 1.5), 4711, 17, 16, 9000)
 _BEAT: Final = Heartbeat(9000, 8950, 12, 17, ())
 _FRAME: Final = Telemetry(
     4711, bytes(range(120, 145)), (0.0, 0.2, 0.8, 0.0, 0.0), (2.0, 1.5), "pinch", True, 10.0
@@ -77,7 +84,7 @@ def packets(results: Results, count: int) -> None:
         for sealed in (False, True) if preset == "play" else (False,):
             frames, seconds = [], []
             for _ in range(5):
-                seal = Seal(_KEY, 0) if sealed else None
+                seal = FrameAuthenticator(_KEY, 0) if sealed else None
                 began_s = time.process_time()
                 frames = [
                     encode(
@@ -97,7 +104,7 @@ def packets(results: Results, count: int) -> None:
             seconds = []
             for _ in range(5):
                 decoder, found = Decoder(), 0
-                decoder.seal = Seal(_KEY, 0) if sealed else None
+                decoder.seal = FrameAuthenticator(_KEY, 0) if sealed else None
                 began_s = time.process_time()
                 for chunk in chunks:
                     found += len(decoder.feed(chunk))

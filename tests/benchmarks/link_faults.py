@@ -14,11 +14,12 @@ import argparse
 import json
 import sys
 import time
-from pathlib import Path
 from typing import Final
 
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
+
+from tests.support.link_state_machine import BadWire
 
 STORY: Final = 50  # steps of a story
 _BATCH: Final = 200  # stories between two looks at the count
@@ -26,9 +27,6 @@ _BATCH: Final = 200  # stories between two looks at the count
 
 def main() -> int:
     """Run, print what happened, and return 0; a failure raises."""
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-    from bad_wire import BadWire  # tests/ is on the path of pytest, not on ours
-
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)

@@ -25,7 +25,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -205,7 +204,9 @@ def air() -> None:
     """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
     import runpy
 
-    runpy.run_path(str(Path(__file__).parents[1] / "bumble_air.py"), run_name="__main__")
+    from tests.support import SUPPORT
+
+    runpy.run_path(str(SUPPORT / "bumble_radio.py"), run_name="__main__")
 
 
 def proxy(port: str) -> None:

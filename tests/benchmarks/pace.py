@@ -31,10 +31,10 @@ from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame
 from controller.recordings import reader
 from controller.runtime.device import Device, steady
-from controller.runtime.latency import Ledger
-from controller.runtime.latency_report import Timekeeper
+from controller.runtime.latency import LatencyStatistics
+from controller.runtime.latency_report import LatencyReporter
 from controller.runtime.loop import Loop
-from controller.runtime.realtime import Sweeper, real_time
+from controller.runtime.realtime import IdleCollector, real_time
 from controller.sensors.base import Geometry
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
@@ -68,7 +68,7 @@ class Recorded:
         """Let go of nothing."""
 
 
-class AllLines(Ledger):
+class AllLines(LatencyStatistics):
     """A ledger that forgets nothing, for a run whose length is known."""
 
     def __init__(self, lines: int) -> None:
@@ -127,8 +127,8 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
     ]
     for helper in helpers:
         helper.start()
-    sweeper = Sweeper()
-    timekeeper = Timekeeper(1 / rate_hz, lambda pace: link.send(pace, 0), sweeper=sweeper)
+    sweeper = IdleCollector()
+    timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0), sweeper=sweeper)
     timekeeper.ledger = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
     pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
     device = Device(Recorded(grid, rate_hz), pipeline, link, steady(rate_hz), timekeeper=timekeeper)

@@ -28,7 +28,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
-from controller.simulator.user_style import Style
+from controller.simulator.user_style import UserStyle
 from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
@@ -47,12 +47,12 @@ _DEPTHS: Final = ("press_depth", "pinch_depth", "twist_depth")
 _TIMES: Final = ("press_hold", "pinch_close", "twist_time")
 
 
-def _scaled(style: Style, names: tuple[str, ...], factor: float) -> Style:
+def _scaled(style: UserStyle, names: tuple[str, ...], factor: float) -> UserStyle:
     values: dict[str, Any] = {name: factor * getattr(style, name) for name in names}
     return dataclasses.replace(style, **values)
 
 
-KINDS: Final[dict[str, Callable[[Style], Style]]] = {
+KINDS: Final[dict[str, Callable[[UserStyle], UserStyle]]] = {
     "usual": lambda style: style,
     "light": lambda style: _scaled(style, _DEPTHS, 0.5),
     "slow": lambda style: _scaled(style, _TIMES, 2.5),
@@ -67,7 +67,7 @@ class Unusual(DataSet):
 
     kind = "usual"
 
-    def style(self, user: int) -> Style:
+    def style(self, user: int) -> UserStyle:
         """Return how a user of this kind touches."""
         return KINDS[type(self).kind](DataSet.style(self, user))
 

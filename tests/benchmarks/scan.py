@@ -11,11 +11,9 @@ Errors are the driver's against sixty orbs of ngspice, noise is that of one coun
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -24,7 +22,7 @@ from numpy.typing import NDArray
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.converters import find
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import Bench
+from controller.sensors.hardware.emulated.board import EmulatedBoard
 from controller.sensors.hardware.inversion import Inversion
 from controller.sensors.hardware.wiring import (
     SCHEMES,
@@ -35,10 +33,8 @@ from controller.sensors.hardware.wiring import (
     Times,
     Wiring,
 )
-
-sys.path.insert(0, str(Path(__file__).parent.parent))  # tests import each other by bare names
-from reference import waveforms
-from waveform_board import board as recorded_board
+from tests.reference import waveforms
+from tests.support.waveform_board import board as recorded_board
 
 Array = NDArray[np.float64]
 
@@ -85,7 +81,7 @@ class _Idle:
 
 def scan_ms(wiring: Wiring) -> float:
     """Return how long a scan takes on the emulated board."""
-    bench = Bench(wiring, seed=1)
+    bench = EmulatedBoard(wiring, seed=1)
     driver = Driver(bench.board)
     driver.frame()
     began = bench.circuit.now_s

@@ -25,7 +25,7 @@ from controller.simulator.hand import GESTURES, draw_style
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import Session, simulate
-from controller.simulator.session_script import Take
+from controller.simulator.session_script import SessionScript
 from controller.simulator.virtual_orb import VirtualOrb
 
 GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched
@@ -66,7 +66,7 @@ def touched_paths(model: OrbModel, minutes: float) -> tuple[NDArray[Any], ...]:
     steps_hz = 1.0 / simulator.step_s
     grid = (model.rows, model.columns, model.pitch_mm)
     steps = round(600 * minutes) * simulator.steps_per_frame
-    hand = Take(steps, steps_hz, grid, draw_style(rng), (0.0, 0.0), shipped(), rng)
+    hand = SessionScript(steps, steps_hz, grid, draw_style(rng), (0.0, 0.0), shipped(), rng)
     hand.stream(GESTURES)
     frames = hand.depth_mm.reshape(-1, simulator.steps_per_frame * hand.depth_mm.shape[1])
     keep = np.repeat(frames.any(axis=1), simulator.steps_per_frame)

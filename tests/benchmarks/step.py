@@ -40,14 +40,14 @@ from controller.bundles.deploy import selftest
 from controller.bundles.inference import engines, onnx_reader
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import Recognizer
-from controller.protocol.messages import Numbered
+from controller.protocol.messages import NumberedCommand
 from controller.protocol.packets import encode
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Preprocessor, Window
 from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
-from controller.runtime.realtime import Sweeper
+from controller.runtime.realtime import IdleCollector
 
 from . import litert
 
@@ -177,7 +177,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
     times = np.empty(count)
     for number in range(len(frames) // 4):
         pipeline.step(frames[number], number / bundle.rate_hz)
-    sweeper = Sweeper()  # garbage is what the device does between frames, too
+    sweeper = IdleCollector()  # garbage is what the device does between frames, too
     origin = time.perf_counter()
     for number in range(count):
         due = origin + number / rate_hz
@@ -190,7 +190,7 @@ def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
         if step.command is not None:
             c = step.command
             said = (c.command, c.gesture, c.probability, c.touch, c.frame)
-            command = Numbered(*said, number, number, number)
+            command = NumberedCommand(*said, number, number, number)
             data += encode(command, session=1, sequence=number & 0xFFFF, t_ms=number)
         os.write(into, data)
         times[number] = time.perf_counter_ns() - begin

@@ -27,7 +27,7 @@ from tetris.engine.events import Action
 from tetris.engine.game import Config, Game, Phase
 from tetris.window.palettes import PALETTES
 from tetris.window.settings import Settings
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
 SIZE = (1280, 720)
@@ -53,7 +53,7 @@ os._exit(0)
 def frames_ms(theme: str) -> list[float]:
     """Return the time of each frame of one game, milliseconds."""
     surface = pygame.display.set_mode(SIZE)
-    look = Look.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
+    look = ThemeChoice.chosen(Settings(theme=theme, patterns=theme == "safe", language="en"))
     view, game = GameView(surface.get_rect(), look=look), Game(5, Config(start_level=5))
     took_ms: list[float] = []
     next_s = 0.0

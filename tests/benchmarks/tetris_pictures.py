@@ -23,7 +23,7 @@ from tetris.window.app import App, Start
 from tetris.window.display import open_window
 from tetris.window.game_session import Session
 from tetris.window.palettes import PALETTES
-from tetris.window.saves import Shelf
+from tetris.window.saves import Saves
 from tetris.window.settings import Settings
 
 SIZE: Final = (1120, 720)
@@ -70,7 +70,7 @@ class Photographer:
 
 def play_some(data: Path) -> None:
     """Fill the shelf with games of the bots, so that lists have something in them."""
-    shelf = Shelf(data)
+    shelf = Saves(data)
     for mode, seeds in (("sprint", range(1, 7)), ("marathon", range(3))):
         for seed in seeds:
             session = Session(MODES[mode], seed, Settings())

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diagnostics import touch_checks
-from controller.protocol.messages import Contact, Truth
+from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.preprocess import Frame
 from controller.sensors.base import Geometry
 from controller.sensors.hardware.driver import Driver
-from controller.sensors.hardware.emulated.board import Bench, BenchModel
+from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring import Wiring
 from controller.simulator.presets import preset
@@ -62,14 +62,14 @@ class Wired:
         rng = np.random.default_rng([11, seed])
         self.rate_hz, self.turned, self.mirrored = rate_hz, turned, mirrored
         readout, parts = preset(name).electronics.readout, preset(name).electronics
-        model = BenchModel(
+        model = BoardModel(
             noise_lsb=readout.noise_lsb, mains=readout.mains, mains_hz=readout.mains_hz,
             finger_pf=readout.finger_pf,
         )  # fmt: skip
         self._rest = rng.normal(*parts.rest_pf, (ROWS, COLUMNS))
         broken = [WiringFault.parse(fault) for fault in faults]
         wiring = replace(Wiring(), pump=None)
-        self.bench = Bench(wiring, seed, model=model, faults=broken, picofarads=self._rest)
+        self.bench = EmulatedBoard(wiring, seed, model=model, faults=broken, picofarads=self._rest)
         self.board = self.bench.board
         if spoil is not None:
             chip = self.board.chip
@@ -104,7 +104,7 @@ class Wired:
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
         raise NotImplementedError
 
-    def truths(self) -> list[Truth]:
+    def truths(self) -> list[GroundTruth]:
         return []
 
     def label(self, t_s: float) -> str:

@@ -11,25 +11,25 @@ import zlib
 from collections.abc import Iterable
 
 from controller.protocol import codec
-from controller.protocol.auth import Seal
+from controller.protocol.auth import FrameAuthenticator
 from controller.protocol.messages import (
     VERSION,
-    Alive,
     Bye,
     Contact,
     Contacts,
     Grant,
+    GroundTruth,
     Heartbeat,
     Hello,
+    HostHeartbeat,
     Join,
     Message,
-    Numbered,
+    NumberedCommand,
     Offer,
     Perform,
     Refuse,
     State,
     Telemetry,
-    Truth,
     Welcome,
 )
 from controller.protocol.packets import MAX_FRAME, Decoder, Packet, encode
@@ -48,11 +48,11 @@ MESSAGES: tuple[Message, ...] = (
     Refuse("another host is there"),
     Bye("the host was closed"),
     Heartbeat(1000, 900, 5, 3, ("down",)),
-    Alive(1000, 900, 5, 3, 1),
-    Numbered("drop", "pinch", 0.9, (2.0, 1.5), 17, 4, 3, 900),
+    HostHeartbeat(1000, 900, 5, 3, 1),
+    NumberedCommand("drop", "pinch", 0.9, (2.0, 1.5), 17, 4, 3, 900),
     State(("down",)),
     Telemetry(3, bytes([128] * 25), (1.0, 0.0), (1.0, 2.0), "press", True, 10.0),
-    Truth(1, "press", 100, 600),
+    GroundTruth(1, "press", 100, 600),
     Contacts((Contact(1, 2.0, 2.0, 5.0, 6.0),)),
     Perform(2, "pinch", 2.0, 2.0),
     Grant(500),
@@ -81,7 +81,7 @@ def one(data: bytes) -> None:
     stream = _framed(choices) if how & 1 else choices.rest()
     whole, pieces = Decoder(), Decoder()
     if how & 2:
-        whole.seal, pieces.seal = Seal(_KEY, 0), Seal(_KEY, 0)
+        whole.seal, pieces.seal = FrameAuthenticator(_KEY, 0), FrameAuthenticator(_KEY, 0)
     packets = whole.feed(stream)
     found: list[Packet] = []
     for at in range(0, len(stream), step):

@@ -15,7 +15,7 @@ import host.targets as targets
 from controller.bundles import mapping_file
 from controller.errors import UserError
 from controller.keymap import keymap_file
-from controller.keymap.key_state import Pressed
+from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap, KeyMapError, Kind
 from controller.recognition.users import Users
 
@@ -96,7 +96,7 @@ def _is_sentence(words: str) -> None:
 
 def _play(key_map: KeyMap) -> None:
     """Give every command in every profile, and look at what is pressed."""
-    pressed, now_s = Pressed(key_map), 0.0
+    pressed, now_s = KeyState(key_map), 0.0
     for profile in key_map.profiles:
         pressed.switch(profile)
         pressed.arm("to try it")

@@ -13,21 +13,27 @@ from collections.abc import Iterable
 from typing import Final
 
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
-from controller.protocol.host_session import Delivered, HostSession, Missed, Past, Received
+from controller.protocol.host_session import (
+    Delivered,
+    HostSession,
+    Missed,
+    Received,
+    SessionHistory,
+)
 from controller.protocol.messages import (
     Bye,
     Command,
     Contacts,
     Grant,
+    GroundTruth,
     Message,
     Perform,
     State,
     Telemetry,
-    Truth,
     Welcome,
 )
 from controller.protocol.packets import MAX_FRAME, encode
-from controller.protocol.retransmit import Outbox
+from controller.protocol.retransmit import RetransmitQueue
 
 from .choices import Choices
 from .decoder import MESSAGES
@@ -56,12 +62,12 @@ class Story:
         self._now_ms = 1000
         self._drawn = 0  # nonces
         self._boots = 0
-        self._outbox = Outbox()
+        self._outbox = RetransmitQueue()
         self._welcome = _WELCOME
         self._device = DeviceSession(
             self._welcome, key=self._key, outbox=self._outbox, draw=self._draw
         )
-        self._past = Past(host_nonce=5)
+        self._past = SessionHistory(host_nonce=5)
         self._host = self._new_host(1, granted=False)
         self._lost = b""  # what was taken from the wire last, in either direction
         self.given = self.taken = self.missed = 0
@@ -159,7 +165,7 @@ class Story:
 
     def _restart(self, choices: Choices) -> None:
         self._boots += 1
-        self._outbox = Outbox()
+        self._outbox = RetransmitQueue()
         self._welcome = dataclasses.replace(_WELCOME, boot_nonce=1000 + self._boots)
         self._device = DeviceSession(
             self._welcome,
@@ -195,7 +201,7 @@ _HAPPENINGS: Final = (
 )  # fmt: skip
 _OF_HOST: Final = tuple(m for m in MESSAGES if isinstance(m, Contacts | Perform | Grant | Bye))
 _OF_DEVICE: Final[tuple[Message, ...]] = (
-    *(m for m in MESSAGES if isinstance(m, State | Telemetry | Truth)),
+    *(m for m in MESSAGES if isinstance(m, State | Telemetry | GroundTruth)),
     State(()),
 )
 

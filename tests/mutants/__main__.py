@@ -103,6 +103,12 @@ def stale(reasons: dict[Key, str], found: dict[str, list[Mutation]]) -> list[Key
     return [key for key in reasons if key[0] in found and key not in known]
 
 
+def test_file(name: str) -> str:
+    """Return the path of a test file of `related.toml`: "a/b" is tests/a/test_b.py."""
+    folder, _, module = name.rpartition("/")
+    return f"tests/{folder}/test_{module}.py"
+
+
 def run(
     drawn: list[Mutation],
     tests_of: dict[str, list[str]],
@@ -119,7 +125,7 @@ def run(
             if why := reasons.get(_key(mutation)):
                 verdict = f"equivalent: {why}"
             elif not verdict.startswith("caught"):
-                tests = [f"tests/test_{name}.py" for name in tests_of[mutation.file]]
+                tests = [test_file(name) for name in tests_of[mutation.file]]
                 if mutation.file not in clean_s:
                     clean_s[mutation.file] = _clean_s(tree, tests)
                 verdict = judge(tree, mutation, tests, clean_s[mutation.file] * SLOWER + GRACE_S)

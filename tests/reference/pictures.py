@@ -15,7 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
 from controller.simulator import membrane, paper_model
-from controller.simulator.contact import ContactModel, Fingers, Grip, Skin
+from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import simulate
 
@@ -32,7 +32,7 @@ VOLUME = float(-np.trapezoid(np.pi * INFLATED.radius**2, INFLATED.height))
 DEPTHS_MM = np.linspace(0.0, 12.0, 49)
 
 
-def grip(z: Complex, depth_mm: float, drag_mm: Complex) -> Grip:
+def grip(z: Complex, depth_mm: float, drag_mm: Complex) -> FingerGroup:
     """Fingers of 7 mm on the unit disc."""
     depth, radius = np.full((2, 1, len(z)), [[[depth_mm]], [[7.0]]])
     return SKIN.grips(Fingers(z[None], depth, radius, drag_mm[None]))[0]

@@ -7,7 +7,7 @@ from matplotlib.colors import Colormap
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from controller.simulator.contact import Grip, Skin
+from controller.simulator.contact import FingerGroup, Skin
 from controller.simulator.membrane import RADIUS_MM, Membrane
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ _SKIN = np.array([0.925, 0.935, 0.955])
 class View:
     """The dome under one grip, seen from the front and above; mm on the page."""
 
-    def __init__(self, membrane: Membrane, skin: Skin, grip: Grip) -> None:
+    def __init__(self, membrane: Membrane, skin: Skin, grip: FingerGroup) -> None:
         self._membrane, self._skin, self._grip = membrane, skin, grip
 
     def space(self, z: Complex, lift: float = 0.0) -> Array:

@@ -33,9 +33,14 @@ PATIENCE_S: Final = "300"  # with a program that takes seconds on the machine it
 ROOT: Final = Path(__file__).parents[2]
 # The device's rooms. What opens windows or needs SciPy is another machine's part.
 TESTS: Final = """
-    bundle debounce engines graph journal labelling labelling_cues links loop mapping median
-    pipeline preprocess protocol recorder recording recovery shelf start tape touch_image
-    vocabulary controller_cli
+    controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
+    controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
+    controller/capture/cues controller/links/links controller/runtime/loop
+    controller/recognition/mapping controller/median controller/recognition/pipeline
+    controller/recognition/preprocess controller/protocol/messages controller/recordings/recorder
+    controller/recordings/recording controller/recordings/recovery controller/bundles/store
+    controller/start controller/capture/session_recorder controller/recognition/touch_position
+    controller/bundles/vocabulary controller/cli/run
 """
 ANSWERS: Final = """
 import sys
@@ -172,7 +177,9 @@ def main() -> int:
     """Compare, then run the tests; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m tests.system.arm64")
     parser.add_argument("tests", nargs="*", help="files of tests (default: the device's)")
-    chosen = parser.parse_args().tests or [f"tests/test_{name}.py" for name in TESTS.split()]
+    chosen = parser.parse_args().tests or [
+        "tests/{}/test_{}.py".format(*name.rsplit("/", 1)) for name in TESTS.split()
+    ]
     try:
         program = python()
     except MissingError as error:

@@ -11,7 +11,7 @@ from tetris.engine.board import Board, full_rows, without_rows
 from tetris.engine.events import Action
 from tetris.engine.moves import TABLES, lowered, rows_to_fall
 from tetris.engine.pieces import COLUMNS, KINDS, STRIDE, Kind, Piece
-from tetris.engine.randomizer import Dealer
+from tetris.engine.randomizer import Randomizer
 from tetris.engine.rules import Config
 
 # Members by their bare names: looking them up in their class takes longer than a shift.
@@ -72,7 +72,7 @@ class Kernel:
 
     def __init__(self, seed: int, config: Config = _STANDARD) -> None:
         """Begin a game; of the rules, those count that have nothing to do with time."""
-        self._dealer = Dealer(seed, config.randomiser)
+        self._dealer = Randomizer(seed, config.randomiser)
         self._columns, self._rows = config.columns, config.rows
         self._entrances = {
             kind: Piece.entering(kind, config.columns, config.rows) for kind in KINDS

@@ -15,7 +15,7 @@ from tetris.engine import events as happened
 from tetris.engine import moves, scoring
 from tetris.engine.board import Board
 from tetris.engine.events import Action, Event, Finish, GravityCap, Input, TopOut
-from tetris.engine.gravity import Falling
+from tetris.engine.gravity import GravityGame
 from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config, Phase
 from tetris.engine.state import NS, Snapshot
@@ -39,7 +39,7 @@ _ROTATE_CW, _ROTATE_CCW, _HOLD = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOL
 _RUNNING: Final = Phase.RUNNING
 
 
-class Game(Falling):
+class Game(GravityGame):
     """One game after another on one board; `State` has what can be seen of it."""
 
     def __init__(self, seed: int, config: Config | None = None) -> None:

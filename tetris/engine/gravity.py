@@ -16,7 +16,7 @@ _DOWN, _HOLD = Action.DOWN, Action.HOLD
 _ROTATE_CW, _ROTATE_CCW = Action.ROTATE_CW, Action.ROTATE_CCW
 
 
-class Falling(State):
+class GravityGame(State):
     """A game to which time is given, and no inputs."""
 
     def _begin(self) -> None:

@@ -7,7 +7,7 @@ from tetris.engine.pieces import KINDS, Kind
 from tetris.engine.rules import Randomiser
 
 
-class Dealer:
+class Randomizer:
     """Deals pieces from a seed.
 
     Attributes:

@@ -9,7 +9,7 @@ from tetris.engine import moves, scoring
 from tetris.engine.board import Board
 from tetris.engine.events import Action, Event, Finish, TopOut
 from tetris.engine.pieces import KINDS, Kind, Piece
-from tetris.engine.randomizer import Dealer
+from tetris.engine.randomizer import Randomizer
 from tetris.engine.rules import Config, Phase, seconds_per_row
 
 NS: Final = 1_000_000_000
@@ -113,7 +113,7 @@ class State:
         self.config: Final = config
         self.gravity_cap = config.gravity_cap
         self.in_play = self.can_hold = False
-        self._dealer = Dealer(seed, config.randomiser)
+        self._dealer = Randomizer(seed, config.randomiser)
         self._queue: deque[Kind] = deque()
         self._events: list[Event] = []
         self._past: Snapshot | None = None

@@ -84,7 +84,7 @@ _KEYS: Final[Mapping[Ranking, Callable[[Entry], float]]] = {
 }
 
 
-class Records:
+class HighScores:
     """The best lists and totals of one player.
 
     Attributes:

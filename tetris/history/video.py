@@ -21,11 +21,11 @@ _ROUND_AND_ROUND: Final = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 _MP4_CRF: Final = "20"  # x264's quality: smaller is better, 18 to 24 is usual
 
 
-class FilmError(RuntimeError):
+class VideoError(RuntimeError):
     """A film cannot be made; the message is one sentence."""
 
 
-class Film(Protocol):
+class Video(Protocol):
     """A film that is being written."""
 
     def add(self, picture: Picture) -> None:
@@ -35,7 +35,7 @@ class Film(Protocol):
         """Write what is left; the file is complete afterwards."""
 
 
-class FilmFile:
+class VideoFile:
     """A film beside its place; it comes there when it is complete, and else leaves nothing."""
 
     def __init__(self, path: Path, size: Size, rate_hz: int, sample: Sequence[Picture]) -> None:
@@ -55,13 +55,13 @@ class FilmFile:
         self._path = path
         self._beside = path.with_name(f".{path.stem}.part{path.suffix}")
         suffix = path.suffix.lower()
-        self._film: Film
+        self._film: Video
         if suffix == ".gif":
             self._film = _Gif(self._beside, size, rate_hz, sample)
         elif suffix == ".mp4":
             self._film = _Mp4(self._beside, size, rate_hz)
         else:
-            raise FilmError(f"a film is a .gif or a .mp4 file, not {path.name}")
+            raise VideoError(f"a film is a .gif or a .mp4 file, not {path.name}")
 
     def add(self, picture: Picture) -> None:
         """Add a picture."""
@@ -163,7 +163,7 @@ class _Mp4:
         self._container.close()
 
 
-def _missing(kind: str, library: str) -> FilmError:
-    return FilmError(
+def _missing(kind: str, library: str) -> VideoError:
+    return VideoError(
         f"{library}, which writes {kind} films, is not installed; pip install 'orbtouch[film]'"
     )

@@ -11,9 +11,9 @@ from tetris.files import config_folder, data_folder
 from tetris.window import settings as settings_file
 from tetris.window.bot_player import BotPlayer
 from tetris.window.display import open_window, set_fullscreen
-from tetris.window.saves import Shelf
-from tetris.window.screen_flow import Flow, Start
-from tetris.window.screen_stack import Stage
+from tetris.window.saves import Saves
+from tetris.window.screen_flow import ScreenFlow, Start
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.settings import Settings, stepped
 
 __all__ = ["App", "BotPlayer", "Start", "play"]
@@ -74,9 +74,9 @@ class App:
             settings, notice = settings_file.load(config / settings_file.FILE_NAME)
         self._surface = surface
         self._size = surface.get_size()
-        self.stage = Stage(settings, config, surface.get_rect())
+        self.stage = ScreenStack(settings, config, surface.get_rect())
         self.stage.notice = notice
-        self._flow = Flow(self.stage, Shelf(data))
+        self._flow = ScreenFlow(self.stage, Saves(data))
         self._fullscreen = False
         self._settled_s = 0.0  # when the window has come to rest after filling the screen
         self.stage.pads.start()

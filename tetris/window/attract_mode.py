@@ -6,7 +6,7 @@ import pygame
 
 from tetris.engine.game import Config, Game
 from tetris.window.bot_player import BotPlayer
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
 _ACTION_S: Final = 0.22  # the bot's pace
@@ -14,7 +14,7 @@ _LONGEST_S: Final = 0.1  # time that one frame may bring; it stands still while 
 _SEED: Final = 7
 
 
-class Attract:
+class AttractMode:
     """The bot's game and its picture."""
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Attract:
         self._bot = BotPlayer(_ACTION_S)
         self._view: GameView | None = None
         self._area = pygame.Rect(0, 0, 0, 0)
-        self._look: Look | None = None
+        self._look: ThemeChoice | None = None
         self._time_s = self._seen_s = 0.0
 
     def tick(self, time_s: float) -> None:
@@ -34,7 +34,7 @@ class Attract:
         if self._view:
             self._view.show(events)
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: Look) -> None:
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
         """Draw the game into an area."""
         if self._view is None or self._look is not look or self._area != area:
             self._view = GameView(area, look=look, hints={})

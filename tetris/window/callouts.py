@@ -10,7 +10,7 @@ from tetris.engine.events import Event
 from tetris.window import theme
 from tetris.window.layout import Layout
 from tetris.window.theme import Colour
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 _LASTS_S: Final = 1.8
 _POP_S: Final = 0.12  # the words come in a little from below
@@ -22,7 +22,7 @@ Line = tuple[str, Colour]
 class Callouts:
     """The latest words; new ones take their place."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._lines: list[Line] = []
         self._since_s = 0.0
@@ -74,7 +74,7 @@ class Callouts:
         return picture
 
 
-def praise(event: happened.Locked, look: Look) -> list[Line]:
+def praise(event: happened.Locked, look: ThemeChoice) -> list[Line]:
     """Return the lines to say about a lock, the greatest first, each with its colour."""
     clear, palette, words = event.clear, look.palette, look.words
     lines: list[Line] = []

@@ -12,7 +12,7 @@ from tetris.window import theme
 from tetris.window.layout import Layout
 from tetris.window.sparks import Sparks
 from tetris.window.theme import Colour
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
@@ -27,7 +27,7 @@ _MOST: Final = 24  # effects alive at once; a fast player would pile them up
 class Effects:
     """The effects alive at present; each is begun by an event and dies of age."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._alive: list[Effect] = []
         self._thump_s: float | None = None
@@ -117,7 +117,7 @@ class _Flash(Effect):
 class _Trail(Effect):
     """Light above a piece that was dropped, brightest where it came to rest."""
 
-    def __init__(self, event: happened.Dropped, cell: int, look: Look) -> None:
+    def __init__(self, event: happened.Dropped, cell: int, look: ThemeChoice) -> None:
         super().__init__(event.time_s, _TRAIL_S)
         colour = theme.mix(look.tiles.colour(event.piece.kind), look.palette.flash, 0.35)
         height = event.rows * cell
@@ -138,7 +138,7 @@ class _Trail(Effect):
 class _Rows(Effect):
     """A band of light where rows were cleared, closing like an eye."""
 
-    def __init__(self, event: happened.Locked, look: Look) -> None:
+    def __init__(self, event: happened.Locked, look: ThemeChoice) -> None:
         super().__init__(event.time_s, _CLEAR_S)
         self._rows = event.rows
         self._flash, self._moves = look.palette.flash, look.motion
@@ -159,7 +159,7 @@ class _Burst(Effect):
     """Sparks in the colours of the rows that were cleared."""
 
     def __init__(
-        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: Look
+        self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: ThemeChoice
     ) -> None:
         super().__init__(event.time_s, _SPARKS_S)
         placed = dict.fromkeys(event.piece.cells, event.piece.kind)

@@ -36,7 +36,7 @@ _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
 
 
-class Due(NamedTuple):
+class DueAction(NamedTuple):
     """An action that is due.
 
     Attributes:
@@ -78,7 +78,7 @@ class Keys:
             raise ValueError(f"DAS {das_s} s and ARR {arr_s} s must be 0 or above")
         self._bindings = bindings
         self._das_s, self._arr_s, self._drop_guard = das_s, arr_s, drop_guard
-        self._due: list[Due] = []
+        self._due: list[DueAction] = []
         self._held: dict[Code, Action] = {}  # the latest press last
         self._repeat_at_s = 0.0
 
@@ -101,7 +101,7 @@ class Keys:
         guarded = self._drop_guard and action is Action.HARD_DROP and self._ruling() is not None
         self._held[key] = action
         if not guarded:
-            self._due.append(Due(time_s, action, held=self.held))
+            self._due.append(DueAction(time_s, action, held=self.held))
         if action in _SHIFTS:
             self._repeat_at_s = time_s + self._das_s
 
@@ -122,7 +122,7 @@ class Keys:
         """Return the actions since the last call, repeats included, oldest first."""
         return [due.action for due in self.due(time_s)]
 
-    def due(self, time_s: float) -> list[Due]:
+    def due(self, time_s: float) -> list[DueAction]:
         """Return the same, each with the moment at which it was due."""
         self._repeat(time_s)
         due, self._due = self._due, []
@@ -137,8 +137,8 @@ class Keys:
             return
         held = self.held
         if self._arr_s == 0:
-            self._due += [Due(time_s, ruling, True, held)] * _AT_ONCE
+            self._due += [DueAction(time_s, ruling, True, held)] * _AT_ONCE
             return
         while self._repeat_at_s <= time_s:
-            self._due.append(Due(self._repeat_at_s, ruling, True, held))
+            self._due.append(DueAction(self._repeat_at_s, ruling, True, held))
             self._repeat_at_s += self._arr_s

@@ -7,7 +7,7 @@ present language.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tetris.window.menu_navigation import Nav
+from tetris.window.menu_navigation import MenuStep
 
 Step = Callable[[int], None]
 
@@ -71,22 +71,22 @@ class Cursor:
     def __init__(self) -> None:
         self.selected = 0
 
-    def move(self, menu: Menu, nav: Nav) -> bool:
+    def move(self, menu: Menu, nav: MenuStep) -> bool:
         """Carry out a step other than BACK; return whether anything came of it."""
         count = len(menu.items)
         self.selected = min(self.selected, count - 1)
         item = menu.items[self.selected]
         match nav:
-            case Nav.UP | Nav.DOWN:
-                self.selected = (self.selected + (1 if nav is Nav.DOWN else -1)) % count
+            case MenuStep.UP | MenuStep.DOWN:
+                self.selected = (self.selected + (1 if nav is MenuStep.DOWN else -1)) % count
                 return True
-            case Nav.LEFT | Nav.RIGHT if item.step:
-                item.step(1 if nav is Nav.RIGHT else -1)
+            case MenuStep.LEFT | MenuStep.RIGHT if item.step:
+                item.step(1 if nav is MenuStep.RIGHT else -1)
                 return True
-            case Nav.CONFIRM if item.do:
+            case MenuStep.CONFIRM if item.do:
                 item.do()
                 return True
-            case Nav.CONFIRM if item.step:
+            case MenuStep.CONFIRM if item.step:
                 item.step(1)
                 return True
         return False

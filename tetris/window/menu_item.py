@@ -6,7 +6,7 @@ import pygame
 
 from tetris.window import theme
 from tetris.window.menu import Item
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 # All in design units: a window 720 high has as many.
 _LETTERS: Final = 30
@@ -21,7 +21,12 @@ _MOST: Final = 0.56  # of a line, for its value
 
 
 def draw_item(
-    surface: pygame.Surface, line: pygame.Rect, item: Item, chosen: bool, look: Look, unit: float
+    surface: pygame.Surface,
+    line: pygame.Rect,
+    item: Item,
+    chosen: bool,
+    look: ThemeChoice,
+    unit: float,
 ) -> None:
     """Draw an item into its line.
 
@@ -50,7 +55,12 @@ def draw_item(
 
 
 def _draw_value(
-    surface: pygame.Surface, place: pygame.Rect, item: Item, chosen: bool, look: Look, unit: float
+    surface: pygame.Surface,
+    place: pygame.Rect,
+    item: Item,
+    chosen: bool,
+    look: ThemeChoice,
+    unit: float,
 ) -> int:
     """Draw an item's value at the right end of its place; return where it begins."""
     accent, right = look.palette.accent, place.right
@@ -81,7 +91,7 @@ def _draw_caps(
     end: tuple[int, int],
     caps: tuple[str, ...],
     colour: theme.Colour,
-    look: Look,
+    look: ThemeChoice,
     unit: float,
 ) -> int:
     """Draw keycaps side by side that end at a point; return where they begin."""
@@ -104,7 +114,7 @@ def _draw_bar(
     end: tuple[int, int],
     share: float,
     chosen: bool,
-    look: Look,
+    look: ThemeChoice,
     unit: float,
 ) -> int:
     """Draw a bar that ends near a point; return where it begins."""

@@ -8,7 +8,7 @@ import pygame
 from tetris.window import theme
 from tetris.window.menu import Menu, Row
 from tetris.window.menu_item import draw_item
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 # All in design units: a window 720 high has as many.
 _TITLE: Final = 58
@@ -36,7 +36,7 @@ class MenuView:
         spots: Where the items were drawn last, for the mouse.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: ThemeChoice) -> None:
         self._look = look
         self._first = 0  # the uppermost item, when not all have room
         self.spots: list[Spot] = []

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tetris.engine.game import Finish, Phase
-from tetris.history.high_scores import Entry, Records
+from tetris.history.high_scores import Entry, HighScores
 from tetris.history.replay_file import SUFFIX, ReplayError, save
 from tetris.window.game_session import Session
 
@@ -19,7 +19,7 @@ _LEAST_PIECES: Final = 10  # of a game that was left, for its replay to be kept
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class SavedGame:
     """What became of a game.
 
     Attributes:
@@ -31,25 +31,25 @@ class Kept:
     notice: str = ""
 
 
-class Shelf:
+class Saves:
     """The player's games."""
 
     def __init__(self, folder: Path | None) -> None:
         """Keep them in a folder; None keeps nothing."""
         self._folder = folder
-        self._records = None if folder is None else Records(folder)
+        self._records = None if folder is None else HighScores(folder)
 
-    def keep(self, session: Session) -> Kept:
+    def keep(self, session: Session) -> SavedGame:
         """Put a game on the shelf that is over; or one that was left, as far as it went.
 
         A game that was left has no place, unless it is of a mode that has no end of its own.
         """
         game, mode = session.game, session.mode
         if self._folder is None or self._records is None:
-            return Kept()
+            return SavedGame()
         over = game.phase is Phase.OVER
         if not over and game.pieces_placed < _LEAST_PIECES:
-            return Kept()
+            return SavedGame()
         path = _free(self._folder / _FOLDER, mode.name, SUFFIX)
         notice = ""
         try:
@@ -60,7 +60,7 @@ class Shelf:
         except ReplayError as error:
             notice = str(error)
         if not session.ranked or not (over or not game.config.gravity):
-            return Kept(notice=notice)
+            return SavedGame(notice=notice)
         place = self._records.add(
             mode,
             session.summary,
@@ -69,7 +69,7 @@ class Shelf:
             date=f"{datetime.now():%Y-%m-%d %H:%M}",
             replay="" if notice else path.name,
         )
-        return Kept(place, notice or self._records.trouble)
+        return SavedGame(place, notice or self._records.trouble)
 
     def best(self, mode: str) -> tuple[Entry, ...]:
         """Return a mode's best games, the best first."""

@@ -4,10 +4,10 @@ import pygame
 
 from tetris.window import theme
 from tetris.window.layout import Layout
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 
-def draw_scenery(layout: Layout, look: Look) -> pygame.Surface:
+def draw_scenery(layout: Layout, look: ThemeChoice) -> pygame.Surface:
     """Return a picture of the layout's area."""
     palette, cell = look.palette, layout.cell
     scenery = pygame.Surface(layout.area.size)
@@ -35,13 +35,15 @@ def slot(layout: Layout, place: int) -> int:
     return layout.next.top + round((2.65 + 2.75 * place) * layout.cell)
 
 
-def draw_card(surface: pygame.Surface, card: pygame.Rect, radius: int, look: Look) -> None:
+def draw_card(surface: pygame.Surface, card: pygame.Rect, radius: int, look: ThemeChoice) -> None:
     """Draw a card's face and edge."""
     pygame.draw.rect(surface, look.palette.surface, card, border_radius=radius)
     pygame.draw.rect(surface, look.palette.line, card, 1, border_radius=radius)
 
 
-def _draw_well(scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look: Look) -> None:
+def _draw_well(
+    scenery: pygame.Surface, well: pygame.Rect, layout: Layout, look: ThemeChoice
+) -> None:
     palette, cell = look.palette, layout.cell
     frame = max(2, cell // 12)
     outer = well.inflate(2 * frame, 2 * frame)

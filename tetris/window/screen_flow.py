@@ -12,11 +12,11 @@ from tetris.engine.modes import MODES, Mode
 from tetris.engine.pieces import Piece
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.bot_player import BotPlayer
 from tetris.window.game_session import Session
-from tetris.window.saves import Shelf
-from tetris.window.screen_stack import Stage
+from tetris.window.saves import Saves
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.lists import best_screen, replays_screen
 from tetris.window.screens.over_screen import over_screen
 from tetris.window.screens.pages import open_settings
@@ -49,18 +49,20 @@ class Start:
     replay: Path | None = None
 
 
-class Flow:
+class ScreenFlow:
     """Leads from screen to screen.
 
     Attributes:
         game: The game played last; None before the first.
     """
 
-    def __init__(self, stage: Stage, shelf: Shelf, seed: Callable[[], int] | None = None) -> None:
+    def __init__(
+        self, stage: ScreenStack, shelf: Saves, seed: Callable[[], int] | None = None
+    ) -> None:
         """Lead over a stage; finished games go on a shelf, `seed` chooses the next one."""
         self._stage, self._shelf = stage, shelf
         self._seed = seed or partial(secrets.randbelow, _LAST_SEED + 1)
-        self._attract = Attract()
+        self._attract = AttractMode()
         self.game: Game | None = None
 
     def begin(self, start: Start) -> None:

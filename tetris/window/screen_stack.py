@@ -9,13 +9,13 @@ from tetris.window.pads import Pads
 from tetris.window.screens.screen import Screen
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 _HEIGHT = 720  # design units of the window's height
 _WIDTH = 860  # and the least of its width
 
 
-class Stage:
+class ScreenStack:
     """Holds the screens, the uppermost of which is seen and heard.
 
     Attributes:
@@ -37,7 +37,7 @@ class Stage:
             area: The window.
         """
         self.settings = settings
-        self.look = Look.chosen(settings)
+        self.look = ThemeChoice.chosen(settings)
         self.sounds = Sounds()
         self.sounds.set_volumes(settings)
         self.pads = Pads()
@@ -90,7 +90,7 @@ class Stage:
             self.notice = settings_file.save(self._folder / settings_file.FILE_NAME, settings)
         self.sounds.set_volumes(settings)
         if _seen(before) != _seen(settings):
-            self.look = Look.chosen(settings)
+            self.look = ThemeChoice.chosen(settings)
             self._refresh()
 
     def _refresh(self) -> None:

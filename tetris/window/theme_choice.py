@@ -10,7 +10,7 @@ from tetris.window.tiles import Tiles
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class ThemeChoice:
     """What every picture is drawn with.
 
     Attributes:
@@ -30,7 +30,7 @@ class Look:
     grid: bool = True
 
     @classmethod
-    def chosen(cls, settings: Settings) -> "Look":
+    def chosen(cls, settings: Settings) -> "ThemeChoice":
         """Return the look that the settings ask for; an unknown theme is the first."""
         palette = PALETTES.get(settings.theme, DARK)
         return cls(

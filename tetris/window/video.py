@@ -9,8 +9,8 @@ import pygame
 
 from tetris.engine.game import Phase
 from tetris.history.replay import Player, Replay
-from tetris.history.video import FilmFile, Picture, Size
-from tetris.window.theme_choice import Look
+from tetris.history.video import Picture, Size, VideoFile
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
 SIZE: Final[Size] = (640, 576)  # pixels
@@ -27,7 +27,7 @@ def export(
     *,
     size: Size = SIZE,
     speed: float = 1.0,
-    look: Look | None = None,
+    look: ThemeChoice | None = None,
 ) -> Iterator[float]:
     """Save a replay as a film, and yield the share that is done, 0 to 1, picture by picture.
 
@@ -52,7 +52,7 @@ def export(
     view.show(player.first_events)
     end_s = player.end_s + _REST_S * speed
     time_s = player.start_s
-    with FilmFile(path, size, rate_hz, sample) as film:
+    with VideoFile(path, size, rate_hz, sample) as film:
         while time_s <= end_s:
             view.show(player.advance(time_s))
             if player.game.phase is Phase.PAUSED and not player.at_end:

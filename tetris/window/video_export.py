@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Final
 
 from tetris.history.replay import Replay
-from tetris.history.video import FilmError
-from tetris.window.theme_choice import Look
+from tetris.history.video import VideoError
+from tetris.window.theme_choice import ThemeChoice
 from tetris.window.video import export
 
 _STEPS: Final = 2  # pictures a frame, about 10 ms each
 
 
-class Filming:
+class VideoExport:
     """One film.
 
     Attributes:
@@ -21,7 +21,7 @@ class Filming:
         trouble: A sentence if it cannot be made, "" when all is well.
     """
 
-    def __init__(self, replay: Replay, path: Path, look: Look) -> None:
+    def __init__(self, replay: Replay, path: Path, look: ThemeChoice) -> None:
         """Begin a film of a replay."""
         self.path, self.share, self.trouble = path, 0.0, ""
         self._steps: Iterator[float] | None = export(replay, path, look=look)
@@ -41,5 +41,5 @@ class Filming:
                     self.share = next(self._steps)
         except StopIteration:
             self.share, self._steps = 1.0, None
-        except (FilmError, OSError) as error:
+        except (VideoError, OSError) as error:
             self.trouble, self._steps = str(error), None

@@ -15,7 +15,7 @@ from tetris.window.effects import Effects
 from tetris.window.figures import Figure, figures_of
 from tetris.window.layout import Layout
 from tetris.window.scenery import draw_scenery, slot
-from tetris.window.theme_choice import Look
+from tetris.window.theme_choice import ThemeChoice
 
 KEYBOARD_HINTS: Final[Mapping[Phase, str]] = {
     Phase.PAUSED: "P to go on",
@@ -46,11 +46,11 @@ class GameView:
         area: pygame.Rect,
         *,
         hints: Mapping[Phase, str] = KEYBOARD_HINTS,
-        look: Look | None = None,
+        look: ThemeChoice | None = None,
     ) -> None:
         """Draw into an area; hints say what to do when the game pauses or is over."""
         self._hints = hints
-        self._look = look or Look()
+        self._look = look or ThemeChoice()
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last

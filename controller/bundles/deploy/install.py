@@ -10,7 +10,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.deploy.record_words import about, called, sensor
-from controller.bundles.deploy.store import Entry, Shelf, name_of
+from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.console import TROUBLE, complain, printable, run
 from controller.errors import reason
 from controller.protocol import codec, messages, packets
@@ -41,7 +41,7 @@ def _install(argv: Sequence[str]) -> int:
     )
     options = grammar.parse_args(argv)
     try:
-        told = install(options.file, Shelf(), other_sensor=options.other_sensor, tell=_tell)
+        told = install(options.file, BundleStore(), other_sensor=options.other_sensor, tell=_tell)
     except TooSlowError as error:
         return complain("controller", error, TROUBLE)
     except OSError as error:
@@ -56,7 +56,7 @@ def _tell(line: str) -> None:
 
 def install(
     path: Path,
-    shelf: Shelf,
+    shelf: BundleStore,
     *,
     other_sensor: bool,
     tell: Callable[[str], object],
@@ -92,7 +92,7 @@ def install(
     data = path.read_bytes()
     if hashlib.sha256(data).hexdigest() != fresh.hash:
         raise BundleError(f"{path} has changed while it was proved; install it once more")
-    entry = Entry(name_of(fresh), best.engine, best.step_us, _now(), corrects)
+    entry = StoredBundle(name_of(fresh), best.engine, best.step_us, _now(), corrects)
     record = shelf.install(data, entry)
     back = called(record.previous)
     back = back and f"; `controller rollback` goes back to {back}"
@@ -135,7 +135,7 @@ def check_packets(fresh: Bundle) -> None:
         raise BundleError(f"{error}; use fewer or shorter labels and commands") from None
 
 
-def _timed(proof: selftest.Proof) -> str:
+def _timed(proof: selftest.SelfTestResult) -> str:
     worst = f"{proof.worst_us:.0f} µs at most in 99 of 100"
     return f"{proof.step_us:6.0f} µs a step, {worst}; {proof.start_ms:.0f} ms to start"
 

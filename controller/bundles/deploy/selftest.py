@@ -31,7 +31,7 @@ ALIKE: Final = 1.1  # steps that differ by less are equally fast; then a short s
 
 
 @dataclass(frozen=True, slots=True)
-class Proof:
+class SelfTestResult:
     """What one engine showed.
 
     Attributes:
@@ -50,7 +50,7 @@ class Proof:
     start_ms: float = 0.0
 
 
-def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
+def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResult]:
     """Return what every engine shows with a bundle, the one to use first.
 
     That is the fastest, or, of those that are as fast, the one that starts soonest.
@@ -68,14 +68,14 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[Proof]:
         raise BundleError("; ".join(dict.fromkeys(proof.problem for proof in proofs)))
     enough_us = ALIKE * min(proof.step_us for proof in usable)
 
-    def rank(proof: Proof) -> tuple[bool, float]:
+    def rank(proof: SelfTestResult) -> tuple[bool, float]:
         fast = proof.step_us <= enough_us
         return not fast, proof.start_ms if fast else proof.step_us
 
     return sorted(usable, key=rank) + [proof for proof in proofs if proof.problem]
 
 
-def _better(one: Proof, other: Proof) -> Proof:
+def _better(one: SelfTestResult, other: SelfTestResult) -> SelfTestResult:
     """Return what two runs of an engine showed at their best; the first one's if one failed."""
     if other.problem:
         return one
@@ -83,7 +83,7 @@ def _better(one: Proof, other: Proof) -> Proof:
     return replace(fast, start_ms=min(one.start_ms, other.start_ms))
 
 
-def _in_a_process(path: Path, engine: str) -> Proof:
+def _in_a_process(path: Path, engine: str) -> SelfTestResult:
     command = [
         sys.executable,
         "-m",
@@ -93,11 +93,13 @@ def _in_a_process(path: Path, engine: str) -> Proof:
     ]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
-        return Proof(**json.loads(done.stdout.splitlines()[-1]))
+        return SelfTestResult(**json.loads(done.stdout.splitlines()[-1]))
     except subprocess.TimeoutExpired:
-        return Proof(engine, problem=f"{engine} did not answer within {DEADLINE_S:g} s")
+        return SelfTestResult(engine, problem=f"{engine} did not answer within {DEADLINE_S:g} s")
     except (IndexError, ValueError, TypeError):
-        return Proof(engine, problem=f"{engine} ended with status {done.returncode} on this device")
+        return SelfTestResult(
+            engine, problem=f"{engine} ended with status {done.returncode} on this device"
+        )
 
 
 def measure(
@@ -105,7 +107,7 @@ def measure(
     engine: str,
     clock_ns: Callable[[], int] = time.perf_counter_ns,
     spent_s: Callable[[], float] = time.process_time,
-) -> Proof:
+) -> SelfTestResult:
     """Prove a bundle with one engine in this process, and time its control step.
 
     Args:
@@ -117,7 +119,9 @@ def measure(
     try:
         pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
     except BundleError as error:
-        return Proof(engine, problem=one_line(str(error)))  # it may hold names out of the networks
+        return SelfTestResult(
+            engine, problem=one_line(str(error))
+        )  # it may hold names out of the networks
     start_ms = round(1000.0 * spent_s(), 1)
     rest = np.full((bundle.rows, bundle.columns), 40.0)
     if bundle.preprocess.normalise == "difference":
@@ -140,7 +144,7 @@ def measure(
         pipeline.look()  # when the gesture is out
     blocks = times[STEPS:].reshape(BLOCKS, STEPS) / 1000.0
     p50, p99 = np.percentile(blocks, [50, 99], axis=1).min(axis=1)
-    return Proof(engine, round(float(p50), 1), round(float(p99), 1), start_ms=start_ms)
+    return SelfTestResult(engine, round(float(p50), 1), round(float(p99), 1), start_ms=start_ms)
 
 
 if __name__ == "__main__":

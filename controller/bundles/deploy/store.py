@@ -34,7 +34,7 @@ _MAX_MESSAGE: Final = 200  # characters of what is wrong with it
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class StoredBundle:
     """One bundle on the shelf.
 
     Attributes:
@@ -53,7 +53,7 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class InstalledRecord:
     """What `installed.toml` says.
 
     Attributes:
@@ -64,14 +64,14 @@ class Record:
 
     current: str = ""
     previous: str | None = None
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[StoredBundle, ...] = ()
 
-    def entry(self, name: str) -> Entry | None:
+    def entry(self, name: str) -> StoredBundle | None:
         """Return what is known of a bundle."""
         return next((entry for entry in self.entries if entry.name == name), None)
 
 
-class Shelf:
+class BundleStore:
     """A folder of bundles."""
 
     def __init__(self, folder: Path | None = None, files: Files | None = None) -> None:
@@ -87,7 +87,7 @@ class Shelf:
 
         return RealFiles()
 
-    def record(self) -> Record:
+    def record(self) -> InstalledRecord:
         """Return what is installed.
 
         Raises:
@@ -97,7 +97,7 @@ class Shelf:
         try:
             return _parse(parse_toml(read_text(path, _MAX_BYTES)))
         except FileNotFoundError:
-            return Record()
+            return InstalledRecord()
         except OSError as error:
             problem = f"cannot be read: {reason(error)}"
         except ValueError as error:
@@ -121,7 +121,7 @@ class Shelf:
         entry = record.entry(record.current)
         return self.path(record.current), entry.engine if entry else ""
 
-    def install(self, data: bytes, entry: Entry) -> Record:
+    def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
         """Take a proved bundle into use; the old one stays for `rollback`.
 
         Raises:
@@ -140,14 +140,14 @@ class Shelf:
             self._files.remove(beside)
         others = tuple(other for other in before.entries if other.name != entry.name)
         previous = before.current if before.current != entry.name else before.previous
-        after = Record(entry.name, previous, (*others, entry))
+        after = InstalledRecord(entry.name, previous, (*others, entry))
         kept = _kept(after)
         self._switch(kept)
         for gone in {e.name for e in after.entries} - {e.name for e in kept.entries}:
             self._files.remove(self.path(gone))
         return kept
 
-    def rollback(self) -> Record:
+    def rollback(self) -> InstalledRecord:
         """Take the bundle of before into use; a second time brings the newer one back.
 
         Raises:
@@ -159,7 +159,7 @@ class Shelf:
             raise BundleError("nothing was installed before this bundle, so there is no way back")
         return self._use(record, record.previous)
 
-    def take_back(self) -> Record:
+    def take_back(self) -> InstalledRecord:
         """Take the bundle into use that the present one is a correction of; others likewise.
 
         Raises:
@@ -172,14 +172,14 @@ class Shelf:
             raise BundleError("there is no correction to take back")
         return self._use(record, entry.corrects)
 
-    def _use(self, record: Record, name: str) -> Record:
+    def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
         """Take a bundle of the shelf into use; the present one stays for `rollback`."""
         bundles.read(self.path(name))
         after = replace(record, current=name, previous=record.current)
         self._switch(after)
         return after
 
-    def _switch(self, record: Record) -> None:
+    def _switch(self, record: InstalledRecord) -> None:
         """Replace the record, in one step."""
         beside = self.folder / f"{RECORD}.new"
         try:
@@ -199,7 +199,7 @@ def name_of(bundle: Bundle) -> str:
     return bundle.hash[:16]
 
 
-def _kept(record: Record) -> Record:
+def _kept(record: InstalledRecord) -> InstalledRecord:
     """Return the record without the oldest bundles that are spare, corrections first.
 
     A correction of a bundle that goes becomes one of what that bundle corrects.
@@ -217,7 +217,7 @@ def _kept(record: Record) -> Record:
     return replace(record, entries=tuple(kept))
 
 
-def _text(record: Record) -> str:
+def _text(record: InstalledRecord) -> str:
     table: dict[str, Any] = {"current": record.current}
     if record.previous is not None:
         table["previous"] = record.previous
@@ -233,7 +233,7 @@ def _text(record: Record) -> str:
     return toml_text.dumps(table)
 
 
-def _parse(table: dict[str, Any]) -> Record:
+def _parse(table: dict[str, Any]) -> InstalledRecord:
     """Return the record that a table describes.
 
     Raises:
@@ -250,15 +250,15 @@ def _parse(table: dict[str, Any]) -> Record:
     for entry in entries:
         if entry.corrects not in (None, *known):
             raise ValueError(f"it names a bundle {entry.corrects!r} that it does not list")
-    return Record(current, previous, entries)
+    return InstalledRecord(current, previous, entries)
 
 
-def _entry(name: str, values: Any) -> Entry:
+def _entry(name: str, values: Any) -> StoredBundle:
     if not re.fullmatch(_NAME, name):
         raise ValueError(f"{name!r} is no bundle's name")
     match values:
         case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
             corrects = values.get("corrects")
             if 0.0 <= step_us < 1e9 and isinstance(corrects, str | None):
-                return Entry(name, engine, float(step_us), when, corrects)
+                return StoredBundle(name, engine, float(step_us), when, corrects)
     raise ValueError(f"bundles.{name} has no engine, step_us and installed")

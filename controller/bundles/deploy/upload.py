@@ -10,12 +10,19 @@ from pathlib import Path
 from typing import Final
 
 from controller.bundles.bundle import MAX_BYTES
-from controller.protocol.messages import DECLINED, PROVING, WANTED, Deliver, Delivery, Piece
+from controller.protocol.messages import (
+    DECLINED,
+    PROVING,
+    WANTED,
+    UploadChunk,
+    UploadOffer,
+    UploadStatus,
+)
 
 FOLDER: Final = "incoming"
 
 
-class Intake:
+class UploadReceiver:
     """One delivery at a time.
 
     Attributes:
@@ -33,16 +40,16 @@ class Intake:
         self.whole: Path | None = None
         self._folder = shelf / FOLDER
         self.objection = objection
-        self._announced: Deliver | None = None
+        self._announced: UploadOffer | None = None
         self._have = 0
 
-    def take(self, message: Deliver | Piece) -> Delivery:
+    def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
         """Take an announcement or a piece, and return how it stands."""
         try:
-            return self._begin(message) if isinstance(message, Deliver) else self._add(message)
+            return self._begin(message) if isinstance(message, UploadOffer) else self._add(message)
         except OSError as error:
             self._announced = None
-            return Delivery(DECLINED, 0, f"the orb cannot keep it: {error.strerror or error}")
+            return UploadStatus(DECLINED, 0, f"the orb cannot keep it: {error.strerror or error}")
 
     def remove(self) -> None:
         """Delete what was delivered."""
@@ -51,15 +58,15 @@ class Intake:
             with contextlib.suppress(OSError):
                 path.unlink()
 
-    def _begin(self, announced: Deliver) -> Delivery:
+    def _begin(self, announced: UploadOffer) -> UploadStatus:
         if self.objection:
-            return Delivery(DECLINED, 0, self.objection)
+            return UploadStatus(DECLINED, 0, self.objection)
         if len(announced.digest) != hashlib.sha256().digest_size or announced.size < 1:
-            return Delivery(DECLINED, 0, "that announces no file")
+            return UploadStatus(DECLINED, 0, "that announces no file")
         if announced.size > MAX_BYTES:
-            return Delivery(DECLINED, 0, f"{announced.size} bytes are more than {MAX_BYTES}")
+            return UploadStatus(DECLINED, 0, f"{announced.size} bytes are more than {MAX_BYTES}")
         if self.whole is not None:
-            return Delivery(PROVING, announced.size, "")
+            return UploadStatus(PROVING, announced.size, "")
         self._folder.mkdir(parents=True, exist_ok=True)
         path = self._path(announced)
         for other in self._folder.glob("*.part"):
@@ -72,10 +79,10 @@ class Intake:
         self._announced = announced
         return self._stand(announced)
 
-    def _add(self, piece: Piece) -> Delivery:
+    def _add(self, piece: UploadChunk) -> UploadStatus:
         announced = self._announced
         if announced is None:
-            return Delivery(DECLINED, 0, "nothing was announced")
+            return UploadStatus(DECLINED, 0, "nothing was announced")
         # A piece that is not the next one tells that some were lost, or came twice.
         fits = piece.offset == self._have and self._have + len(piece.data) <= announced.size
         if fits and piece.data:
@@ -84,17 +91,19 @@ class Intake:
             self._have += len(piece.data)
         return self._stand(announced)
 
-    def _stand(self, announced: Deliver) -> Delivery:
+    def _stand(self, announced: UploadOffer) -> UploadStatus:
         """Return what is wanted, or look at what there is if that is all."""
         if self._have < announced.size:
-            return Delivery(WANTED, self._have, "")
+            return UploadStatus(WANTED, self._have, "")
         path = self._path(announced)
         self._announced = None
         if hashlib.sha256(path.read_bytes()).digest() != announced.digest:
             path.unlink()
-            return Delivery(DECLINED, 0, "what arrived is not what was announced; send it again")
+            return UploadStatus(
+                DECLINED, 0, "what arrived is not what was announced; send it again"
+            )
         self.whole = path
-        return Delivery(PROVING, announced.size, "")
+        return UploadStatus(PROVING, announced.size, "")
 
-    def _path(self, announced: Deliver) -> Path:
+    def _path(self, announced: UploadOffer) -> Path:
         return self._folder / f"{announced.digest.hex()}.part"

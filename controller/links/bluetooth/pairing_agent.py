@@ -36,7 +36,7 @@ async def anyone(who: str, digits: str) -> bool:
     return True
 
 
-class Agent(ServiceInterface):
+class PairingAgent(ServiceInterface):
     """Answers BlueZ.
 
     Attributes:

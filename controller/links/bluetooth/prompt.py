@@ -7,7 +7,7 @@ import sys
 import threading
 
 
-class Console:
+class Prompt:
     """Asks on the standard output, and hears lines of the standard input, on a running loop."""
 
     def __init__(self) -> None:

@@ -18,7 +18,7 @@ from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bu
 from controller.links.bluetooth.identifiers import ALIAS
 
 if TYPE_CHECKING:
-    from controller.links.bluetooth.pairing_agent import Agent
+    from controller.links.bluetooth.pairing_agent import PairingAgent
 
 RETRY_S: Final = 2.0  # between two tries while something is missing
 START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
@@ -26,7 +26,7 @@ START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
 log = logging.getLogger(__name__)
 
 
-class Part(Protocol):
+class Registration(Protocol):
     """Something that is registered with BlueZ. Everything runs on the keeper's loop."""
 
     async def begin(self, bus: Bus, adapter: str) -> None:
@@ -44,14 +44,16 @@ class Part(Protocol):
         """BlueZ or the adapter has gone, or we close; the bus may be dead already."""
 
 
-class Keeper:
+class RegistrationThread:
     """Keeps parts registered; an asyncio loop on a thread of its own.
 
     Attributes:
         state: "ready", or in a sentence what is missing.
     """
 
-    def __init__(self, parts: Sequence[Part], adapter: str = "", capability: str = "") -> None:
+    def __init__(
+        self, parts: Sequence[Registration], adapter: str = "", capability: str = ""
+    ) -> None:
         """Prepare; `start` begins.
 
         Args:
@@ -67,7 +69,7 @@ class Keeper:
         self._thread = threading.Thread(target=self._run, name="bluetooth", daemon=True)
         self._first: concurrent.futures.Future[None] = concurrent.futures.Future()
         self._closing = asyncio.Event()
-        self._agent: Agent | None = None
+        self._agent: PairingAgent | None = None
         self._adapter = ""
         self._off = False  # somebody has switched the adapter off, and shall have it so
 
@@ -179,9 +181,9 @@ class Keeper:
             await bus.set(adapter, ADAPTER, "Alias", "s", ALIAS)
 
     async def _register(self, bus: Bus, adapter: str) -> None:
-        from controller.links.bluetooth.pairing_agent import NO_SCREEN, Agent
+        from controller.links.bluetooth.pairing_agent import NO_SCREEN, PairingAgent
 
-        self._agent = agent = Agent(bus)
+        self._agent = agent = PairingAgent(bus)
         await agent.register(self._capability or NO_SCREEN)
         await agent.close_window(adapter)
         for part in self._parts:

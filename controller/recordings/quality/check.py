@@ -10,9 +10,9 @@ import numpy as np
 
 from controller.recordings.quality import duplicates, labels, taxels
 from controller.recordings.quality import timing as cadence
-from controller.recordings.quality.labels import Said
+from controller.recordings.quality.labels import SourceLabels
 from controller.recordings.quality.response import respond
-from controller.recordings.quality.timing import Cadence
+from controller.recordings.quality.timing import FrameTiming
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
 # Neighbours can stand in for a taxel here and there, not for a fifth of the sensor.
@@ -58,8 +58,8 @@ class Report:
     path: Path
     findings: tuple[Finding, ...]
     seconds: float = 0.0
-    cadence: Cadence | None = None
-    said: tuple[Said, ...] = ()
+    cadence: FrameTiming | None = None
+    said: tuple[SourceLabels, ...] = ()
     useless: tuple[tuple[int, int], ...] = ()
     unlabelled: float = 0.0
     excluded: float = 0.0
@@ -135,7 +135,7 @@ def twice(shared: Mapping[int, int], paths: list[Path]) -> tuple[Finding, ...]:
     )
 
 
-def _rhythm(rhythm: Cadence) -> list[Finding]:
+def _rhythm(rhythm: FrameTiming) -> list[Finding]:
     lost = rhythm.missing_share > cadence.USELESS
     level = Level.FAILED if lost else Level.DOUBTFUL
     return [Finding(level, line) for line in rhythm.complaints()]

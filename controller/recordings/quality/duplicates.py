@@ -26,7 +26,7 @@ def repeated(recording: Recording, touched: NDArray[np.bool_]) -> int:
 
 
 @dataclass
-class Register:
+class FrameIndex:
     """Which runs of frames were seen in which recordings; eight bytes a frame."""
 
     _prints: list[NDArray[np.uint64]] = field(default_factory=list)

@@ -29,7 +29,7 @@ IDLE_SHARE: Final = 0.7  # of what a labeller names may go untouched; a noisy or
 
 
 @dataclass(frozen=True, slots=True)
-class Lag:
+class LabelDelay:
     """How late the edges of labels are against the touch, seconds; below zero is early.
 
     Attributes:
@@ -44,7 +44,7 @@ class Lag:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class SourceLabels:
     """What one labeller said.
 
     Attributes:
@@ -62,8 +62,8 @@ class Said:
     events: dict[str, int]
     seconds: dict[str, float]
     unknown: float
-    begin: Lag | None
-    end: Lag | None
+    begin: LabelDelay | None
+    end: LabelDelay | None
     empty: int
     idle: float
 
@@ -96,7 +96,7 @@ class Said:
         return lines
 
 
-def said(recording: Recording, response: Response) -> tuple[Said, ...]:
+def said(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
     """Return what each labeller said that said anything."""
     return tuple(
         _one(name, recording, response)
@@ -119,7 +119,7 @@ def spans(column: NDArray[np.int16], breaks: NDArray[np.bool_]) -> list[tuple[in
     ]
 
 
-def _one(name: str, recording: Recording, response: Response) -> Said:
+def _one(name: str, recording: Recording, response: Response) -> SourceLabels:
     column: NDArray[np.int16] = getattr(recording, name)
     labels, used = recording.origin.labels, ~recording.excluded
     found = spans(np.where(used, column, 0).astype(np.int16), pauses(recording))
@@ -128,7 +128,7 @@ def _one(name: str, recording: Recording, response: Response) -> Said:
     seconds = {label: each_s * int((used & (column == i)).sum()) for i, label in enumerate(labels)}
     named = used & (column > 0) & response.known
     begin, end, empty = _lags(recording.t, found, response)
-    return Said(
+    return SourceLabels(
         name,
         events,
         seconds,
@@ -142,7 +142,7 @@ def _one(name: str, recording: Recording, response: Response) -> Said:
 
 def _lags(
     t: NDArray[np.float64], found: list[tuple[int, int, int]], response: Response
-) -> tuple[Lag | None, Lag | None, int]:
+) -> tuple[LabelDelay | None, LabelDelay | None, int]:
     """Return how late labels begin and end, and how many hold no touch."""
     known = [(first, end) for _, first, end in found if response.known[first]]
     if not known or not response.idle.any():
@@ -177,8 +177,8 @@ def _crossing(
     return float(t[frame] + share * (t[frame + 1] - t[frame]))
 
 
-def _lag(lags_s: list[float]) -> Lag | None:
+def _lag(lags_s: list[float]) -> LabelDelay | None:
     if not lags_s:
         return None
     early, median, late = np.quantile(lags_s, (0.25, 0.5, 0.75)).tolist()
-    return Lag(median, late - early, len(lags_s))
+    return LabelDelay(median, late - early, len(lags_s))

@@ -42,7 +42,7 @@ IDLES: Final = 20  # pairs of untouched frames from which noise can be told
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Strange:
+class TaxelFinding:
     """One thing about taxels that is not as it should be.
 
     Attributes:
@@ -68,7 +68,7 @@ def strange(recording: Recording, response: Response) -> tuple[Mask, list[str]]:
     return useless, [one.text for one in found]
 
 
-def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[Strange]:
+def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[TaxelFinding]:
     """Return what is not as it should be about the taxels of some frames.
 
     Args:
@@ -76,7 +76,7 @@ def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[
         unit: Of their values.
         response: What was felt in them.
     """
-    found: list[Strange] = []
+    found: list[TaxelFinding] = []
     stuck = frames.min(axis=0) == frames.max(axis=0)
     if unit == PICOFARAD:
         stuck |= _repeating(frames)
@@ -84,11 +84,11 @@ def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[
         stuck[:] = False
     if stuck.any():
         text = f"{names(stuck)}: stuck, always the same reading"
-        found.append(Strange("stuck", stuck, text, True))
+        found.append(TaxelFinding("stuck", stuck, text, True))
     clipped = _clipped(frames) & ~stuck
     if clipped.any():
         text = f"{names(clipped)}: saturated, at {frames.max():.4g} {unit}"
-        found.append(Strange("saturated", clipped, text, True))
+        found.append(TaxelFinding("saturated", clipped, text, True))
     useless = stuck | clipped
     if unit == PICOFARAD:
         level = np.median(frames, axis=0).astype(np.float64)
@@ -99,10 +99,10 @@ def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[
                 f"{names(loose)}: {level[loose].mean():.2g} pF where the others read "
                 f"{np.median(level):.2g}; a lead is off"
             )
-            found.append(Strange("loose", loose, text, True))
+            found.append(TaxelFinding("loose", loose, text, True))
         for pair, mask in _short(level, useless):
             text = f"{pair}: equal readings; do they touch?"
-            found.append(Strange("short", mask, text, False))
+            found.append(TaxelFinding("short", mask, text, False))
     if unjudged(response):
         return found
     share = _share(np.where(useless, np.nan, _answer(response)))
@@ -112,11 +112,11 @@ def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[
             f"{names(dead)}: dead ({100 * float(np.median(share[dead])):.0f} % of the neighbours' "
             "answer)"
         )
-        found.append(Strange("dead", dead, text, True))
+        found.append(TaxelFinding("dead", dead, text, True))
     noisy = _noisy(response) & ~(useless | dead)
     if noisy.any():
         text = f"{names(noisy)}: noisy; does a contact leak?"
-        found.append(Strange("noisy", noisy, text, False))
+        found.append(TaxelFinding("noisy", noisy, text, False))
     return found
 
 

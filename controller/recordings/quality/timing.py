@@ -17,7 +17,7 @@ PAUSE: Final = 5.0  # times the intended interval without a missing number: half
 
 
 @dataclass(frozen=True, slots=True)
-class Cadence:
+class FrameTiming:
     """How evenly frames came.
 
     Attributes:
@@ -82,7 +82,7 @@ def pauses(recording: Recording) -> NDArray[np.bool_]:
     return np.asarray((steps > 1) & (spent_s > LATE * steps / recording.origin.rate_hz))
 
 
-def measure(recording: Recording) -> Cadence:
+def measure(recording: Recording) -> FrameTiming:
     """Return how evenly the frames of a recording came."""
     steps = np.diff(recording.sequence)
     spent_ms = 1000.0 * np.diff(recording.t)[steps == 1]
@@ -90,7 +90,7 @@ def measure(recording: Recording) -> Cadence:
         spent_ms = np.array([1000.0 / recording.origin.rate_hz])
     paused = pauses(recording)[1:]
     median_ms, p95_ms, worst_ms = np.quantile(spent_ms, (0.5, 0.95, 1.0)).tolist()
-    return Cadence(
+    return FrameTiming(
         intended_hz=float(recording.origin.rate_hz),
         measured_hz=1000.0 / median_ms,
         median_ms=median_ms,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from controller.sensors.hardware import HardwareAwayError
-from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.controls import Controls
 from controller.sensors.hardware.converters import Chip
 from controller.sensors.hardware.wiring import Wiring
 
@@ -58,7 +58,7 @@ class Board:
     pins: Pins
     chip: Chip
     buses: tuple[Spi, ...]
-    knobs: Knobs
+    knobs: Controls
     wait: Callable[[float], None]
     clock: Callable[[], float]
 

@@ -7,7 +7,7 @@ from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.wiring import Wiring
 
 
-class Knobs:
+class Controls:
     """The button, the LED and the pump of a wiring, as far as it has them."""
 
     def __init__(self, factory: Any, wiring: Wiring) -> None:

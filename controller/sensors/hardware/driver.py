@@ -10,7 +10,7 @@ from controller.sensors.hardware import HardwareAwayError
 from controller.sensors.hardware.board import Board
 from controller.sensors.hardware.inversion import Array, Inversion
 from controller.sensors.hardware.pump import Pump, kilopascals
-from controller.sensors.hardware.scanner import Reading, Scanner
+from controller.sensors.hardware.scanner import Scan, Scanner
 
 _DARK_FIRST: Final = 16  # looks at the rows' own readings before the first frame
 _DARK_EVERY: Final = 10  # frames from one later look to the next
@@ -86,7 +86,7 @@ class Driver:
         if self._frames % _DARK_EVERY == 0:
             self.dark = before + _DARK_WEIGHT * (self.scanner.dark(1) - before)
 
-    def _refuse_silence(self, reading: Reading, dark: Array) -> None:
+    def _refuse_silence(self, reading: Scan, dark: Array) -> None:
         """Refuse a frame that no orb can give."""
         full = 1 << self.board.chip.bits
         if (reading.counts - dark[:, None]).mean() < _SILENT * full:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from controller.sensors.hardware.board import Board, Spi
-from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.controls import Controls
 from controller.sensors.hardware.converters import find
 from controller.sensors.hardware.pins import GpioPins, raspberry
 from controller.sensors.hardware.spi import SpiDev
@@ -27,7 +27,7 @@ def open_board(wiring: Wiring) -> Board:
     with ExitStack() as opened:
         pins = GpioPins(raspberry(), (*electrodes.columns, *electrodes.rows))
         opened.callback(pins.close)
-        knobs = Knobs(pins.factory, wiring)
+        knobs = Controls(pins.factory, wiring)
         opened.callback(knobs.close)
         buses: list[Spi] = []
         for device in where.devices:

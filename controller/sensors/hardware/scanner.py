@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class Scan:
     """What a frame's slots gave.
 
     Attributes:
@@ -44,7 +44,7 @@ class Scanner:
         for pin in (*electrodes.columns, *electrodes.rows):
             self.board.pins.drive(pin, False)
 
-    def scan(self) -> Reading:
+    def scan(self) -> Scan:
         """Return one frame.
 
         Raises:
@@ -56,7 +56,7 @@ class Scanner:
             assert slot.column is not None
             for row, (count, age) in zip(slot.rows, self.read(slot), strict=True):
                 counts[row, slot.column], age_s[row, slot.column] = count, age
-        return Reading(counts, age_s)
+        return Scan(counts, age_s)
 
     def dark(self, readings: int = 8) -> Array:
         """Return what each row reads while no column is raised, (rows,): the mean of some readings.

@@ -7,7 +7,7 @@ import numpy as np
 from controller.simulator.gesture_file import shipped
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.session import LABELS
-from controller.simulator.session_script import Take
+from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import person
 from models.data.examples import Source
 from models.data.simulate import DataSet
@@ -36,7 +36,7 @@ def pressing(
     simulator = OrbSimulator(orb, RATE_HZ, model=model)
     each = simulator.steps_per_frame
     frames = round(minutes * 60 * RATE_HZ)
-    hand = (_Sites if on_sites else Take)(
+    hand = (_Sites if on_sites else SessionScript)(
         frames * each, RATE_HZ * each, (model.rows, model.columns, model.pitch_mm),
         person(seed, user), (0.0, 0.0), shipped(), np.random.default_rng(order),
     )  # fmt: skip
@@ -52,7 +52,7 @@ def pressing(
     return Source(np.concatenate(scans), label, np.rint(place) if on_sites else place)
 
 
-class _Sites(Take):
+class _Sites(SessionScript):
     """A hand that aims at the taxels, as in section 4.2."""
 
     def _place(self, kind: str) -> tuple[float, float]:

@@ -1,17 +1,14 @@
 """Random signals to `host` and its watchdog with uinput: nothing stays down in /dev/input."""
 
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from evdev import ecodes
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-
-from benchmarks.key_signals import MAPPING, STROKES, rounds, summary
-from x_programs import Player
+from tests.benchmarks.key_signals import MAPPING, STROKES, rounds, summary
+from tests.support.x_programs import Player
 
 from ..guest import PATIENCE, CaseError, Guest
 from .keys import find

@@ -1,1 +1,1 @@
-"""The screens: one file each, moved between by a `tetris.window.screen_stack.Stage`."""
+"""The screens: one file each, moved between by a `tetris.window.screen_stack.ScreenStack`."""

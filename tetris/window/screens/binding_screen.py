@@ -3,12 +3,12 @@
 from typing import Final
 
 from tetris.window import bindings
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.bindings import Names
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
-from tetris.window.menu_navigation import Nav
-from tetris.window.screen_stack import Stage
+from tetris.window.menu_navigation import MenuStep
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import Settings, changed
 
@@ -18,7 +18,7 @@ WAIT_S: Final = 5.0  # for a key that never comes, as where there is no keyboard
 class BindingScreen(MenuScreen):
     """Binds the keys ("keys") or the buttons of pads ("pads")."""
 
-    def __init__(self, stage: Stage, kind: str, attract: Attract | None = None) -> None:
+    def __init__(self, stage: ScreenStack, kind: str, attract: AttractMode | None = None) -> None:
         """Show the bindings of one kind."""
         self._kind = kind
         self._waiting = ""  # the action that gets the next key
@@ -41,7 +41,7 @@ class BindingScreen(MenuScreen):
             self._stage.sounds.click("take")
         self._stop()
 
-    def nav(self, nav: Nav, time_s: float) -> None:
+    def nav(self, nav: MenuStep, time_s: float) -> None:
         """Move about; a step of another controller ends the waiting."""
         if self._waiting:
             self._stop()

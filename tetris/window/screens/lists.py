@@ -7,12 +7,12 @@ from typing import Final
 
 from tetris.engine.modes import MODES, Ranking
 from tetris.history.high_scores import Entry
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.figures import clock
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.saves import Shelf
-from tetris.window.screen_stack import Stage
+from tetris.window.saves import Saves
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.pages import back_item
 from tetris.window.screens.title import chosen_mode
@@ -24,7 +24,7 @@ _COLUMNS: Final[Mapping[Ranking, tuple[str, ...]]] = {
 }
 
 
-def best_screen(stage: Stage, shelf: Shelf, attract: Attract) -> MenuScreen:
+def best_screen(stage: ScreenStack, shelf: Saves, attract: AttractMode) -> MenuScreen:
     """Return the best games, a mode at a time."""
     names = list(MODES)
     place = names.index(chosen_mode(stage).name)
@@ -66,7 +66,7 @@ def _table(entries: Sequence[Entry], ranking: Ranking, words: Words) -> list[Row
 
 
 def replays_screen(
-    stage: Stage, shelf: Shelf, attract: Attract, watch: Callable[[Path], None]
+    stage: ScreenStack, shelf: Saves, attract: AttractMode, watch: Callable[[Path], None]
 ) -> MenuScreen:
     """Return the replays, the newest first; choosing one shows it."""
     paths = shelf.replays()

@@ -6,14 +6,14 @@ from typing import Final
 import pygame
 
 from tetris.window import menu_navigation
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.keys import Code
 from tetris.window.logo import draw_logo
 from tetris.window.menu import Cursor, Menu
-from tetris.window.menu_navigation import Nav, Repeater
+from tetris.window.menu_navigation import MenuStep, Repeater
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card
-from tetris.window.screen_stack import Stage
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.screen import Screen
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
@@ -30,10 +30,10 @@ class MenuScreen(Screen):
 
     def __init__(
         self,
-        stage: Stage,
+        stage: ScreenStack,
         build: Callable[[], Menu],
         *,
-        attract: Attract | None = None,
+        attract: AttractMode | None = None,
         behind: Screen | None = None,
         logo: bool = False,
         back: Callable[[], None] | None = None,
@@ -69,17 +69,17 @@ class MenuScreen(Screen):
         """The number of the chosen item."""
         return min(self._cursor.selected, len(self._menu.items) - 1)
 
-    def nav(self, nav: Nav, time_s: float) -> None:
+    def nav(self, nav: MenuStep, time_s: float) -> None:
         """Take a step."""
         if time_s < self._open_s:
             return
-        if nav is Nav.BACK:
+        if nav is MenuStep.BACK:
             self._stage.sounds.click("back")
             self._back()
             return
         moved = self._cursor.move(self._menu, nav)
         if moved:
-            self._stage.sounds.click("take" if nav is Nav.CONFIRM else "move")
+            self._stage.sounds.click("take" if nav is MenuStep.CONFIRM else "move")
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -115,15 +115,15 @@ class MenuScreen(Screen):
                         self._click(event.pos[0] - spot.place.left, spot.place.width, time_s)
                         return
             case pygame.MOUSEWHEEL if event.y:
-                self.nav(Nav.UP if event.y > 0 else Nav.DOWN, time_s)
+                self.nav(MenuStep.UP if event.y > 0 else MenuStep.DOWN, time_s)
 
     def _click(self, x: int, width: int, time_s: float) -> None:
         """Take an item; one with a value goes back where its left half is clicked."""
         item = self._menu.items[self._cursor.selected]
         if item.step and not item.do:
-            self.nav(Nav.RIGHT if x > 0.72 * width else Nav.LEFT, time_s)
+            self.nav(MenuStep.RIGHT if x > 0.72 * width else MenuStep.LEFT, time_s)
         else:
-            self.nav(Nav.CONFIRM, time_s)
+            self.nav(MenuStep.CONFIRM, time_s)
 
     def refresh(self) -> None:
         """Take over another look."""

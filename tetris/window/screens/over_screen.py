@@ -8,8 +8,8 @@ from tetris.history.stats import Summary
 from tetris.window.figures import clock
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row
-from tetris.window.saves import Kept
-from tetris.window.screen_stack import Stage
+from tetris.window.saves import SavedGame
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 
@@ -18,9 +18,9 @@ _TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}
 
 
 def over_screen(
-    stage: Stage,
+    stage: ScreenStack,
     game: PlayScreen,
-    kept: Kept,
+    kept: SavedGame,
     *,
     again: Callable[[], None],
     watch: Callable[[], None],

@@ -5,10 +5,10 @@ from functools import partial
 from typing import Final
 
 from tetris.window import language
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.menu import Item, Menu
 from tetris.window.palettes import PALETTES
-from tetris.window.screen_stack import Stage
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.binding_screen import BindingScreen
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import LIMITS, Settings, changed, stepped
@@ -24,7 +24,7 @@ _SOUND: Final = ("effects", "clicks", "tones")
 _SWITCHES: Final = ("patterns", "motion", "ghost", "grid", "fullscreen")
 
 
-def open_settings(stage: Stage, attract: Attract | None = None) -> None:
+def open_settings(stage: ScreenStack, attract: AttractMode | None = None) -> None:
     """Show the page from which all settings are reached."""
 
     def show(build: Callable[[], Menu]) -> Callable[[], None]:
@@ -52,17 +52,17 @@ def open_settings(stage: Stage, attract: Attract | None = None) -> None:
     stage.push(MenuScreen(stage, build, attract=attract))
 
 
-def handling_page(stage: Stage) -> Menu:
+def handling_page(stage: ScreenStack) -> Menu:
     """How keys repeat, and what keeps a hard drop from coming too early."""
     return _page(stage, "settings.handling", [_item(stage, name) for name in _HANDLING], _HANDLING)
 
 
-def sound_page(stage: Stage) -> Menu:
+def sound_page(stage: ScreenStack) -> Menu:
     """The volumes."""
     return _page(stage, "settings.sound", [_item(stage, name) for name in _SOUND], _SOUND)
 
 
-def screen_page(stage: Stage) -> Menu:
+def screen_page(stage: ScreenStack) -> Menu:
     """Colours, and what is seen."""
     words, settings = stage.look.words, stage.settings
     names = list(PALETTES)
@@ -82,7 +82,7 @@ def screen_page(stage: Stage) -> Menu:
     return _page(stage, "settings.screen", items, ("theme", *_SWITCHES))
 
 
-def language_item(stage: Stage) -> Item:
+def language_item(stage: ScreenStack) -> Item:
     """The language, each named in itself."""
     names = ["", *language.names()]
     chosen = stage.settings.language
@@ -97,12 +97,12 @@ def language_item(stage: Stage) -> Item:
     return Item(stage.look.words("settings.language"), value=value, step=turn)
 
 
-def back_item(stage: Stage) -> Item:
+def back_item(stage: ScreenStack) -> Item:
     """The way back, for hands that have no key for it."""
     return Item(stage.look.words("menu.back"), stage.pop)
 
 
-def _page(stage: Stage, title: str, items: Sequence[Item], names: Sequence[str]) -> Menu:
+def _page(stage: ScreenStack, title: str, items: Sequence[Item], names: Sequence[str]) -> Menu:
     words = stage.look.words
 
     def reset() -> None:
@@ -113,7 +113,7 @@ def _page(stage: Stage, title: str, items: Sequence[Item], names: Sequence[str])
     return Menu(words(title), (*items, afresh, back_item(stage)), notice=stage.notice)
 
 
-def _item(stage: Stage, name: str) -> Item:
+def _item(stage: ScreenStack, name: str) -> Item:
     """One number or switch."""
     words, value = stage.look.words, getattr(stage.settings, name)
 
@@ -133,6 +133,6 @@ def _item(stage: Stage, name: str) -> Item:
     return Item(words(f"settings.{name}"), value=written, step=step, share=share, hint=hint)
 
 
-def _pads(stage: Stage) -> str:
+def _pads(stage: ScreenStack) -> str:
     count = stage.pads.count
     return stage.look.words("bindings.pads" if count else "bindings.no_pad", count=count)

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import Stage
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.screens.play_screen import PlayScreen
 
 
 def pause_screen(
-    stage: Stage,
+    stage: ScreenStack,
     game: PlayScreen,
     *,
     reason: str,

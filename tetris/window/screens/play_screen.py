@@ -14,8 +14,8 @@ from tetris.window import bindings, theme
 from tetris.window.bot_player import BotPlayer
 from tetris.window.figures import figures_of
 from tetris.window.game_session import Session
-from tetris.window.keys import Code, Due, Keys
-from tetris.window.screen_stack import Stage
+from tetris.window.keys import Code, DueAction, Keys
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.screen import Screen
 from tetris.window.view import GameView
 
@@ -39,7 +39,7 @@ class PlayScreen(Screen):
 
     def __init__(
         self,
-        stage: Stage,
+        stage: ScreenStack,
         session: Session,
         *,
         paused: Callable[["PlayScreen", str], None],
@@ -69,7 +69,7 @@ class PlayScreen(Screen):
         self._begin_s: float | None = None  # when the piece begins to move
         self._over_s: float | None = None
         self._hint: Piece | None = None
-        self._given: list[Due] = []
+        self._given: list[DueAction] = []
         self._take_over_hands()
 
     def _take_over_hands(self) -> None:
@@ -96,7 +96,7 @@ class PlayScreen(Screen):
 
     def act(self, action: Action, time_s: float) -> None:
         """Take a command, which is one press and never repeats."""
-        self._given.append(Due(time_s + self._offset_s, action, held=self._keys.held))
+        self._given.append(DueAction(time_s + self._offset_s, action, held=self._keys.held))
 
     def release_all(self, reason: str) -> None:
         """Let go of everything, and pause a game that is played by hand."""
@@ -147,7 +147,7 @@ class PlayScreen(Screen):
         elif self._begun:
             self._play([each for each in due if each.action not in _OURS])
 
-    def _play(self, due: list[Due]) -> None:
+    def _play(self, due: list[DueAction]) -> None:
         game, time_s = self.session.game, self._time_s
         if game.phase is Phase.OVER and all(each.action is not Action.UNDO for each in due):
             self._rest()

@@ -12,9 +12,9 @@ from tetris.history.video import SUFFIXES
 from tetris.window.figures import clock, figures_of
 from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import Stage
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.video_export import Filming
+from tetris.window.video_export import VideoExport
 from tetris.window.view import GameView
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -29,7 +29,7 @@ class ReplayScreen(MenuScreen):
 
     def __init__(
         self,
-        stage: Stage,
+        stage: ScreenStack,
         player: Player,
         *,
         take_over: Callable[[Recorder], None],
@@ -44,7 +44,7 @@ class ReplayScreen(MenuScreen):
             films: Names a film's file by its suffix; None where nothing is kept.
         """
         self._player, self._take_over, self._films = player, take_over, films
-        self._film: Filming | None = None
+        self._film: VideoExport | None = None
         self._suffix = 0
         self._playing, self._speed = True, _USUAL
         self._seen_s: float | None = None
@@ -140,7 +140,7 @@ class ReplayScreen(MenuScreen):
     def _make_film(self) -> None:
         if self._films:
             path = self._films(SUFFIXES[self._suffix])
-            self._film = Filming(self._player.replay, path, self._stage.look)
+            self._film = VideoExport(self._player.replay, path, self._stage.look)
 
     def _said(self) -> str:
         """What there is to say of a film that is over."""

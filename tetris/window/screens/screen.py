@@ -6,7 +6,7 @@ import pygame
 
 from tetris.engine.events import Action
 from tetris.window.keys import Code
-from tetris.window.menu_navigation import OF_ACTION, Nav
+from tetris.window.menu_navigation import OF_ACTION, MenuStep
 
 
 class Screen(ABC):
@@ -27,7 +27,7 @@ class Screen(ABC):
     def release_all(self, reason: str) -> None:  # noqa: B027
         """Take it that nothing is held any more; the reason is a key of the language files."""
 
-    def nav(self, nav: Nav, time_s: float) -> None:  # noqa: B027
+    def nav(self, nav: MenuStep, time_s: float) -> None:  # noqa: B027
         """Take a step in a menu."""
 
     def act(self, action: Action, time_s: float) -> None:

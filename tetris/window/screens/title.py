@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tetris.engine.modes import MODES, Mode
-from tetris.window.attract_mode import Attract
+from tetris.window.attract_mode import AttractMode
 from tetris.window.menu import Item, Menu
-from tetris.window.screen_stack import Stage
+from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import stepped
 
 
 def title_screen(
-    stage: Stage,
-    attract: Attract,
+    stage: ScreenStack,
+    attract: AttractMode,
     *,
     play: Callable[[], None],
     best: Callable[[], None],
@@ -53,12 +53,12 @@ def title_screen(
     return MenuScreen(stage, build, attract=attract, logo=True, back=lambda: None)
 
 
-def chosen_mode(stage: Stage) -> Mode:
+def chosen_mode(stage: ScreenStack) -> Mode:
     """Return the mode of the settings; the first one for a name that is unknown here."""
     return MODES.get(stage.settings.mode) or next(iter(MODES.values()))
 
 
-def _turn_mode(stage: Stage, step: int) -> None:
+def _turn_mode(stage: ScreenStack, step: int) -> None:
     names = list(MODES)
     present = names.index(chosen_mode(stage).name)
     name = names[(present + step) % len(names)]

@@ -24,11 +24,11 @@ from controller.links.bluetooth.bluez import (
     devices,
     variant,
 )
-from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, Channels, record
+from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, HidChannels, record
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.bluez import Bus
-    from controller.links.bluetooth.hid.hid_device import Pad
+    from controller.links.bluetooth.hid.hid_device import HidDevice
     from controller.links.bluetooth.hid.reports import Report
 
 PROFILE: Final = "/orbtouch/classic"
@@ -42,7 +42,7 @@ _SOL_BLUETOOTH, _BT_SECURITY, _MEDIUM = 274, 4, bytes([2, 0])  # encrypted: linu
 log = logging.getLogger(__name__)
 
 
-class Radio:
+class L2capSockets:
     """The kernel's L2CAP sockets."""
 
     def listen(self, address: str, port: int) -> socket.socket:
@@ -84,14 +84,14 @@ class _Host:
 
     def __init__(self) -> None:
         self.sockets: dict[int, socket.socket] = {}
-        self.talk = Channels()
+        self.talk = HidChannels()
         self.waiting: list[bytes] = []  # for the interrupt channel
 
 
 class ClassicPart:
-    """Keeps the record registered, and tells `Pad` who comes and goes."""
+    """Keeps the record registered, and tells `HidDevice` who comes and goes."""
 
-    def __init__(self, pad: "Pad", name: str, radio: Radio | None = None) -> None:
+    def __init__(self, pad: "HidDevice", name: str, radio: L2capSockets | None = None) -> None:
         """Prepare.
 
         Args:
@@ -100,7 +100,7 @@ class ClassicPart:
             radio: Where sockets come from; None: the kernel.
         """
         self._pad, self._name = pad, name
-        self._radio = Radio() if radio is None else radio
+        self._radio = L2capSockets() if radio is None else radio
         self._bus: Bus | None = None
         self._adapter = self._address = ""
         self._listeners: list[socket.socket] = []
@@ -176,7 +176,7 @@ class ClassicPart:
     # --- the channels ---
 
     def _listen(self, port: int) -> socket.socket:
-        if not hasattr(socket, "AF_BLUETOOTH") and type(self._radio) is Radio:
+        if not hasattr(socket, "AF_BLUETOOTH") and type(self._radio) is L2capSockets:
             raise BluetoothError(
                 "this Python was built without Bluetooth sockets; use the system's python3, or "
                 "--link hid:, which needs none"

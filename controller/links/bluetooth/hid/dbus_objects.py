@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 Words = Annotated[list[str], DBusSignature("as")]
 
 
-class Values(Protocol):
+class CharacteristicValues(Protocol):
     """Who answers hosts."""
 
     def read(self, name: str, offset: int, device: str) -> bytes:
@@ -65,7 +65,12 @@ class Characteristic(ServiceInterface):
     """A value that hosts can reach."""
 
     def __init__(
-        self, values: Values, label: str, uuid: int, flags: tuple[str, ...], service: str
+        self,
+        values: CharacteristicValues,
+        label: str,
+        uuid: int,
+        flags: tuple[str, ...],
+        service: str,
     ) -> None:
         super().__init__(CHARACTERISTIC)
         self._values, self._label = values, label

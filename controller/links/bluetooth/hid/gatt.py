@@ -2,8 +2,8 @@
 
 BlueZ calls us when a host reads, writes or begins to listen; a value that we say has changed, it
 sends to whoever listens. The kernel advertises whenever no host is connected. Advertising to one
-host only is nothing that BlueZ offers, so the orb is found by all and lets `Pad` decide who stays;
-while no pairing is asked for, it tells strangers not to look at it.
+host only is nothing that BlueZ offers, so the orb is found by all, and `HidDevice` decides which
+host stays; while no pairing is asked for, it tells strangers not to look at it.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from controller.links.bluetooth.hid.dbus_objects import (
     Descriptor,
     Service,
 )
-from controller.links.bluetooth.hid.gatt_services import SERVICES, Offer, OfferError
+from controller.links.bluetooth.hid.gatt_services import SERVICES, OfferError, ServiceValues
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.bluez import Bus
-    from controller.links.bluetooth.hid.hid_device import Pad
+    from controller.links.bluetooth.hid.hid_device import HidDevice
     from controller.links.bluetooth.hid.reports import Report
 
 APPLICATION: Final = "/orbtouch/hid"
@@ -50,9 +50,9 @@ log = logging.getLogger(__name__)
 
 
 class GattPart:
-    """Keeps the services registered, and tells `Pad` who comes and goes."""
+    """Keeps the services registered, and tells `HidDevice` who comes and goes."""
 
-    def __init__(self, pad: Pad, name: str, charge: Callable[[], int]) -> None:
+    def __init__(self, pad: HidDevice, name: str, charge: Callable[[], int]) -> None:
         """Prepare.
 
         Args:
@@ -61,7 +61,7 @@ class GattPart:
             charge: Tells the battery's charge in percent, whenever it is asked.
         """
         self._pad, self._name, self._charge = pad, name, charge
-        self._offer = Offer(name, charge())
+        self._offer = ServiceValues(name, charge())
         self._battery: asyncio.TimerHandle | None = None
         self._bus: Bus | None = None
         self._adapter = ""
@@ -115,7 +115,7 @@ class GattPart:
     # --- the pad's side ---
 
     def send(self, report: Report) -> None:
-        """Send a report to whoever listens: `Pad` has sent away all hosts but one."""
+        """Send a report to whoever listens: `HidDevice` has sent away all hosts but one."""
         for name, value in self._offer.report(report):
             self._changed(name, value)
 

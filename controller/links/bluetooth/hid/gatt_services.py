@@ -2,7 +2,7 @@
 
 As the specifications HIDS 1.0, BAS 1.0 and DIS 1.1 want it, in tables. Everything needs an
 encrypted link, so that a host which is not paired learns nothing. Pure: whoever owns the bus asks
-`Offer` for values, hands it what was written, and sends what it says has changed.
+`ServiceValues` for values, hands it what was written, and sends what it says has changed.
 """
 
 from dataclasses import dataclass
@@ -84,7 +84,7 @@ class OfferError(ValueError):
         self.name = name
 
 
-class Offer:
+class ServiceValues:
     """The values behind `SERVICES`.
 
     Attributes:

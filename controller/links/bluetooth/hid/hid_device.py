@@ -1,6 +1,6 @@
 """From commands to one host: what is down, who has the orb, and the clock that moves both.
 
-An edge: it lives on an asyncio loop, and takes its time from there. `Transport` is what brings
+An edge: it lives on an asyncio loop, and takes its time from there. A `ReportTransport` brings
 reports to hosts, over GATT or over classic Bluetooth.
 """
 
@@ -12,14 +12,14 @@ from collections.abc import Callable
 from typing import Protocol
 
 from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.host_selection import Hosts, Known
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import Report
 from controller.protocol.messages import Command, Message, State, Telemetry
 
 log = logging.getLogger(__name__)
 
 
-class Transport(Protocol):
+class ReportTransport(Protocol):
     """Brings reports to hosts. Nothing waits."""
 
     def send(self, report: Report) -> None:
@@ -32,7 +32,7 @@ class Transport(Protocol):
         """Be found by paired hosts, or no longer."""
 
 
-class Pad:
+class HidDevice:
     """The orb as hosts see it. Everything is called on the loop.
 
     Attributes:
@@ -43,10 +43,10 @@ class Pad:
     def __init__(
         self,
         held: Held,
-        hosts: Hosts,
+        hosts: HostSelection,
         *,
         tell: Callable[[str], None],
-        remember: Callable[[Known], None],
+        remember: Callable[[StoredHosts], None],
     ) -> None:
         """Begin with nobody there.
 
@@ -60,14 +60,14 @@ class Pad:
         self.hosts = hosts
         self._tell = tell
         self._remember = remember
-        self._transport: Transport | None = None
+        self._transport: ReportTransport | None = None
         self._active = ""
         self._known = hosts.known
         self._seeking: bool | None = None
         self._dropped: set[str] = set()  # sent away, and not gone yet
         self._timer: asyncio.TimerHandle | None = None
 
-    def open(self, transport: Transport) -> None:
+    def open(self, transport: ReportTransport) -> None:
         """Hosts can be reached from now on."""
         self._transport, self._seeking = transport, None
         self._turn()

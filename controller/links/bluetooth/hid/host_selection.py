@@ -14,7 +14,7 @@ WAIT_S: Final = 10.0  # for the host that is wanted, before any other will do
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class StoredHosts:
     """What is remembered from one run to the next.
 
     Attributes:
@@ -26,7 +26,7 @@ class Known:
     wanted: str = ""
 
 
-class Hosts:
+class HostSelection:
     """Who is there, and who has the orb.
 
     Attributes:
@@ -34,7 +34,7 @@ class Hosts:
         active: The host that has the orb, "" if none.
     """
 
-    def __init__(self, known: Known, only: str = "", now_s: float = 0.0) -> None:
+    def __init__(self, known: StoredHosts, only: str = "", now_s: float = 0.0) -> None:
         """Begin with nobody there.
 
         Args:
@@ -42,7 +42,7 @@ class Hosts:
             only: The address of the one host that may have the orb, "" for any.
             now_s: The time.
         """
-        self.known = Known(known.hosts, only) if only else known
+        self.known = StoredHosts(known.hosts, only) if only else known
         self.active = ""
         self._only = only
         self._present: list[str] = []  # in the order in which they came
@@ -71,7 +71,7 @@ class Hosts:
         """Only these are still paired."""
         kept = tuple(address for address in self.known.hosts if address in bonded)
         wanted = self.known.wanted
-        self.known = Known(kept, wanted if wanted in bonded or wanted == self._only else "")
+        self.known = StoredHosts(kept, wanted if wanted in bonded or wanted == self._only else "")
 
     def change(self, number: int, now_s: float) -> str:
         """Give the orb to another host, now or as soon as it comes.
@@ -91,7 +91,7 @@ class Hosts:
         wanted = self.known.wanted
         after = hosts.index(wanted) + 1 if wanted in hosts else 0
         chosen = hosts[after % len(hosts) if number == NEXT else number - 1]
-        self.known = Known(self.known.hosts, chosen)
+        self.known = StoredHosts(self.known.hosts, chosen)
         if self.active != chosen:
             self.active = ""
             self._open_s = now_s + WAIT_S
@@ -108,7 +108,7 @@ class Hosts:
             if address == wanted or anyone:
                 self.active = address
                 fresh = () if address in self.known.hosts else (address,)
-                self.known = Known(self.known.hosts + fresh, address)
+                self.known = StoredHosts(self.known.hosts + fresh, address)
                 return
 
     def unwanted(self) -> list[str]:

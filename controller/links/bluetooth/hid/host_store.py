@@ -13,7 +13,7 @@ from typing import Final
 from controller import folders
 from controller.config import MAX_BYTES, parse_json
 from controller.files import atomic_write, read_bytes
-from controller.links.bluetooth.hid.host_selection import Known
+from controller.links.bluetooth.hid.host_selection import StoredHosts
 
 FULL: Final = 100  # percent: also what a device says that has no battery
 SUPPLIES: Final = Path(
@@ -31,21 +31,21 @@ def place() -> Path:
     return state / "hid-hosts.json"
 
 
-def recall(path: Path) -> Known:
+def recall(path: Path) -> StoredHosts:
     """Return the hosts of the last run; none if the file is not there or is not ours."""
     try:
         found = parse_json(read_bytes(path, MAX_BYTES))
         hosts, wanted = tuple(found["hosts"]), found["wanted"]
     except FileNotFoundError:
-        return Known()
+        return StoredHosts()
     except (OSError, ValueError, KeyError, TypeError) as error:
         log.warning("cannot read %s, so hosts are learnt anew: %s", path, error)
-        return Known()
+        return StoredHosts()
     known = [host for host in hosts if is_address(host)]
-    return Known(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
+    return StoredHosts(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
 
 
-def remember(path: Path, known: Known) -> None:
+def remember(path: Path, known: StoredHosts) -> None:
     """Keep the hosts for the next run; a disk that cannot is no reason to stop playing."""
     try:
         atomic_write(path, json.dumps({"hosts": known.hosts, "wanted": known.wanted}).encode())

@@ -23,7 +23,7 @@ _SUSPEND, _GO_ON, _UNPLUG = 0x3, 0x4, 0x5  # what control says
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
 
-class Channels:
+class HidChannels:
     """The conversation with one host.
 
     Attributes:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from controller.errors import how_to_install
 from controller.sensors.hardware import MissingHardwareError
 from controller.sensors.hardware.board import Board
-from controller.sensors.hardware.controls import Knobs
+from controller.sensors.hardware.controls import Controls
 from controller.sensors.hardware.converters import find
 from controller.sensors.hardware.emulated.adc import FakeChip
 from controller.sensors.hardware.emulated.circuit import Circuit, CircuitModel
@@ -25,7 +25,7 @@ _OTHER: Final = {"mcp3208": "mcp3008", "mcp3008": "mcp3208"}
 
 
 @dataclass(frozen=True, slots=True)
-class BenchModel:
+class BoardModel:
     """What is around the circuit.
 
     Attributes:
@@ -51,7 +51,7 @@ class BenchModel:
     deflate_per_min: float = 0.01
 
 
-class Bench:
+class EmulatedBoard:
     """Emulated hardware.
 
     Attributes:
@@ -66,7 +66,7 @@ class Bench:
         wiring: Wiring | None = None,
         seed: int | np.random.SeedSequence = 0,
         *,
-        model: BenchModel | None = None,
+        model: BoardModel | None = None,
         faults: Sequence[WiringFault] = (),
         picofarads: Array | None = None,
     ) -> None:
@@ -89,7 +89,7 @@ class Bench:
                 f"emulated hardware needs {error.name}; {how_to_install('pi')}"
             ) from None
         self.wiring = wiring = Wiring() if wiring is None else wiring
-        self._model = BenchModel() if model is None else model
+        self._model = BoardModel() if model is None else model
         parts, noise = np.random.default_rng(seed).spawn(2)
         self._noise = noise
         self.circuit = Circuit(wiring, self._model.circuit, parts, wiring.supply_v)
@@ -115,7 +115,7 @@ class Bench:
             GpioPins(factory, electrodes),
             find(wiring.converter.type),
             tuple(_Bus(self, chip) for chip in self._chips),
-            Knobs(factory, wiring),
+            Controls(factory, wiring),
             self.circuit.advance,
             lambda: self.circuit.now_s,
         )
@@ -248,7 +248,7 @@ class Bench:
 class _Eye:
     """One converter's inputs."""
 
-    bench: Bench
+    bench: EmulatedBoard
     converter: int
 
     def __call__(self, input_: int) -> float:
@@ -259,7 +259,7 @@ class _Eye:
 class _Bus:
     """One converter's bus."""
 
-    bench: Bench
+    bench: EmulatedBoard
     chip: FakeChip
 
     def transfer(self, data: bytes) -> bytes:

@@ -1,0 +1,287 @@
+"""That was a twist: what a player says of the latest touch is learned while play goes on."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+
+from controller.adapt import AdaptError, correction
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
+from controller.bundles.deploy.upload import UploadReceiver
+from controller.cli.options import parser
+from controller.protocol.messages import (
+    DECLINED,
+    IN_USE,
+    PROVING,
+    Contact,
+    Contacts,
+    Correction,
+    Telemetry,
+    UploadStatus,
+)
+from controller.recognition.pipeline import Pipeline
+from controller.recordings import reader
+from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed
+from controller.runtime.bundle_updates import BundleUpdater
+from controller.runtime.device import Device
+from host.ui.correction_keys import CorrectionKeys
+from tests.support.loop_bench import FINGER, HELLO, Bench
+
+RATE_HZ = 10.0
+SHIPPED = bundles.default_path()
+
+
+def images(*touches: tuple[int, int], frames: int = 40) -> np.ndarray:
+    """Rest, and a finger in the middle from one frame to another."""
+    rng = np.random.default_rng(0)
+    z = 1.0 + 0.003 * rng.normal(size=(frames, 5, 5))
+    for first, end in touches:
+        z[first:end, 1:4, 1:4] -= 0.2
+        z[first:end, 2, 2] -= 0.2
+    return z.astype(np.float32)
+
+
+def test_the_latest_touch_is_meant() -> None:
+    cut = correction.latest(images((8, 13), (25, 31)), RATE_HZ)
+    assert cut is not None
+    assert len(cut) == 27  # from 13 frames before it, but not from within the touch before
+    span = correction.example("pinch", images((8, 13), (25, 31)), RATE_HZ).found()
+    assert span is not None
+
+
+def test_two_taps_in_a_row_are_one_touch() -> None:
+    cut = correction.latest(images((22, 25), (27, 30)), RATE_HZ)
+    assert cut is not None
+    assert len(cut) == 40 - (22 - 13)
+
+
+@pytest.mark.parametrize("seen", [images(), images((2, 8)), images(frames=2)])
+def test_what_was_long_ago_or_never_is_refused(seen: np.ndarray) -> None:
+    with pytest.raises(AdaptError, match="nothing touched the orb"):
+        correction.example("pinch", seen, RATE_HZ)
+
+
+def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
+    """Return what takes a bundle into use without a proof, which the shelf's tests look at."""
+
+    def install(path: Path, corrects: str | None = None) -> str:
+        data = path.read_bytes()
+        name = name_of(bundles.parse(data))
+        shelf.install(data, StoredBundle(name, "numpy", 1.0, "now", corrects))
+        return name
+
+    return install
+
+
+def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
+    tmp_path: Path,
+) -> None:
+    shelf = BundleStore(tmp_path)
+    seen, install = images((25, 31)), copied(shelf)
+
+    def correct(label: str) -> str:
+        return correction.correct(label, seen, RATE_HZ, shelf, install)
+
+    assert correct("twist_cw") == "learned: that was twist_cw (1 so far)"
+    assert correct("null") == "learned: that was nothing (2 so far)"
+    now = bundles.read(shelf.current()[0])
+    assert now.card["added"] == ["corrected in play: twist_cw", "corrected in play: nothing"]
+    assert now.labels == bundles.read(SHIPPED).labels
+    assert correct("") == "taken back (1 left)"
+    assert bundles.read(shelf.current()[0]).card["added"] == ["corrected in play: twist_cw"]
+    assert correct("") == "taken back (0 left)"
+    assert shelf.current()[0] == SHIPPED
+    with pytest.raises(BundleError, match="no correction to take back"):
+        correct("")
+    assert not list((tmp_path / "incoming").iterdir())
+
+
+def outcome(clerk: BundleUpdater) -> UploadStatus | None:
+    """What the clerk says when its thread has ended."""
+    assert clerk._thread is not None
+    clerk._thread.join()
+    return clerk.poll()
+
+
+def test_the_loop_hears_at_once_and_again_when_it_is_learned(tmp_path: Path) -> None:
+    asked = []
+
+    def learn(label: str, seen: list[np.ndarray]) -> str:
+        asked.append((label, len(seen)))
+        return "learned"
+
+    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
+    assert clerk.correct(Correction("pinch"), list(images())) == UploadStatus(
+        PROVING, 0, "learning"
+    )
+    assert outcome(clerk) == UploadStatus(IN_USE, 0, "learned")
+    assert asked == [("pinch", 40)]
+    assert clerk.switched
+
+
+def test_a_link_that_does_not_prove_who_is_there_corrects_nothing(tmp_path: Path) -> None:
+    clerk = BundleUpdater(
+        UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
+    )
+    assert clerk.correct(Correction("pinch"), []) == UploadStatus(DECLINED, 0, "no key")
+
+
+def test_what_cannot_be_learned_is_told_and_play_goes_on(tmp_path: Path) -> None:
+    def learn(label: str, seen: list[np.ndarray]) -> str:
+        raise AdaptError("that touch is too weak to learn from")
+
+    clerk = BundleUpdater(UploadReceiver(tmp_path), lambda path: "", learn)
+    clerk.correct(Correction("pinch"), [])
+    assert outcome(clerk) == UploadStatus(DECLINED, 0, "that touch is too weak to learn from")
+    assert not clerk.switched
+
+
+def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
+    keys = CorrectionKeys()
+    assert not keys.key(pygame.K_1, pygame.KMOD_CTRL, 0.0)  # no orb is there yet
+    keys.labels = ("null", "press", "pinch")
+    assert not keys.key(pygame.K_2, 0, 0.0)  # two fingers, as ever
+    assert keys.key(pygame.K_3, pygame.KMOD_CTRL, 0.0)
+    assert keys.outgoing() == []
+    assert keys.told(0.0) == "there is no gesture 3"
+    for code, label in ((pygame.K_2, "pinch"), (pygame.K_0, "null"), (pygame.K_BACKSPACE, "")):
+        assert keys.key(code, pygame.KMOD_LCTRL, 1.0)
+        assert keys.outgoing() == [Correction(label)]
+        assert keys.outgoing() == []
+    keys.answer(UploadStatus(PROVING, 0, "learning"), 2.0)
+    assert keys.told(30.0) == "learning"
+    keys.answer(UploadStatus(IN_USE, 0, "learned: that was pinch"), 31.0)
+    assert keys.told(32.0) == "learned: that was pinch"
+    assert keys.told(40.0) == ""
+
+
+def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
+    """It never waits: the clerk answers at once, and ends the loop when it has learned."""
+    given: list[tuple[str, int]] = []
+
+    class Patient(BundleUpdater):
+        polled = 0
+
+        def __init__(self) -> None:
+            self.switched = False
+
+        def correct(self, message: Correction, images: list[np.ndarray]) -> UploadStatus:
+            given.append((message.label, len(images)))
+            return UploadStatus(PROVING, 0, "learning")
+
+        def poll(self) -> UploadStatus | None:
+            if not given:
+                return None
+            self.polled += 1
+            if self.polled < 20:
+                return None
+            self.switched = True
+            return UploadStatus(IN_USE, 0, "learned")
+
+    bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
+    bench.loop._clerk = clerk = Patient()
+    bench.run(20.0)
+    assert given == [("pinch", 40)]  # four seconds of images
+    assert clerk.switched
+    assert bench.world.now_s - bench.world.start_s < 10.0
+    said = bench.messages(UploadStatus)
+    assert said == [UploadStatus(PROVING, 0, "learning"), UploadStatus(IN_USE, 0, "learned")]
+    frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
+    assert frames == list(range(1, len(frames) + 1))  # none was missed meanwhile
+
+
+class Switching(BundleUpdater):
+    """A clerk with whom another bundle comes into use at the first look."""
+
+    def __init__(self) -> None:
+        self.switched = False
+        self.answers = [UploadStatus(IN_USE, 0, "learned")]
+
+    def poll(self) -> UploadStatus | None:
+        self.switched = self.switched or bool(self.answers)
+        return self.answers.pop() if self.answers else None
+
+
+def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
+    bench = Bench((0.0, HELLO))
+    asked: list[Device] = []
+
+    def exchange(device: Device) -> bool:
+        asked.append(device)
+        return True
+
+    bench.loop._clerk, bench.loop._exchange = Switching(), exchange
+    bench.run(3.0)
+    assert bench.messages(UploadStatus) == [UploadStatus(IN_USE, 0, "learned")]
+    assert len(asked) == 1
+    assert len(bench.sensors) == 1
+    frames = [m.frame for m in bench.messages(Telemetry) if isinstance(m, Telemetry)]
+    assert frames == list(range(1, 30))
+
+
+@pytest.fixture
+def run_of_a_bundle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[Parts, Device, BundleStore]]:
+    """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
+    monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
+    words = (
+        f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"
+    )
+    parts = prepare(parser().parse_args(words.split()))
+    device = open_device(parts, 1)
+    for _ in range(30):
+        device.advance(10.0)
+    try:
+        yield parts, device, BundleStore(tmp_path / "shelf")
+    finally:
+        device.close()
+        parts.link.close()
+
+
+def test_networks_are_exchanged_while_the_orb_runs(
+    run_of_a_bundle: tuple[Parts, Device, BundleStore], tmp_path: Path
+) -> None:
+    parts, device, shelf = run_of_a_bundle
+    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)  # type: ignore[attr-defined]
+    seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
+    before = np.concatenate([np.ones((20, 5, 5), np.float32), seen])
+    correction.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))
+    rest = device.pipeline.rest
+    assert rest is not None
+    changed = refreshed(parts)
+    assert changed is not None
+    assert changed.bundle.hash != parts.bundle.hash
+    exchange(changed, device)
+    for _ in range(5):
+        step = device.advance(10.0)
+        assert step is not None
+        assert step.ready  # rest is not found anew
+    now = device.pipeline.rest
+    assert now is not None
+    assert np.abs(now / rest - 1.0).max() < 0.05
+    device.tape.close()  # type: ignore[union-attr]
+    device.tape = None
+    first, second = (reader.load(tmp_path / f"sub-ab_ses-1_run-0{number}.npz") for number in (1, 2))
+    assert (first.origin.bundle, second.origin.bundle) == (parts.bundle.hash, changed.bundle.hash)
+    assert (len(first.t), len(second.t)) == (38, 5)
+    replayed = Pipeline(changed.bundle, changed.recognizer, changed.mapping)
+    replayed.restore(second.state)
+    steps = [replayed.step(f, float(t)) for f, t in zip(second.frames, second.t, strict=True)]
+    assert step is not None
+    np.testing.assert_array_equal(steps[-1].probabilities, step.probabilities)
+
+
+def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
+    run_of_a_bundle: tuple[Parts, Device, BundleStore],
+) -> None:
+    parts, _, _ = run_of_a_bundle
+    fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))
+    assert refreshed(parts) is not None
+    assert refreshed(replace(parts, bundle=fewer)) is None

@@ -1,0 +1,272 @@
+"""A new gesture from a few examples is learned, the old ones stay, and a bundle comes of it."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import adapt
+from controller.adapt import AdaptError, Example, few_shot, head, rehearsal
+from controller.adapt.examples import paced, touched, vary
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.inference import engines, onnx_reader
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.preprocess import Preprocessor
+from controller.simulator.presets import preset
+from controller.simulator.session import simulate
+from controller.simulator.user_style import person
+
+SHIPPED = bundles.default_path()
+LOADED = bundles.read(SHIPPED)
+DATA = SHIPPED.read_bytes()
+
+
+@pytest.fixture(autouse=True)
+def _short_lessons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rehearse once, not as often as a device does: seconds are enough there, not here."""
+    monkeypatch.setattr(few_shot, "REHEARSED", 1)
+    monkeypatch.setattr(few_shot, "COPIES", 60)
+
+
+@cache
+def examples(label: str, number: int, user: int = 3) -> tuple[Example, ...]:
+    """Examples of a simulated gesture, cut a little before and after it."""
+    played = simulate(
+        np.random.SeedSequence([1, user]), 0.6, style=person(1, user), rate_hz=10.0,
+        model=preset("nominal"), protocol="free", gestures=(label,),
+    )  # fmt: skip
+    stage = Preprocessor(LOADED.preprocess, 5, 5)
+    images = np.array([stage.step(frame).image for frame in played.frames])
+    found = []
+    for event in played.events:
+        first, end = np.searchsorted(played.time_s, (event.onset_s - 1.5, event.release_s + 0.4))
+        if event.onset_s > 3.0:
+            cut = images[first:end]
+            found.append(Example(label, cut, rotations="all", mirrored=True))
+    return tuple(found[:number])
+
+
+@cache
+def taught() -> bytes:
+    """The shipped bundle after three double taps."""
+    made = adapt.teach(DATA, examples("double_tap", 3), command="hold")
+    return written(made)
+
+
+def written(made: adapt.AdaptedBundle) -> bytes:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        made.write(Path(folder) / "x.orb")
+        return (Path(folder) / "x.orb").read_bytes()
+
+
+def named(loaded: Bundle, windows: np.ndarray, engine: str = "numpy") -> list[str]:
+    run = engines.open_network(engine, loaded.gesture_onnx, onnx_reader.read(loaded.gesture_onnx))
+    return [loaded.labels[int(run(window[None])[0].argmax())] for window in windows]
+
+
+def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
+    learned = bundles.parse(taught())
+    assert learned.labels == (*LOADED.labels, "double_tap")
+    assert learned.mapping.command("double_tap", None) == "hold"
+    assert learned.card["added"] == ["double_tap from 3 examples"]
+    assert learned.location_onnx == LOADED.location_onnx
+    for engine in engines.NAMES:
+        Recognizer(learned, engine)  # asks the renewed golden questions
+    another = examples("double_tap", 5)[4].found()
+    assert another is not None
+    windows, telling = vary(another, 10, 1, np.random.default_rng(0))
+    late = named(learned, windows[telling >= 0.9])
+    assert late.count("double_tap") > len(late) / 2
+
+
+def test_the_old_gestures_stay() -> None:
+    learned = bundles.parse(taught())
+    before, after = named(LOADED, LOADED.golden.windows), named(learned, LOADED.golden.windows)
+    same = [one == other for one, other in zip(before, after, strict=True)]
+    assert sum(same) >= len(same) - 4  # frames at an edge may go either way
+    assert len(learned.golden.windows) > len(LOADED.golden.windows)
+
+
+def test_the_same_lesson_makes_the_same_bundle() -> None:
+    assert written(adapt.teach(DATA, examples("double_tap", 3), command="hold")) == taught()
+
+
+def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
+    part = few_shot.GESTURE
+    kept = rehearsal.read(bundles.unpack(taught())[rehearsal.PART], (5, 5), 6)
+    base = head.take_apart(bundles.parse(taught()).gesture_onnx, kept.base[part])
+    trained = head.take_apart(LOADED.gesture_onnx)
+    assert (base.hidden, base.classes) == (trained.hidden, trained.classes)
+    for name, weights in trained.graph.weights.items():
+        assert np.array_equal(base.graph.weights[name], weights), name
+
+
+def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further() -> None:
+    made = written(adapt.teach(taught(), examples("squeeze", 3)))
+    learned = bundles.parse(made)
+    assert learned.labels[-2:] == ("double_tap", "squeeze")
+    assert learned.mapping.command("squeeze", None) is None
+    assert len(learned.card["added"]) == 2
+    for label in ("double_tap", "squeeze"):
+        one = examples(label, 1)[0].found()
+        assert one is not None
+        windows, telling = vary(one, 10, 1, np.random.default_rng(0))
+        assert label in named(learned, windows[telling >= 0.9])
+    first = bundles.parse(taught()).gesture_onnx
+    assert len(learned.gesture_onnx) < len(first) + 500
+
+
+def test_somebody_s_own_way_of_pinching_goes_into_a_network_of_theirs() -> None:
+    theirs = [Example("pinch", one.images, user="ann") for one in examples("squeeze", 2)]
+    learned = bundles.parse(written(adapt.teach(DATA, theirs)))
+    assert learned.labels == LOADED.labels
+    assert learned.gesture_onnx == LOADED.gesture_onnx
+    assert learned.users.heads == ("ann",)
+    assert learned.heads["ann"] != LOADED.gesture_onnx
+    assert learned.card["added"] == ["pinch of ann from 2 examples"]
+    Recognizer(learned)
+    both = bundles.parse(written(adapt.teach(written(adapt.teach(DATA, theirs)),
+                                             examples("double_tap", 1))))  # fmt: skip
+    assert both.users.heads == ("ann",)  # and her network knows the new gesture as well
+    assert both.golden.heads["ann"].shape[1] == 6
+
+
+def test_a_bundle_without_material_rehearses_its_golden_windows() -> None:
+    parts = bundles.content(bundles.unpack(DATA))
+    del parts[bundles.REHEARSAL]
+    manifest = bundles.unpack(DATA)[bundles.MANIFEST]
+    bare = adapt.AdaptedBundle(manifest, parts, 1.0, 1.0)
+    made = adapt.teach(written(bare), examples("squeeze", 3), careful=False)
+    assert bundles.parse(written(made)).labels[-1] == "squeeze"
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ((), "there are no examples"),
+        ((Example("wave", np.ones((20, 5, 5), np.float32)),), "example 1 of wave shows no touch"),
+        ((Example("wave", np.ones((20, 4, 5), np.float32)),), "expected are some of 5×5 taxels"),
+        ((Example("wave", np.ones((20, 5, 5), np.float32)),) * 201, "keeps at most 200"),
+    ],
+)
+def test_what_cannot_be_learned_from_is_refused(given: tuple[Example, ...], complaint: str) -> None:
+    with pytest.raises(AdaptError, match=complaint):
+        adapt.teach(DATA, given)
+
+
+def test_a_lesson_that_would_cost_the_old_gestures_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Presses of another name that count more than all else cannot be told from presses."""
+    monkeypatch.setattr(few_shot, "SHARE", 5.0)
+    same = [Example("poke", one.images, rotations="all") for one in examples("press", 4)]
+    with pytest.raises(AdaptError, match="the other gestures would suffer"):
+        adapt.teach(DATA, same)
+
+
+def test_a_rehearsal_of_another_sensor_is_refused() -> None:
+    parts = bundles.content(bundles.unpack(DATA))
+    odd = rehearsal.Rehearsal(
+        np.zeros((4, 3, 3), np.uint8), np.zeros(4, np.int8), np.zeros(4, np.bool_)
+    )
+    parts[bundles.REHEARSAL] = odd.pack()
+    made = adapt.AdaptedBundle(bundles.unpack(DATA)[bundles.MANIFEST], parts, 1.0, 1.0)
+    with pytest.raises(BundleError, match="rehearsal of another sensor"):
+        adapt.teach(written(made), examples("squeeze", 1))
+
+
+def images_touched(*touches: tuple[int, int], frames: int = 40, firm: float = 0.5) -> np.ndarray:
+    images = np.ones((frames, 5, 5), np.float32)
+    for first, end in touches:
+        images[first:end, 2, 2] -= firm
+    return images
+
+
+def test_a_touch_is_found_with_the_pause_of_a_double_tap_in_it() -> None:
+    one = Example("double_tap", images_touched((10, 13), (15, 18))).found()
+    assert one is not None
+    assert one.span == pytest.approx((9.3, 17.7), abs=0.35)
+    assert len(one.images) == 40
+    assert touched(np.ones((30, 5, 5), np.float32)) == []
+
+
+def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_before() -> None:
+    one = Example("tap", images_touched((3, 9), (20, 26), (35, 36))).found()
+    assert one is not None
+    assert one.span is not None
+    begin, end = (math.ceil(edge) for edge in one.span)
+    assert end - begin == 6
+    assert (one.images[begin:end, 2, 2] == 0.5).all()
+    around = np.concatenate([one.images[:begin], one.images[end:]])
+    assert len(around) > 5
+    assert (around == 1.0).all()
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
+def test_how_long_a_pause_parts_touches_is_a_time_not_a_number_of_frames(rate_hz: float) -> None:
+    def at(*seconds: float) -> tuple[int, ...]:
+        return tuple(round(rate_hz * s) for s in seconds)
+
+    def found(pause_s: float) -> float:
+        touches = (at(1.0, 1.3), at(1.3 + pause_s, 1.6 + pause_s))
+        images = images_touched(*touches, frames=round(4 * rate_hz))  # type: ignore[arg-type]
+        one = Example("tap", images).found(rate_hz)
+        assert one is not None
+        assert one.span is not None
+        return (one.span[1] - one.span[0]) / rate_hz
+
+    assert found(0.3) == pytest.approx(0.9, abs=0.1)
+    assert found(0.6) == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_stray_after_the_touch_is_not_meant() -> None:
+    images = images_touched((10, 16)) + images_touched((30, 32), firm=0.2) - 1.0
+    one = Example("tap", images).found()
+    assert one is not None
+    assert one.span == pytest.approx((9.3, 15.7), abs=0.35)
+
+
+def test_examples_of_a_noisy_orb_weigh_less() -> None:
+    def weight(noise: float) -> float:
+        rng = np.random.default_rng(0)
+        images = images_touched((10, 16)) + noise * rng.normal(size=(40, 5, 5))
+        return few_shot.weight_of(Example("tap", images.astype(np.float32)))
+
+    assert weight(0.0) == pytest.approx(few_shot.SHARE)
+    # Normal noise changes by 2/sqrt(pi) of its deviation from frame to frame, on average.
+    assert weight(few_shot.NOISY * np.sqrt(np.pi) / 2) == pytest.approx(few_shot.SHARE / 2, rel=0.1)
+
+
+def test_a_short_touch_read_at_other_instants_keeps_its_tip() -> None:
+    time = np.arange(20.0)
+    depth = 0.3 * np.exp(-0.5 * np.square((time - 10.0) / 1.2))  # a knock at 10 Hz
+    images = np.repeat(1.0 - depth, 25).reshape(20, 5, 5).astype(np.float32)
+    rng, worst = np.random.default_rng(0), np.zeros(2)
+    for _ in range(30):
+        seen, at = paced(images, rng)
+        true = 1.0 - 0.3 * np.exp(-0.5 * np.square((at - 10.0) / 1.2))
+        line = np.interp(at, time, images[:, 0, 0])
+        off = [np.abs(one - true).max() for one in (seen[:, 0, 0], line)]
+        worst = np.maximum(worst, off)
+    assert worst[0] < 0.5 * worst[1]
+
+
+def test_examples_are_turned_only_as_they_declare() -> None:
+    images = np.ones((20, 5, 5), np.float32)
+    images[8:14, 0, 1] = 0.5  # the top row
+    for rotations, rows in (("none", {0}), ("half", {0, 4}), ("all", {0, 1, 3, 4})):
+        one = Example("tap", images, rotations=rotations).found()
+        assert one is not None
+        windows, telling = vary(one, 10, 30, np.random.default_rng(0))
+        last = windows[telling > 0.9][:, -1]
+        assert {int(np.unravel_index(z.argmin(), z.shape)[0]) for z in last} == rows
+
+
+def test_a_network_of_another_form_is_refused() -> None:
+    with pytest.raises(head.FormError, match="another form than ours"):
+        head.take_apart(LOADED.location_onnx)

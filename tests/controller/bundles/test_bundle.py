@@ -1,0 +1,263 @@
+"""Bundles: whole or refused, and proved before they are used."""
+
+import dataclasses
+import io
+import pickle
+import re
+import tracemalloc
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import npz
+from controller.bundles import bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.inference import onnx_reader, onnx_writer
+from controller.bundles.inference.networks import A_FEW, Recognizer
+from controller.recognition.touch_position import PositionSpread
+
+SHIPPED = bundle.default_path()
+
+
+def parts_of(path: Path = SHIPPED) -> tuple[bytes, dict[str, bytes]]:
+    """The manifest and the other parts, ready to be written again."""
+    parts = bundle.unpack(path.read_bytes())
+    return parts[bundle.MANIFEST], bundle.content(parts)
+
+
+def test_shipped_bundle_knows_the_paper_s_five_classes_and_proves_itself() -> None:
+    shipped = bundle.read(SHIPPED)
+    assert shipped.labels == ("null", "press", "pinch", "twist_cw", "twist_ccw")
+    assert (shipped.rows, shipped.columns, shipped.window, shipped.rate_hz) == (5, 5, 10, 10.0)
+    probabilities = Recognizer(shipped).probabilities(shipped.golden.windows[0])
+    assert probabilities.shape == (5,)
+    assert probabilities.sum() == pytest.approx(1.0, abs=1e-5)
+
+
+def test_what_ships_takes_less_than_five_megabytes_the_paper_s_network_with_it() -> None:
+    bundles = sorted(SHIPPED.parent.glob("*.orb"))
+    assert [path.name for path in bundles] == ["orbtouch.orb", "paper.orb"]
+    assert sum(path.stat().st_size for path in bundles) < 5_000_000
+    paper = bundle.read(bundles[1])
+    assert not paper.locates
+    Recognizer(paper)  # replays the golden vectors
+
+
+def test_any_zip_tool_opens_a_bundle_and_its_sums_are_right() -> None:
+    with zipfile.ZipFile(SHIPPED) as file:
+        assert file.namelist() == [*bundle.PARTS[:-1], bundle.REHEARSAL, bundle.SUMS]
+        assert file.testzip() is None
+
+
+def test_same_parts_make_the_same_file(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    copy = tmp_path / "copy.orb"
+    bundle.write(copy, manifest=manifest, parts=parts)
+    assert copy.read_bytes() == SHIPPED.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["copy.orb"]
+
+
+def test_one_flipped_bit_anywhere_is_refused(tmp_path: Path) -> None:
+    whole = SHIPPED.read_bytes()
+    path = tmp_path / "flipped.orb"
+    headers = [match.start() for match in re.finditer(rb"PK[\1-\6][\2-\6]", whole)]
+    places = {0, len(whole) // 2, len(whole) - 1}
+    places |= {start + offset for start in headers for offset in range(0, 46, 5)}
+    places |= {int(p) for p in np.random.default_rng(1).integers(0, len(whole), 20)}
+    for place in sorted(place for place in places if place < len(whole)):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with pytest.raises(BundleError, match="damaged"):
+            bundle.read(path)
+
+
+def test_what_is_no_bundle_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    whole = SHIPPED.read_bytes()
+    contents = {
+        "empty": b"",
+        "truncated": whole[:-1],
+        "half": whole[: len(whole) // 2],
+        "longer": whole + b"\0",
+        "random": np.random.default_rng(2).bytes(5000),
+    }
+    for name, data in contents.items():
+        path = tmp_path / name
+        path.write_bytes(data)
+        with pytest.raises(BundleError, match="is damaged"):
+            bundle.read(path)
+    with pytest.raises(BundleError, match="it is a folder"):
+        bundle.read(tmp_path)
+    with pytest.raises(BundleError, match="does not exist"):
+        bundle.read(tmp_path / "absent.orb")
+
+
+def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.orb"
+    with path.open("wb") as file:
+        file.truncate(bundle.MAX_BYTES + 1)
+    with pytest.raises(BundleError, match="more than the"):
+        bundle.read(path)
+
+
+def test_a_bundle_may_do_without_a_location_network(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    golden = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    none = {name: golden[name][:0] for name in ("images", "touches")}
+    parts |= {"location.onnx": b""}
+    parts["golden.npz"] = npz.pack({**golden, **none})
+    with pytest.raises(BundleError, match="maps gestures by their place"):
+        bundle.write(tmp_path / "new.orb", manifest=manifest, parts=parts)
+    text = re.sub(r"press = \[.*?\n\]", 'press = "down"', manifest.decode(), flags=re.DOTALL)
+    bundle.write(tmp_path / "new.orb", manifest=text.encode(), parts=parts)
+    blind = bundle.read(tmp_path / "new.orb")
+    assert not blind.locates
+    assert Recognizer(blind).touch(golden["images"][0]) is None
+
+
+def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    plain = re.sub(r"\[location\]\n(\w.*\n)*", "", manifest.decode())
+    for table, spread in (
+        ("", None),
+        ("\n[location]\nfloor = 0.07\nnoise = 3\n", PositionSpread(0.07, 3.0)),
+    ):
+        bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
+        assert bundle.read(tmp_path / "new.orb").spread == spread
+    for table, complaint in (
+        ("\n[location]\nfloor = -1.0\nnoise = 3.0\n", "floor = -1.0 under .location."),
+        ("\n[location]\nfloor = 1.0\n", "another version of this program"),
+    ):
+        with pytest.raises(BundleError, match=complaint):
+            bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "complaint"),
+    [
+        ("format", "format = 5", "update the older one"),
+        ("rows", "rows = 0", "a whole number from 1 to 30"),
+        ("rows", "rows = true", "a whole number"),
+        ("rows", "rows = 5.0", "a whole number"),
+        ("columns", "", "columns = None"),
+        ("rate_hz", "rate_hz = inf", "a number from 0.1"),
+        ("rate_hz", "rate_hz = 20.0", "others under .preprocess."),
+        ("labels", 'labels = ["press", "null"]', '"null" first'),
+        ("labels", 'labels = ["null", "press", "press"]', "different names"),
+        ("labels", 'labels = ["null", "Ünvar!"]', "small letters"),
+        ("labels", "labels = [", "cannot be used: line 3: invalid value"),
+        ("on", "on = nan", "on = nan"),
+        ("on", "onn = 0.5", "another version of this program"),
+        ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
+    ],
+)
+def test_a_manifest_that_makes_no_sense_is_refused(
+    tmp_path: Path, line: str, instead: str, complaint: str
+) -> None:
+    text, parts = parts_of()
+    pattern = rf"^{line} = (\[[^\]]*\]|.*)$"
+    changed = re.sub(pattern, instead, text.decode(), count=1, flags=re.MULTILINE)
+    with pytest.raises(BundleError, match=complaint):
+        bundle.write(tmp_path / "new.orb", manifest=changed.encode(), parts=parts)
+    assert not list(tmp_path.iterdir())
+
+
+def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> tuple[object, tuple[str]]:
+            return pytest.fail, ("a pickle was loaded",)
+
+    manifest, parts = parts_of()
+    buffer = io.BytesIO()
+    np.savez(buffer, windows=np.array([Trap()], dtype=object))
+    with pytest.raises(BundleError, match="pickled objects"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": buffer.getvalue()}
+        )
+    with pytest.raises(BundleError, match="not a whole"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": pickle.dumps({})}
+        )
+
+
+def test_golden_vectors_of_another_shape_are_refused(tmp_path: Path) -> None:
+    manifest, parts = parts_of()
+    arrays = npz.unpack(parts["golden.npz"], bundle.MAX_BYTES)
+    arrays["touches"] = arrays["touches"][:-1]
+    with pytest.raises(BundleError, match="equally many"):
+        bundle.write(
+            tmp_path / "x.orb", manifest=manifest, parts={**parts, "golden.npz": npz.pack(arrays)}
+        )
+
+
+def test_a_network_that_answers_differently_than_when_it_was_made_is_refused() -> None:
+    shipped = bundle.read(SHIPPED)
+    golden = dataclasses.replace(
+        shipped.golden, probabilities=shipped.golden.probabilities + np.float32(2e-4)
+    )
+    with pytest.raises(BundleError, match="gesture network answers differently"):
+        Recognizer(dataclasses.replace(shipped, golden=golden))
+    golden = dataclasses.replace(
+        shipped.golden, touches=shipped.golden.touches * np.float32(np.nan)
+    )
+    with pytest.raises(BundleError, match="location network answers differently"):
+        Recognizer(dataclasses.replace(shipped, golden=golden))
+
+
+def test_reading_a_bundle_takes_memory_for_what_is_in_it_and_no_more() -> None:
+    tracemalloc.start()
+    try:
+        bundle.read(SHIPPED)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8 * SHIPPED.stat().st_size
+
+
+def test_a_bundle_that_was_proved_before_is_asked_some_of_its_questions() -> None:
+    shipped = bundle.read(SHIPPED)
+
+    def wrong(first: int, last: int) -> bundle.Bundle:
+        """A bundle some of whose golden answers are not what its network says."""
+        answers = shipped.golden.probabilities.copy()
+        answers[first:last] += np.float32(2e-4)
+        golden = dataclasses.replace(shipped.golden, probabilities=answers)
+        return dataclasses.replace(shipped, golden=golden)
+
+    many = len(shipped.golden.windows)
+    assert many >= 2 * A_FEW
+    for damaged in (wrong(0, 1), wrong(many // 2, many), wrong(0, many)):
+        with pytest.raises(BundleError, match="gesture network answers differently"):
+            Recognizer(damaged, proved=True)
+    Recognizer(wrong(1, 2), proved=True)
+    with pytest.raises(BundleError, match="gesture network answers differently"):
+        Recognizer(wrong(1, 2))
+
+
+def test_a_model_that_is_none_is_refused() -> None:
+    shipped = bundle.read(SHIPPED)
+    with pytest.raises(BundleError, match="gesture network is damaged"):
+        Recognizer(dataclasses.replace(shipped, gesture_onnx=b"no model"))
+    swapped = dataclasses.replace(shipped, location_onnx=shipped.gesture_onnx)
+    with pytest.raises(BundleError, match=r"location network makes \(5,\) of \(10, 5, 5\)"):
+        Recognizer(swapped)
+
+
+def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
+    shipped = bundle.read(bundle.default_path())
+    whole = onnx_reader.read(shipped.gesture_onnx)
+    cut = dataclasses.replace(whole, nodes=whole.nodes[:-1], output=whole.nodes[-2].output)
+    with pytest.raises(BundleError, match="gesture network does not end in Softmax"):
+        Recognizer(dataclasses.replace(shipped, gesture_onnx=onnx_writer.write(cut)))
+
+
+def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    recognizer = Recognizer(bundle.read(bundle.default_path()))
+    for network, answers in (("_gesture", 5), ("_location", 2)):
+        answer = np.full((1, answers), np.nan, dtype=np.float32)
+        monkeypatch.setattr(recognizer, network, lambda question, answer=answer: answer)
+    window = np.ones((10, 5, 5), dtype=np.float32)
+    assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
+    assert recognizer.touch(window[0]) is None

@@ -1,0 +1,163 @@
+"""Bundles with people in them: whole or refused, and proved before they are used."""
+
+import dataclasses
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller import npz
+from controller.bundles import archive, bundle
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy import selftest
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition import users
+from controller.recognition.mapping import Rule
+from tests.support import user_bundles as enrolled
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return enrolled.write(tmp_path_factory.mktemp("people") / "two.orb")
+
+
+def test_a_bundle_says_whom_it_knows_and_what_their_gestures_mean(path: Path) -> None:
+    read = bundle.read(path)
+    assert (read.users.names, read.users.heads, read.tells) == (("ann", "bob"), ("ann",), True)
+    assert read.users.mapping("bob", read.mapping).rules["pinch"] == (Rule("hold"),)
+    assert read.users.mapping("ann", read.mapping) == read.mapping
+    assert list(read.heads) == ["ann"]
+
+
+def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> None:
+    with zipfile.ZipFile(path) as file:
+        own = ["user.onnx", "gesture-ann.onnx", "rehearsal.npz", "SHA256SUMS"]
+        assert file.namelist()[-4:] == own
+        assert file.testzip() is None
+
+
+def test_a_bundle_without_people_has_no_word_about_them() -> None:
+    shipped = bundle.read(enrolled.SHIPPED)
+    assert (shipped.users, shipped.tells, shipped.heads) == (users.NOBODY, False, {})
+    assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
+
+
+@pytest.mark.parametrize("engine", ["onnxruntime", "numpy"])
+def test_every_engine_asks_the_user_network_and_the_head_of_whom_it_is_told(
+    path: Path, engine: str
+) -> None:
+    read = bundle.read(path)
+    recognizer = Recognizer(read, engine)
+    window = np.ones((10, 5, 5), dtype=np.float32)
+    window[:, :, 4] = 0.8
+    who = recognizer.people(window)
+    assert who is not None
+    assert who.argmax() == 2  # bob touches on the right
+    assert recognizer.probabilities(window, "ann").argmax() == 0
+    window -= np.float32(0.1)
+    assert recognizer.probabilities(window, "ann").argmax() == 2  # whatever ann does is a pinch
+    assert recognizer.probabilities(window, "bob") == pytest.approx(
+        recognizer.probabilities(window)
+    )
+
+
+def test_the_proof_of_the_shelf_includes_the_networks_of_people(path: Path) -> None:
+    assert not selftest.measure(bundle.read(path), "numpy").problem
+
+
+def test_a_user_network_that_answers_differently_than_when_it_was_made_is_refused(
+    path: Path,
+) -> None:
+    read = bundle.read(path)
+    golden = dataclasses.replace(read.golden, people=read.golden.people + np.float32(2e-4))
+    with pytest.raises(BundleError, match="user network answers differently"):
+        Recognizer(dataclasses.replace(read, golden=golden))
+    golden = dataclasses.replace(read.golden, heads={"ann": read.golden.probabilities})
+    with pytest.raises(BundleError, match="gesture-ann network answers differently"):
+        Recognizer(dataclasses.replace(read, golden=golden))
+
+
+def test_networks_of_another_shape_are_refused(path: Path) -> None:
+    read = bundle.read(path)
+    with pytest.raises(BundleError, match=r"user network makes \(5,\) of \(10, 5, 5\)"):
+        Recognizer(dataclasses.replace(read, user_onnx=read.gesture_onnx))
+    with pytest.raises(BundleError, match=r"gesture-ann network makes \(3,\)"):
+        Recognizer(dataclasses.replace(read, heads={"ann": read.user_onnx}))
+
+
+def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_path: Path) -> None:
+    parts = enrolled.parts() | {users.NETWORK: b""}
+    golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
+    with pytest.raises(BundleError, match="equally many"):
+        bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
+    parts[bundle.GOLDEN] = npz.pack({**golden, "people": golden["people"][:0]})
+    bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
+    read = bundle.read(tmp_path / "x.orb")
+    assert (read.users.names, read.tells) == (("ann", "bob"), False)
+    assert Recognizer(read).people(read.golden.windows[0]) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "complaint"),
+    [
+        ("names", "names = []", "1 to 32 of letters"),
+        ("names", 'names = ["ann", "../bob"]', "1 to 32 of letters"),
+        ("names", 'names = ["ann", "Ann"]', "two of them alike"),
+        ("names", "names = 2", "a list of words"),
+        ("names", 'names = ["ann", "eve"]', "'bob' is not among the names"),
+        ("names", 'names = ["bob"]', "'ann' among the heads"),
+        ("gestures", 'gestures = ["press", "wave"]', "'wave' among the gestures"),
+        ("gestures", "gestures = []", "no gesture that tells"),
+        ("temperature", "temperature = 0.0", "a number from 0.01"),
+        ("temperature", "temperature = nan", "a number from 0.01"),
+        ("accept", "accept = 1.1", "from 0 to 1"),
+        ("accept", "accept = true", "from 0 to 1"),
+        ("stay", "", "another version of this program .stay."),
+        ("forget_s", "forget_s = 30.0\nlock = true", "another version of this program .lock."),
+        ("heads", 'heads = ["ann", "ann"]', "there twice or unknown"),
+        ("heads", 'heads = ["ann", "bob"]', "gesture-bob.onnx"),
+        ("heads", "heads = []", "gesture-ann.onnx"),
+        ("pinch", 'pinhc = "hold"', "users.mapping.bob.* 'pinhc' is unknown"),
+    ],
+)
+def test_people_that_make_no_sense_are_refused(
+    tmp_path: Path, line: str, instead: str, complaint: str
+) -> None:
+    table, count = re.subn(rf"^{line} = .*$", instead, enrolled.TABLE, flags=re.MULTILINE)
+    assert count == 1
+    with pytest.raises(BundleError, match=complaint):
+        enrolled.write(tmp_path / "new.orb", table)
+    assert not list(tmp_path.iterdir())
+
+
+def test_parts_that_the_manifest_does_not_name_are_refused(tmp_path: Path) -> None:
+    shipped = bundle.unpack(enrolled.SHIPPED.read_bytes())
+    for name in ("user.onnx", "gesture-ann.onnx", "../../etc/passwd", "readme.txt"):
+        parts = {**bundle.content(shipped), name: b"something"}
+        with pytest.raises(BundleError, match="other parts than its manifest says"):
+            bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
+    del parts["location.onnx"]
+    with pytest.raises(BundleError, match="a bundle has the parts"):
+        bundle.write(tmp_path / "x.orb", manifest=shipped[bundle.MANIFEST], parts=parts)
+
+
+def test_one_flipped_bit_anywhere_is_refused(path: Path) -> None:
+    whole = path.read_bytes()
+    headers = [match.start() for match in re.finditer(rb"PK[\1-\6][\2-\6]", whole)]
+    places = {start + offset for start in headers for offset in range(0, 62, 3)}
+    places |= {int(p) for p in np.random.default_rng(1).integers(0, len(whole), 30)}
+    for place in sorted(place for place in places if place < len(whole)):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        with pytest.raises(archive.ArchiveError, match="damaged"):
+            bundle.parse(bytes(damaged))
+
+
+def test_parts_in_another_order_are_refused(path: Path) -> None:
+    parts = bundle.unpack(path.read_bytes())
+    last = list(parts)
+    last[-2], last[-3] = last[-3], last[-2]
+    with pytest.raises(archive.ArchiveError, match="damaged"):
+        bundle.parse(archive.pack({name: parts[name] for name in last}))

@@ -1,0 +1,208 @@
+"""The walk through an ONNX file: what a device runs is read, all else is refused with a reason."""
+
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.bundles import bundle
+from controller.bundles.inference import onnx_reader, onnx_shapes
+from controller.bundles.inference.onnx_reader import GraphError
+from tests.support.onnx_files import array, ints, model, node, number, text, value
+
+SHIPPED = bundle.read(bundle.default_path())
+
+
+ASKED = value(11, "x", 0, 4)
+GIVEN = value(12, "y", 0, 4)
+
+
+def chain(*parts: bytes) -> bytes:
+    """A network from x to y: some operators, and one that does nothing at the end."""
+    return model(*parts, node("Identity", "z", "y"), ASKED, GIVEN)
+
+
+# --- what is read ---
+
+
+def test_the_shipped_networks_are_chains_of_well_known_operators() -> None:
+    gesture = onnx_reader.read(SHIPPED.gesture_onnx)
+    assert gesture.shape == (1, SHIPPED.window, SHIPPED.rows, SHIPPED.columns)
+    assert gesture.nodes[-1].op == "Softmax"
+    assert {node.op for node in gesture.nodes} <= set(onnx_reader.OPERATORS)
+    sizes = onnx_shapes.sizes(gesture)
+    assert sizes.shapes[gesture.output] == (1, len(SHIPPED.labels))
+
+
+def test_shapes_and_multiplications_are_those_of_the_convolution_arithmetic() -> None:
+    """5 by 5 padded by 1, a kernel of 3 by 3, stride 2: 3 by 3 places, 18 taps, 4 maps."""
+    kernel = array("k", 4, 2, 3, 3)
+    settings = (ints("pads", 1, 1, 1, 1), ints("strides", 2, 2))
+    asked, given_ = value(11, "x", 0, 2, 5, 5), value(12, "y", 0, 4, 3, 3)
+    read = onnx_reader.read(model(kernel, node("Conv", "x k", "y", *settings), asked, given_))
+    sizes = onnx_shapes.sizes(read)
+    assert sizes.shapes["y"] == (1, 4, 3, 3)
+    assert sizes.macs == 4 * 9 * 18
+
+
+# --- what is refused ---
+
+BAD: dict[str, tuple[bytes, str]] = {
+    "nothing": (b"", "IR version 0"),
+    "text": (b"no model", "damaged|needs"),
+    "an old format": (model(ir=3), "IR version 3"),
+    "an unknown operator set": (model(opset=99), "operator set 99"),
+    "foreign operators": (
+        model(extra=text(8, text(1, "com.evil") + number(2, 1))),
+        "imports other operators",
+    ),
+    "functions": (model(extra=text(25, b"")), "a model with field 25"),
+    "training": (model(extra=text(20, b"")), "a model with field 20"),
+    "two graphs": (model(extra=text(7, b"")), "field 7 twice"),
+    "a loop": (chain(node("Loop", "x", "z")), "the operator Loop; a device runs"),
+    "a custom domain": (chain(node("Relu", "x", "z", domain="com.evil")), "com.evil.Relu"),
+    "a subgraph": (chain(node("Relu", "x", "z", text(1, "axis") + text(6, b""))), "field 6"),
+    "a setting nobody knows": (
+        chain(node("Relu", "x", "z", ints("secret", 1))),
+        "the setting 'secret'",
+    ),
+    "an array in another file": (
+        chain(text(5, number(1, 4) + number(2, 1) + text(8, "w") + text(13, b"path"))),
+        "an array with field 13",
+    ),
+    "an array that claims more than it has": (chain(array("w", 1 << 40, raw=b"")), "0 bytes for"),
+    "an array of a negative size": (chain(array("w", -4, raw=b"")), "of the shape"),
+    "an array of texts": (chain(array("w", 0, kind=8)), "another type"),
+    "weights that are no numbers": (
+        chain(array("w", 1, raw=struct.pack("<f", float("nan")))),
+        "no numbers",
+    ),
+    "two arrays of one name": (chain(array("w", 1), array("w", 1)), "two arrays"),
+    "an operator before its input": (chain(node("Relu", "later", "z")), "'later'"),
+    "an output twice": (chain(node("Relu", "x", "x")), "two arrays named 'x'"),
+    "no output": (model(node("Relu", "x", "z"), ASKED, GIVEN), "'y', which none"),
+    "two inputs": (
+        model(node("Relu", "x", "y"), ASKED, value(11, "w", 0, 4), GIVEN),
+        "takes 2 arrays",
+    ),
+    "an open shape": (model(node("Relu", "x", "y"), value(11, "x", 0, 0), GIVEN), "leaves open"),
+    "a long name": (chain(node("Relu", "x", "z" * 300)), "name of 300 bytes"),
+    "a name that is no text": (chain(text(1, text(4, b"\xff"))), "no text"),
+    "too many operators": (
+        chain(*(node("Relu", "x", f"z{i}") for i in range(101))),
+        "more than 100 operators",
+    ),
+    "a number without an end": (b"\xff" * 20, "no end"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_a_plain_network_does_not_need_is_refused(name: str) -> None:
+    data, complaint = BAD[name]
+    with pytest.raises(GraphError, match=complaint):
+        onnx_reader.read(data)
+
+
+COSTLY: dict[str, tuple[bytes, str]] = {
+    "pads of a million": (
+        model(
+            array("k", 1, 1, 3, 3),
+            node("Conv", "x k", "y", ints("pads", *[1_000_000] * 4)),
+            value(11, "x", 0, 1, 5, 5),
+            GIVEN,
+        ),
+        "more than",
+    ),
+    "a stride of nothing": (
+        model(
+            array("k", 1, 1, 3, 3),
+            node("Conv", "x k", "y", ints("strides", 0, 0)),
+            value(11, "x", 0, 1, 5, 5),
+            GIVEN,
+        ),
+        "above zero",
+    ),
+    "a window larger than its input": (
+        model(
+            array("k", 1, 1, 9, 9),
+            node("Conv", "x k", "y"),
+            value(11, "x", 0, 1, 5, 5),
+            GIVEN,
+        ),
+        "give an array of the shape",
+    ),
+    "an outer product that grows without end": (
+        model(
+            array("w", 4000, 1),
+            node("Mul", "x w", "a"),
+            node("Transpose", "a", "b"),
+            node("Mul", "a b", "c"),
+            node("MatMul", "c c", "y"),
+            ASKED,
+            GIVEN,
+        ),
+        "more than|does not fit",
+    ),
+    "matrices that do not fit": (
+        model(array("w", 5, 2), node("MatMul", "x w", "y"), ASKED, GIVEN),
+        "4 against 5",
+    ),
+    "a new shape that is computed": (
+        model(node("Reshape", "x x", "y"), ASKED, GIVEN),
+        "lies in the file",
+    ),
+    "whole numbers for weights": (
+        model(array("w", 1, kind=7, raw=bytes(8)), node("Add", "x w", "y"), ASKED, GIVEN),
+        "whole numbers",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_what_would_cost_too_much_is_refused_before_it_runs(name: str) -> None:
+    data, complaint = COSTLY[name]
+    with pytest.raises(GraphError, match=complaint):
+        onnx_shapes.sizes(onnx_reader.read(data))
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.binary(max_size=300))
+def test_any_bytes_are_read_or_refused(data: bytes) -> None:
+    with pytest.raises(GraphError):
+        onnx_reader.read(data)
+
+
+def mutations() -> st.SearchStrategy[Callable[[bytes], bytes]]:
+    """Ways to change a file: cut it, flip a bit, write one piece over another."""
+    place = st.floats(0, 1, exclude_max=True)
+
+    def cut(at: float) -> Callable[[bytes], bytes]:
+        return lambda data: data[: int(at * len(data))]
+
+    def flip(at: float, bit: int) -> Callable[[bytes], bytes]:
+        def change(data: bytes) -> bytes:
+            changed = bytearray(data)
+            changed[int(at * len(data))] ^= 1 << bit
+            return bytes(changed)
+
+        return change
+
+    return st.one_of(st.builds(cut, place), st.builds(flip, place, st.integers(0, 7)))
+
+
+@settings(deadline=None, max_examples=150)
+@given(mutations(), st.booleans())
+def test_a_damaged_network_is_refused_or_has_bounded_cost(
+    change: Callable[[bytes], bytes], at_the_end: bool
+) -> None:
+    """The weights are most of a file; the operators lie in front of them or behind."""
+    whole = SHIPPED.gesture_onnx
+    head, tail = (whole[:-2000], whole[-2000:]) if at_the_end else (b"", whole[:2000])
+    rest = b"" if at_the_end else whole[2000:]
+    with suppress(GraphError):
+        sizes = onnx_shapes.sizes(onnx_reader.read(head + change(tail) + rest))
+        assert sizes.elements <= onnx_shapes.MAX_ELEMENTS
+        assert sizes.macs <= onnx_shapes.MAX_MACS

@@ -1,0 +1,444 @@
+"""The shelf: a bundle proves itself, is taken into use in one step, and there is always one."""
+
+import dataclasses
+import io
+import json
+import subprocess
+import sys
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from controller.__main__ import main
+from controller.bundles import bundle as bundles
+from controller.bundles.bundle import Bundle, BundleError
+from controller.bundles.deploy import install, selftest
+from controller.bundles.deploy.disk import RealFiles
+from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
+from controller.cli import bundles as models
+from controller.cli import options, rollback
+from controller.runtime import assemble as parts
+from tests.support.onnx_files import model, node, value
+
+SHIPPED = bundles.default_path()
+
+
+def variant(folder: Path, number: int) -> Path:
+    """A bundle that differs from the shipped one in its card."""
+    parts = bundles.unpack(SHIPPED.read_bytes())
+    path = folder / f"{number}.orb"
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", f'[card]\nvariant = "{number}"\n'.encode())
+    bundles.write(path, manifest=text, parts={name: parts[name] for name in bundles.CONTENT})
+    return path
+
+
+def put(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
+    name = name_of(bundles.read(path))
+    entry = StoredBundle(name, "numpy", 50.0, "2026-11-21T12:00:00+00:00", corrects)
+    shelf.install(path.read_bytes(), entry)
+    return name
+
+
+_ENTRY = 'engine = "numpy"\nstep_us = 5.0\ninstalled = "now"\n'
+_NAMED = 'current = "0123456789abcdef"\n[bundles.0123456789abcdef]\n'
+DAMAGED = (
+    "no TOML [",
+    'current = "0123456789abcdef"',
+    "current = 7",
+    "current = []",
+    "",
+    "[bundles.x]",
+    'current = ""\nbundles = []',
+    'current = ""\nbundles.0123456789abcdef = "numpy"',
+    'current = ""\nprevious = {}',
+    _NAMED,
+    _NAMED + _ENTRY.replace("5.0", '"fast"'),
+    _NAMED + _ENTRY.replace("5.0", "0x" + "f" * 400),
+    _NAMED + _ENTRY.replace("5.0", "nan"),
+    _NAMED + _ENTRY.replace('"numpy"', "[]"),
+    f"x = {'[' * 5000}",
+    f"x{'.a' * 5000} = 1",
+    f"x = {'9' * 5000}",
+)
+
+
+def test_an_empty_shelf_offers_the_bundle_that_ships(tmp_path: Path) -> None:
+    assert BundleStore(tmp_path / "none").current() == (SHIPPED, "")
+
+
+def test_an_installed_bundle_is_in_use_and_the_one_before_comes_back(tmp_path: Path) -> None:
+    shelf = BundleStore(tmp_path / "shelf")
+    one, two = put(shelf, variant(tmp_path, 1)), put(shelf, variant(tmp_path, 2))
+    assert shelf.current() == (shelf.path(two), "numpy")
+    assert shelf.rollback().current == one
+    assert shelf.current()[0] == shelf.path(one)
+    assert shelf.rollback().current == two
+
+
+def test_the_first_rollback_leads_to_the_bundle_that_ships(tmp_path: Path) -> None:
+    shelf = BundleStore(tmp_path / "shelf")
+    with pytest.raises(BundleError, match="nothing was installed before"):
+        shelf.rollback()
+    put(shelf, variant(tmp_path, 1))
+    shelf.rollback()
+    assert shelf.current()[0] == SHIPPED
+
+
+def test_the_shelf_keeps_the_newest_and_what_is_in_use(tmp_path: Path) -> None:
+    shelf = BundleStore(tmp_path / "shelf")
+    names = [put(shelf, variant(tmp_path, number)) for number in range(KEEP + 3)]
+    kept = [entry.name for entry in shelf.record().entries]
+    assert kept == names[-KEEP:]
+    files = {path.name for path in shelf.folder.iterdir()}
+    assert files == {RECORD, *(f"{name}.orb" for name in kept)}
+
+
+def test_corrections_are_taken_back_one_by_one_to_the_bundle_that_was_corrected(
+    tmp_path: Path,
+) -> None:
+    """Ten corrections of a bundle of one's own; the shelf keeps eight bundles."""
+    shelf = BundleStore(tmp_path / "shelf")
+    names = [put(shelf, variant(tmp_path, 1))]
+    for number in range(2, 12):
+        names.append(put(shelf, variant(tmp_path, number), corrects=names[-1]))
+    assert [entry.name for entry in shelf.record().entries] == [names[0], *names[-7:]]
+    went_back = [shelf.take_back().current for _ in range(7)]
+    assert went_back == [*reversed(names[-7:-1]), names[0]]
+    with pytest.raises(BundleError, match="there is no correction to take back"):
+        shelf.take_back()
+    assert shelf.rollback().current == names[-7]
+
+
+def test_a_damaged_record_is_said_not_guessed(tmp_path: Path) -> None:
+    shelf = BundleStore(tmp_path)
+    for text in DAMAGED:
+        (tmp_path / RECORD).write_text(text)
+        with pytest.raises(BundleError, match=r"is damaged: .*; remove it to go back"):
+            shelf.current()
+
+
+def test_a_record_that_is_no_file_is_said_not_waited_for(tmp_path: Path) -> None:
+    (tmp_path / RECORD).mkdir()
+    with pytest.raises(BundleError, match=r"cannot be read: it is a folder.*; remove it"):
+        BundleStore(tmp_path).current()
+
+
+@pytest.mark.parametrize("command", [["--replay", "x.npz"], ["models"], ["rollback"]])
+def test_a_damaged_record_ends_every_command_in_one_sentence(
+    command: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path)
+    (tmp_path / RECORD).write_text('"\\u001b[31m" = 1\nbundles = []')
+    assert main(command) in (1, 2)
+    told = capsys.readouterr().err
+    assert told.startswith(f"controller: the record {tmp_path / RECORD} is damaged: ")
+    assert told.count("\n") == 1
+
+
+def test_a_file_that_changes_while_it_is_proved_is_not_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, other = variant(tmp_path, 1), variant(tmp_path, 2)
+
+    def prove(path: Path) -> list[selftest.SelfTestResult]:
+        path.write_bytes(other.read_bytes())
+        return [selftest.SelfTestResult("numpy", 50.0, 60.0)]
+
+    monkeypatch.setattr(selftest, "prove", prove)
+    shelf = BundleStore(tmp_path / "shelf")
+    with pytest.raises(BundleError, match="has changed while it was proved"):
+        install.install(path, shelf, other_sensor=False, tell=lambda _: None)
+    assert shelf.current() == (SHIPPED, "")
+
+
+@pytest.mark.parametrize(("words", "asked"), [((), True), (("--bundle", str(SHIPPED)), False)])
+def test_what_was_installed_or_ships_is_not_asked_everything_again(
+    words: tuple[str, ...], asked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path)
+
+    def proved() -> bool:
+        return parts._deployed(options.parser().parse_args(words))[-1]
+
+    assert proved() is asked
+    name = put(BundleStore(tmp_path), variant(tmp_path, 1))
+    assert proved() is asked
+    (tmp_path / f"{name}.orb").write_bytes(SHIPPED.read_bytes())  # another under its name
+    assert not proved()
+
+
+class PowerCutError(Exception):
+    """The power is gone."""
+
+
+class FailingFiles(RealFiles):
+    """A disk whose power is cut at one step: before it, in the middle of a write, or after it."""
+
+    def __init__(self, at: int, when: str) -> None:
+        self._step, self._at, self._when = count(), at, when
+        self.dead = False
+
+    def _turn(self) -> str:
+        if self.dead:
+            raise PowerCutError
+        self.dead = next(self._step) == self._at
+        if self.dead and self._when == "before":
+            raise PowerCutError
+        return self._when if self.dead else ""
+
+    def write(self, path: Path, data: bytes) -> None:
+        moment = self._turn()
+        super().write(path, data[: len(data) // 2] if moment == "amid" else data)
+        if moment:
+            raise PowerCutError
+
+    def rename(self, path: Path, to: Path) -> None:
+        moment = self._turn()
+        if moment != "amid":  # a rename has no middle
+            super().rename(path, to)
+        if moment:
+            raise PowerCutError
+
+    def remove(self, path: Path) -> None:
+        if not self.dead:
+            super().remove(path)
+
+
+CUTS = [(step, when) for step in range(4) for when in ("before", "amid", "after")]
+
+
+@pytest.mark.parametrize(("step", "when"), CUTS)
+def test_a_power_cut_leaves_the_old_bundle_or_the_new_one(
+    tmp_path: Path, step: int, when: str
+) -> None:
+    folder = tmp_path / "shelf"
+    old = put(BundleStore(folder), variant(tmp_path, 1))
+    fresh = variant(tmp_path, 2)
+    with pytest.raises(PowerCutError):
+        put(BundleStore(folder, FailingFiles(step, when)), fresh)
+    path, _ = BundleStore(folder).current()
+    assert name_of(bundles.read(path)) in {old, name_of(bundles.read(fresh))}
+    assert put(BundleStore(folder), fresh) == name_of(
+        bundles.read(BundleStore(folder).current()[0])
+    )
+
+
+def test_a_full_disk_changes_nothing(tmp_path: Path) -> None:
+    class FullFiles(RealFiles):
+        def write(self, path: Path, data: bytes) -> None:
+            raise OSError(28, "No space left on device")
+
+    old = put(BundleStore(tmp_path / "shelf"), variant(tmp_path, 1))
+    with pytest.raises(OSError, match="No space"):
+        put(BundleStore(tmp_path / "shelf", FullFiles()), variant(tmp_path, 2))
+    assert BundleStore(tmp_path / "shelf").record().current == old
+
+
+# --- the proof ---
+
+
+def test_the_median_step_is_what_the_clock_says() -> None:
+    ticks = count(step=7_000)  # a clock on which every step takes 7 microseconds
+    shown = selftest.measure(bundles.read(SHIPPED), "numpy", lambda: next(ticks), lambda: 0.2)
+    assert shown == selftest.SelfTestResult("numpy", 7.0, 7.0, start_ms=200.0)
+
+
+def test_an_engine_that_kills_its_process_is_told_and_the_other_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As ONNX Runtime does on a processor that it was not built for: status -4, not a word."""
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        if words[-1] == "onnxruntime":
+            return subprocess.CompletedProcess(words, -4, "", "")
+        return subprocess.CompletedProcess(
+            words, 0, json.dumps(dataclasses.asdict(selftest.SelfTestResult("numpy", 50.0, 90.0)))
+        )
+
+    monkeypatch.setattr(subprocess, "run", run)
+    best, other = selftest.prove(SHIPPED)
+    assert best.engine == "numpy"
+    assert other.problem == "onnxruntime ended with status -4 on this device"
+
+
+@pytest.mark.parametrize(
+    ("onnxruntime", "numpy", "taken"),
+    [
+        ((70.0, 200.0), (75.0, 150.0), "numpy"),  # as fast, and sooner there
+        ((70.0, 200.0), (80.0, 150.0), "onnxruntime"),
+        ((70.0, 100.0), (75.0, 150.0), "onnxruntime"),
+        ((75.0, 200.0), (70.0, 250.0), "onnxruntime"),
+    ],
+)
+def test_of_engines_that_are_as_fast_the_one_that_starts_sooner_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+    onnxruntime: tuple[float, float],
+    numpy: tuple[float, float],
+    taken: str,
+) -> None:
+    shown = {"onnxruntime": onnxruntime, "numpy": numpy}
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        step_us, start_ms = shown[words[-1]]
+        told = selftest.SelfTestResult(words[-1], step_us, 2 * step_us, start_ms=start_ms)
+        return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(told)))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    assert selftest.prove(SHIPPED)[0].engine == taken
+
+
+def test_a_busy_moment_does_not_choose_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = {"onnxruntime": iter([75.0, 74.0]), "numpy": iter([150.0, 73.0])}  # busy at first
+
+    def run(words: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        shown = selftest.SelfTestResult(words[-1], next(told[words[-1]]), 200.0, start_ms=100.0)
+        return subprocess.CompletedProcess(words, 0, json.dumps(dataclasses.asdict(shown)))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    first, second = selftest.prove(SHIPPED)
+    assert {first.engine: first.step_us, second.engine: second.step_us} == {
+        "onnxruntime": 74.0,
+        "numpy": 73.0,
+    }
+
+
+def test_no_engine_at_all_is_refused_with_every_reason() -> None:
+    with pytest.raises(BundleError, match="no engine is named 'abacus'"):
+        selftest.prove(SHIPPED, ["abacus"])
+
+
+def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
+    ends = value(11, "x", 0, 10, 5, 5), value(12, "y", 0, 5)
+    odd = model(node("\x1b[2J", "x", "y"), *ends)
+    shown = selftest.measure(dataclasses.replace(bundles.read(SHIPPED), gesture_onnx=odd), "numpy")
+    assert "has the operator \\x1b[2J; a device runs" in shown.problem
+
+
+# --- the commands ---
+
+
+def test_install_models_rollback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for module in (install, models, rollback):
+        monkeypatch.setattr(module, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    path = variant(tmp_path, 1)
+    assert main(["install", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "is whole: press, pinch, twist_cw, twist_ccw; for 5×5 taxels at 10 Hz" in out
+    assert "µs a step" in out
+    assert "`controller rollback` goes back to the shipped bundle" in out
+    assert main(["models", "--json"]) == 0
+    shipped, ours = json.loads(capsys.readouterr().out)
+    assert (shipped["in_use"], shipped["previous"]) == (False, True)
+    assert (ours["in_use"], ours["card"]["variant"]) == (True, "1")
+    assert main(["rollback"]) == 0
+    assert main(["models"]) == 0
+    assert "the shipped bundle  in use  press" in capsys.readouterr().out
+
+
+def test_what_a_terminal_would_obey_is_listed_as_an_escape(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(models, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    parts = bundles.unpack(SHIPPED.read_bytes())
+    card = '[card]\n"\\u001b]0;key\\u0007" = "\\u202e"\nmade = 1979-05-27\n'
+    text = parts[bundles.MANIFEST].replace(b"[card]\n", card.encode())
+    path = tmp_path / "x.orb"
+    bundles.write(path, manifest=text, parts=bundles.content(parts))
+    shelf, name = BundleStore(tmp_path / "shelf"), name_of(bundles.read(path))
+    shelf.install(path.read_bytes(), StoredBundle(name, "\x1b[31mnumpy", 50.0, "to\nday"))
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert out.replace("\n", "").isprintable()
+    assert "\\x1b]0;key\\x07: \\u202e" in out
+    assert "installed to\\nday, \\x1b[31mnumpy" in out
+    assert main(["models", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[1]["card"]["made"] == "1979-05-27"
+
+
+def test_a_terminal_without_our_letters_keeps_nothing_from_being_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(install, "BundleStore", lambda: BundleStore(tmp_path / "shelf"))
+    monkeypatch.setattr(
+        selftest, "prove", lambda path: [selftest.SelfTestResult("numpy", 50.0, 60.0)]
+    )
+    output = io.BytesIO()
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(output, "ascii"))
+    path = variant(tmp_path, 1).rename(tmp_path / "漢\x1b[31m.orb")
+    assert main(["install", str(path)]) == 0
+    out = output.getvalue().decode("ascii")
+    assert "\\u6f22\\x1b[31m.orb is whole: " in out
+    assert "for 5\\xd75 taxels at 10 Hz" in out
+    assert "is in use with numpy" in out
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no /dev/full")
+def test_a_list_that_cannot_be_printed_is_one_sentence(tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(
+            [sys.executable, "-m", "controller", "models"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == "controller: cannot write the output: no space left on device\n"
+
+
+def test_models_says_what_is_a_correction_of_what(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = BundleStore(tmp_path / "shelf")
+    monkeypatch.setattr(models, "BundleStore", lambda: shelf)
+    first = put(shelf, variant(tmp_path, 1), corrects="")
+    put(shelf, variant(tmp_path, 2), corrects=first)
+    assert main(["models"]) == 0
+    out = capsys.readouterr().out
+    assert "a correction of the shipped bundle" in out
+    assert f"a correction of {first}" in out
+
+
+def test_a_bundle_for_another_sensor_is_refused_unless_asked_for() -> None:
+    shipped = bundles.read(SHIPPED)
+    other: Bundle = dataclasses.replace(shipped, rows=4, rate_hz=20.0)
+    with pytest.raises(BundleError, match="for 4×5 taxels at 20 Hz, and this device has 5×5"):
+        install.check_fits(other, shipped)
+    denser = dataclasses.replace(shipped, pitch_mm=5.0)
+    with pytest.raises(BundleError, match=r"5×5 taxels, 5 mm apart, at 10 Hz, and .* 10 mm apart"):
+        install.check_fits(denser, shipped)
+
+
+def test_labels_and_commands_that_no_packet_can_carry_are_not_installed() -> None:
+    shipped = bundles.read(SHIPPED)
+    install.check_packets(shipped)
+    many = tuple(f"{'a' * 30}{number}" for number in range(60))
+    with pytest.raises(BundleError, match=r"Welcome has .* use fewer or shorter labels"):
+        install.check_packets(dataclasses.replace(shipped, labels=("null", *many)))
+    few = ("null", "a" * 40, *(f"a{number}" for number in range(62)))
+    large = dataclasses.replace(shipped, labels=few, rows=30, columns=30)
+    with pytest.raises(BundleError, match=r"Telemetry has .* use fewer or shorter labels"):
+        install.check_packets(large)
+
+
+def test_a_run_whose_bundle_is_damaged_says_how_to_go_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
+    shelf = BundleStore(tmp_path / "shelf")
+    shelf.path(put(shelf, variant(tmp_path, 1))).write_bytes(b"nothing")
+    assert main(["--replay", "none.npz"]) == 2
+    assert "`controller rollback` goes back to the one before" in capsys.readouterr().err
+
+
+def test_a_file_that_is_no_bundle_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.orb"
+    path.write_bytes(b"nothing")
+    assert main(["install", str(path)]) == 2
+    assert "is damaged, or something else" in capsys.readouterr().err

@@ -1,0 +1,322 @@
+"""Cue-guided sessions: plans, and what is asked when."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.capture import cue_plan
+from controller.capture.cue_plan import CuePlan, CueTiming, ExampleRequest
+from controller.capture.cues import Cue, CueSession, DiscardedExample, Phase
+from controller.errors import UserError
+from controller.recordings.recording import RecordingError
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
+
+
+def cues(*labels: str) -> CueSession:
+    """Return cues for these examples, in this order."""
+    asks = [ExampleRequest(label) for label in labels]
+    return CueSession(asks, PACE, np.random.default_rng(1), shuffled=False)
+
+
+def play(
+    session: CueSession, from_s: float, to_s: float, *, felt: bool = True, paused: bool = False
+) -> list[DiscardedExample]:
+    """Let ten frames a second pass; return what turned out void."""
+    voids = []
+    for k in range(round(from_s * 10), round(to_s * 10) + 1):
+        voids += session.step(k / 10, felt=felt, paused=paused)
+    return voids
+
+
+# --- what is asked --------------------------------------------------------------------------------
+
+
+def test_an_example_is_get_ready_go_and_rest() -> None:
+    session = cues("press", "pinch")
+    seen: list[tuple[float, str, str]] = []
+    for k in range(90):
+        session.step(k / 10, felt=True)
+        cue = session.at(k / 10)
+        if not seen or seen[-1][1:] != (cue.phase.value, cue.label):
+            seen.append((k / 10, cue.phase.value, cue.label))
+    assert seen == [
+        (0.0, "get ready", "press"), (1.0, "go", "press"), (3.0, "rest", "press"),
+        (4.0, "get ready", "pinch"), (5.0, "go", "pinch"), (7.0, "rest", "pinch"),
+        (8.0, "done", ""),
+    ]  # fmt: skip
+    assert session.done
+
+
+def test_before_the_first_example_the_sensor_finds_its_rest() -> None:
+    session = cues("press")
+    assert session.at(5.0).phase is Phase.WAIT
+    session.step(7.0, felt=False)  # time begins with the first step, whenever that is
+    assert session.at(7.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
+
+
+def test_a_cue_says_how_long_it_lasts_and_how_many_more_of_what_are_wanted() -> None:
+    session = cues("press", "pinch", "press")
+    play(session, 0.0, 1.5)
+    cue = session.at(1.5)
+    assert (cue.phase, cue.left_s, cue.left) == (Phase.GO, 1.5, 3)
+    assert cue.more == {"press": 2, "pinch": 1}
+    play(session, 1.6, 8.0)
+    assert session.at(8.0).plain(8.0) == {
+        "t": 8.0, "cue": "get ready", "label": "press", "seconds": 1.0,
+        "left": 1, "more": {"press": 1}, "enough": ["pinch"],
+    }  # fmt: skip
+
+
+def test_a_place_is_asked_for_as_well_where_the_protocol_wants_one() -> None:
+    session = CueSession([ExampleRequest("press", (1.0, 3.0))], PACE, np.random.default_rng(1))
+    session.step(0.0, felt=False)
+    assert session.at(0.0).plain(0.0)["place"] == [1.0, 3.0]
+
+
+def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -> None:
+    plan = CuePlan("p", {"press": 20}, CueTiming(0.0, 1.0, 1.0, 1.0))
+
+    def ends() -> list[float]:
+        session, times = CueSession.of(plan), []
+        left = 20
+        for k in range(1000):
+            session.step(k / 10, felt=True)
+            if session.at(k / 10).left != left:
+                left = session.at(k / 10).left
+                times.append(k / 10)
+        return times
+
+    gaps = np.diff(ends())
+    assert 2.0 <= gaps.min() < 2.3
+    assert 2.7 < gaps.max() <= 3.1
+    assert ends() == ends()
+
+
+QUICK = CueTiming(0.5, 2.0, 0.5, 0.0, still_s=0.4)
+
+
+def quick(*labels: str) -> CueSession:
+    return CueSession(
+        [ExampleRequest(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False
+    )
+
+
+def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:
+    """Return when which phase begins, with a touch in these frames, ten a second."""
+    seen: list[tuple[float, str]] = []
+    for k in range(frames):
+        session.step(k / 10, felt=k in touched)
+        if (phase := session.at(k / 10).phase.value) != (seen[-1][1] if seen else ""):
+            seen.append((k / 10, phase))
+    return seen
+
+
+def test_go_is_over_when_the_touch_has_been_over_for_a_while() -> None:
+    assert phases(quick("press"), {8, 9, 10, 12, 13}) == [
+        (0.0, "get ready"), (0.5, "go"), (1.7, "rest"), (2.2, "done"),
+    ]  # fmt: skip
+
+
+def test_go_lasts_while_nothing_was_felt_and_while_the_touch_lasts() -> None:
+    assert phases(quick("press"), set(), 26)[-1] == (2.5, "rest")
+    assert phases(quick("press"), set(range(8, 60)), 26)[-1] == (2.5, "rest")
+
+
+def test_what_is_left_of_the_touch_before_does_not_end_the_next_one() -> None:
+    session = quick("press", "pinch")
+    seen = phases(session, {*range(6, 34), 38, 39, 40}, 60)
+    # The first touch lasts beyond its go and its rest; go of the second begins at 3.5 s, still
+    # touched until 3.3 s, and ends by the touch at 3.8 s.
+    assert seen[-3:] == [(3.5, "go"), (4.4, "rest"), (4.9, "done")]
+    lingering = phases(quick("press", "pinch"), set(range(6, 38)), 60)
+    assert lingering[-2:] == [(3.5, "go"), (5.5, "rest")]
+
+
+def test_the_next_example_is_said_beforehand_and_stays_the_next() -> None:
+    rng = np.random.default_rng(1)
+    session = CueSession(
+        [ExampleRequest("press"), ExampleRequest("pinch"), ExampleRequest("twist_cw")], PACE, rng
+    )
+    for k in range(30):
+        session.step(k / 10, felt=False)
+        assert session.at(k / 10).then == "pinch"
+    assert session.step(3.0, felt=False)  # nothing was felt, so press is asked for again
+    assert session.at(3.0).then == "pinch"
+    play(session, 3.1, 30.0)
+    assert session.at(30.0).then == ""
+
+
+# --- what does not count --------------------------------------------------------------------------
+
+
+def test_an_example_in_which_nothing_was_felt_is_asked_for_again() -> None:
+    session = cues("press", "pinch")
+    assert play(session, 0.0, 4.0, felt=False) == [
+        DiscardedExample("press", 1.0, 3.0, "nothing was felt")
+    ]
+    assert session.at(4.0).label == "press"
+    assert session.at(4.0).left == 2
+
+
+def test_one_frame_of_noise_is_no_touch() -> None:
+    session = cues("press")
+    play(session, 0.0, 1.4, felt=False)
+    session.step(1.5, felt=True)
+    (void,) = play(session, 1.6, 4.0, felt=False)
+    assert void.why == "nothing was felt"
+
+
+def test_where_no_touch_is_asked_for_none_needs_to_be_felt() -> None:
+    session = cues("null")
+    assert play(session, 0.0, 4.0, felt=False) == []
+    assert session.done
+
+
+def test_an_example_that_is_dropped_after_it_was_done_is_asked_for_again() -> None:
+    session = cues("press", "pinch", "press")
+    play(session, 0.0, 4.5)
+    assert session.at(4.5).more == {"press": 1, "pinch": 1}
+    assert session.drop(2.0, 4.5) == [DiscardedExample("press", 1.0, 3.0, "it was dropped")]
+    assert session.at(4.5).more == {"press": 2, "pinch": 1}
+    assert session.at(4.5).left_s == 1.0  # and there is time again to get ready for the pinch
+
+
+def test_an_example_that_is_dropped_while_it_is_done_begins_anew() -> None:
+    session = cues("press")
+    play(session, 0.0, 2.0)
+    assert session.drop(0.0, 2.0) == [DiscardedExample("press", 1.0, 2.0, "it was dropped")]
+    assert session.at(2.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
+
+
+def test_what_was_dropped_long_ago_stays_dropped_and_the_rest_stays() -> None:
+    session = cues("press", "pinch", "twist_cw")
+    play(session, 0.0, 9.0)
+    assert [void.label for void in session.drop(5.5, 8.5)] == ["pinch"]
+    assert session.drop(5.5, 8.5) == []
+
+
+def test_a_pause_stops_the_time() -> None:
+    session = cues("press")
+    play(session, 0.0, 0.5)
+    play(session, 0.6, 30.0, paused=True)
+    assert session.at(30.0).paused
+    assert session.at(30.0).left_s == pytest.approx(0.5)
+    play(session, 30.1, 30.6)
+    assert session.at(30.6).phase is Phase.GO
+
+
+def test_an_example_that_a_pause_breaks_off_begins_anew() -> None:
+    session = cues("press")
+    play(session, 0.0, 2.0)
+    (void,) = play(session, 2.1, 9.0, paused=True)
+    assert void == DiscardedExample("press", 1.0, 2.1, "there was a pause")
+    session.step(9.1, felt=False)
+    assert session.at(9.1).phase is Phase.GET_READY
+
+
+def test_an_example_of_which_frames_are_missing_begins_anew() -> None:
+    session = cues("press")
+    play(session, 0.0, 2.0)
+    assert session.step(9.0, felt=True) == [
+        DiscardedExample("press", 1.0, 9.0, "frames were missed")
+    ]
+
+
+EVENTS = st.lists(st.sampled_from(["felt", "quiet", "pause", "drop"]), max_size=300)
+
+
+@given(EVENTS, st.booleans())
+def test_whatever_happens_every_example_is_done_or_still_asked_for(
+    events: list[str], shuffled: bool
+) -> None:
+    asked = [ExampleRequest(label) for label in ("press", "pinch", "press")]
+    pace = CueTiming(0.2, 0.5, 0.5, 0.0)
+    session = CueSession(asked, pace, np.random.default_rng(1), shuffled=shuffled)
+    counted: Counter[str] = Counter()
+    before = session.at(0.0).left
+    assert before == 3
+    for k, event in enumerate(events):
+        t_s = k / 10
+        voids = session.drop(t_s - 3.0, t_s) if event == "drop" else []
+        voids += session.step(t_s, felt=event == "felt", paused=event == "pause")
+        cue = session.at(t_s)
+        assert cue.left_s >= 0.0
+        assert 0 <= cue.left <= 3
+        assert session.done == (cue.phase is Phase.DONE)
+        assert not (session.done and cue.left)
+        counted.update(void.label for void in voids)
+    assert set(counted) <= {"press", "pinch"}
+
+
+# --- plans ----------------------------------------------------------------------------------------
+
+
+def test_a_plan_is_read_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "evening.toml"
+    path.write_text("""
+        labels = ["press", "pinch"]
+        repetitions = { press = 3, pinch = 1 }
+        go_s = 1.5
+        order = "blocks"
+    """)
+    plan = cue_plan.read(path, LABELS)
+    assert plan == CuePlan("evening", {"press": 3, "pinch": 1}, CueTiming(go_s=1.5), "blocks")
+    assert [ask.label for ask in plan.asks()] == ["press", "press", "press", "pinch"]
+
+
+def test_a_random_order_is_the_seed_s() -> None:
+    plan = cue_plan.parse({"name": "p", "labels": ["press", "pinch"], "seed": 3}, LABELS)
+    order = [ask.label for ask in plan.asks()]
+    assert Counter(order) == {"press": 10, "pinch": 10}
+    assert order != sorted(order, reverse=True)
+    assert order == [ask.label for ask in plan.asks()]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"label": ["press"]}, "'label' is unknown; a plan has name, labels, repetitions"),
+        ({"labels": []}, 'labels must be a list such as ["twist_ccw"]'),
+        ({"labels": ["poke"]}, "the label 'poke' is unknown; known are null, press, pinch"),
+        ({"labels": [["press"]]}, "the label ['press'] is unknown"),
+        ({"labels": ["press", "press"]}, "the label 'press' is there twice"),
+        ({"repetitions": 0}, "repetitions of press are 0, not a whole number from 1"),
+        ({"repetitions": True}, "repetitions of press are True"),
+        ({"repetitions": {"pinch": 1}}, "repetitions and labels differ in 'pinch'"),
+        ({"repetitions": 99_999}, "99999 examples are more than 10000; split the plan"),
+        ({"go_s": 0.1}, "go_s is 0.1, not a number of seconds, 0.5 to 60"),
+        ({"rest_s": float("nan")}, "rest_s is nan"),
+        ({"jitter_s": "long"}, "jitter_s is 'long'"),
+        ({"order": "any"}, "order is 'any', neither 'random' nor 'blocks'"),
+        ({"seed": -1}, "seed is -1, not a whole number from 0 to 4294967295"),
+        ({"name": "a\nb"}, "name is 'a\\nb', not a short text"),
+    ],
+)
+def test_a_plan_that_is_none_is_refused_in_one_sentence(
+    change: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(RecordingError) as refused:
+        cue_plan.parse({"name": "p", "labels": ["press"], **change}, LABELS)
+    assert sentence in str(refused.value)
+
+
+def test_a_file_that_is_no_plan_is_refused_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    with pytest.raises(UserError, match=r"cannot read .*plan\.toml: no such file"):
+        cue_plan.read(path, LABELS)
+    path.write_bytes(b"\xff")
+    with pytest.raises(UserError, match="is not text in UTF-8"):
+        cue_plan.read(path, LABELS)
+    path.write_text("labels = [")
+    with pytest.raises(UserError, match=r"plan\.toml, line 1: invalid value"):
+        cue_plan.read(path, LABELS)
+    path.write_bytes(b" " * 100_000)
+    with pytest.raises(UserError, match="has more than 65536 bytes"):
+        cue_plan.read(path, LABELS)

@@ -1,0 +1,272 @@
+"""Keys while recording: from a terminal's bytes to what they say of each frame."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.capture.key_labels import KeyLabels, LabelCorrection
+from controller.capture.terminal_decoder import (
+    BACKSPACE,
+    FIRST_REPEAT_S,
+    SPACE,
+    Action,
+    Decoder,
+    HeldKeys,
+    KeyChange,
+    KeyEvent,
+    Signal,
+)
+from controller.recordings.recording import UNKNOWN, Mark
+
+LABELS = 5  # null and four gestures
+
+
+def strokes(data: bytes) -> list[KeyEvent | Signal]:
+    return Decoder().feed(data)
+
+
+def typed(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.TYPED)
+
+
+def pressed(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.PRESSED)
+
+
+def released(key: str) -> KeyEvent:
+    return KeyEvent(key, Action.RELEASED)
+
+
+# --- bytes ----------------------------------------------------------------------------------------
+
+
+def test_an_ordinary_terminal_sends_characters() -> None:
+    assert strokes(b"1 \x7f9\x08") == [
+        typed("1"), typed(SPACE), typed(BACKSPACE), typed("9"), typed(BACKSPACE),
+    ]  # fmt: skip
+
+
+def test_what_is_no_key_of_ours_is_skipped() -> None:
+    arrow, f5, page_up, mouse = b"\x1b[A", b"\x1b[15~", b"\x1b[5;2~", b"\x1b[<0;3;4M"
+    assert strokes(b"q\t\r\xc3\xa4" + arrow + b"\x1bOP" + f5 + page_up + mouse + b"2") == [
+        typed("2")
+    ]
+
+
+def test_escape_typed_by_itself_spoils_nothing() -> None:
+    assert strokes(b"\x1b1") == [typed("1")]
+    assert strokes(b"\x1b\x1b[A2") == [typed("2")]
+    assert strokes(b"\x1b[12\x1b[D3") == [typed("3")]  # a sequence that was cut off
+
+
+def test_kitty_s_terminal_tells_presses_and_releases() -> None:
+    assert strokes(b"\x1b[49;1:1u\x1b[49;1:2u\x1b[49;1:3u") == [pressed("1"), released("1")]
+    assert strokes(b"\x1b[49u\x1b[127;;u\x1b[32;129u") == [  # fields unsaid; num lock
+        pressed("1"), pressed(BACKSPACE), pressed(SPACE),
+    ]  # fmt: skip
+    assert strokes(b"\x1b[57402;1:1u") == [pressed("3")]  # the keypad
+
+
+def test_a_french_keyboard_needs_no_shift_for_its_digits() -> None:
+    assert strokes(b"\x1b[38:49:49;1:1u") == [pressed("1")]  # & is where others have 1
+
+
+def test_ctrl_keys_that_the_terminal_no_longer_acts_on_are_signals() -> None:
+    assert strokes(b"\x1b[99;5u\x1b[122;5:1u\x1b[92;69u") == [
+        Signal.INTERRUPT, Signal.SUSPEND, Signal.QUIT,
+    ]  # fmt: skip
+    assert strokes(b"\x1b[1089::99;5u") == [Signal.INTERRUPT]  # с on a Russian keyboard
+    assert strokes(b"\x1b[106::99;5u") == []  # j, where others have c
+    assert strokes(b"\x1b[99;5:3u\x1b[49;5u\x1b[49;3u") == []  # released; Ctrl-1; Alt-1
+
+
+def test_answers_and_the_loss_of_the_window_are_told() -> None:
+    assert strokes(b"\x1b[?0u\x1b[?62;4c\x1b[O\x1b[I") == [
+        Signal.SPEAKS_KITTY, Signal.ANSWERED, Signal.AWAY,
+    ]  # fmt: skip
+
+
+KEYS = st.sampled_from(
+    [b"1", b" ", b"\x7f", b"\x1b[49;1:3u", b"\x1b[?62c", b"\x1b[A", b"\x1b[99;5u"]
+)
+
+
+@given(st.lists(st.binary(max_size=80) | KEYS), st.integers(1, 7))
+def test_any_bytes_are_cut_alike_however_they_come(parts: list[bytes], size: int) -> None:
+    data = b"".join(parts)
+    decoder = Decoder()
+    pieces = [one for i in range(0, len(data), size) for one in decoder.feed(data[i : i + size])]
+    assert pieces == strokes(data)
+
+
+@given(st.binary())
+def test_after_any_bytes_a_key_is_understood_again(noise: bytes) -> None:
+    decoder = Decoder()
+    decoder.feed(noise)
+    decoder.feed(b"\x1b[A")  # whatever was begun is over
+    assert decoder.feed(b"\x1b[50;1:1u") == [pressed("2")]
+
+
+# --- keys that are held ---------------------------------------------------------------------------
+
+
+def type_at(holds: HeldKeys, key: str, *times: float) -> list[KeyChange]:
+    return [change for t_s in times for change in holds.take(typed(key), t_s)]
+
+
+def repeats(
+    first_s: float, until_s: float, delay_s: float = 0.5, every_s: float = 0.03
+) -> list[float]:
+    """Return when a keyboard sends the characters of a key that is held."""
+    count = int((until_s - first_s - delay_s) / every_s)
+    return [first_s, *(first_s + delay_s + i * every_s for i in range(count + 1))]
+
+
+def test_a_terminal_that_tells_releases_is_taken_at_its_word() -> None:
+    holds = HeldKeys()
+    assert holds.take(pressed("1"), 2.0) == [KeyChange("1", True, 2.0)]
+    assert holds.pass_time(60.0) == []
+    assert holds.take(released("1"), 61.0) == [KeyChange("1", False, 61.0)]
+    assert holds.take(released("1"), 62.0) == []  # it was down before we came
+
+
+def test_characters_say_that_a_key_is_down_and_their_end_that_it_is_up() -> None:
+    holds = HeldKeys()
+    times = repeats(2.0, 4.0)
+    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
+    assert holds.pass_time(times[-1] + 0.2) == []  # perhaps the next one is late
+    assert holds.pass_time(times[-1] + 0.3) == [KeyChange("1", False, times[-1])]
+
+
+def test_over_a_network_that_stutters_a_key_stays_down() -> None:
+    holds = HeldKeys()
+    times = [2.0, 2.5, 2.53, 2.56, 2.76, 2.77, 2.78, 3.1, 3.13, 3.4]
+    assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
+
+
+def test_a_key_that_was_typed_once_was_held_for_nobody_knows_how_long() -> None:
+    holds = HeldKeys()
+    type_at(holds, "1", 2.0)
+    assert holds.pass_time(2.0 + FIRST_REPEAT_S) == []
+    assert holds.pass_time(2.1 + FIRST_REPEAT_S) == [KeyChange("1", False, 2.0, tapped=True)]
+
+
+def test_the_wait_for_the_first_repeat_is_learned() -> None:
+    holds = HeldKeys()
+    type_at(holds, "1", *repeats(2.0, 3.0, delay_s=0.25))
+    holds.pass_time(5.0)
+    type_at(holds, "1", 6.0)
+    assert holds.pass_time(6.4) == [KeyChange("1", False, 6.0, tapped=True)]
+
+
+def test_a_key_typed_twice_at_once_went_down_twice() -> None:
+    holds = HeldKeys()
+    up_down = [KeyChange("1", False, 2.0, tapped=True), KeyChange("1", True, 2.15)]
+    assert type_at(holds, "1", 2.0, 2.15) == [KeyChange("1", True, 2.0), *up_down]
+
+
+def test_another_key_ends_the_first_because_its_characters_do() -> None:
+    holds = HeldKeys()
+    times = repeats(2.0, 3.0)
+    type_at(holds, "1", *times)
+    change = [KeyChange("1", False, times[-1]), KeyChange("2", True, 3.1)]
+    assert type_at(holds, "2", 3.1) == change
+
+
+def test_keys_are_let_go_of_when_nobody_looks() -> None:
+    holds = HeldKeys()
+    holds.take(pressed("1"), 2.0)
+    assert holds.let_go(3.0) == [KeyChange("1", False, 3.0)]
+    assert holds.take(released("1"), 4.0) == []
+
+
+ONE_STROKE = st.tuples(
+    st.builds(KeyEvent, st.sampled_from("123 "), st.sampled_from(Action)), st.floats(0.0, 2.0)
+)
+
+
+@given(st.lists(ONE_STROKE))
+def test_every_key_goes_down_before_it_comes_up_and_the_other_way_round(
+    told: list[tuple[KeyEvent, float]],
+) -> None:
+    holds, now_s = HeldKeys(), 0.0
+    changes: list[KeyChange] = []
+    for stroke, later_s in told:
+        now_s += later_s
+        changes += holds.take(stroke, now_s)
+    changes += holds.let_go(now_s)
+    for key in "123 ":
+        downs = [change.down for change in changes if change.key == key]
+        # A key may be told of in both ways at once by this noise, so count.
+        assert downs.count(True) == downs.count(False)
+
+
+# --- what they mean -------------------------------------------------------------------------------
+
+
+def test_a_digit_says_its_label_for_as_long_as_it_is_held() -> None:
+    keys = KeyLabels(LABELS)
+    assert keys.label == UNKNOWN  # nobody has said anything yet
+    keys.take(KeyChange("2", True, 1.0), 1.0)
+    assert keys.label == 2
+    keys.take(KeyChange("2", False, 2.0), 2.0)
+    assert keys.label == 0
+
+
+def test_a_digit_without_a_label_says_nothing() -> None:
+    keys = KeyLabels(LABELS)
+    for key in ("5", "9", "0"):
+        assert keys.take(KeyChange(key, True, 1.0), 1.0) == []
+    assert keys.label == UNKNOWN
+
+
+def test_the_key_that_went_down_last_counts() -> None:
+    keys = KeyLabels(LABELS)
+    said = []
+    for key, down in (("1", True), ("3", True), ("3", False), ("1", False)):
+        keys.take(KeyChange(key, down, 1.0), 1.0)
+        said.append(keys.label)
+    assert said == [1, 3, 1, 0]
+
+
+def test_a_release_that_is_noticed_late_is_put_where_it_belongs() -> None:
+    keys = KeyLabels(LABELS)
+    keys.take(KeyChange("1", True, 1.0), 1.0)
+    assert keys.take(KeyChange("1", False, 2.31), 2.7) == [LabelCorrection("key", 2.31, 2.7, 0)]
+
+
+def test_of_a_tap_nobody_knows_how_long_it_lasted() -> None:
+    keys = KeyLabels(LABELS)
+    keys.take(KeyChange("1", True, 1.0), 1.0)
+    notes = keys.take(KeyChange("1", False, 1.0, tapped=True), 1.8)
+    assert notes == [LabelCorrection("key", 1.0, 1.8, UNKNOWN)]
+    assert keys.label == 0
+
+
+def test_space_pauses_and_goes_on() -> None:
+    keys = KeyLabels(LABELS)
+    assert keys.take(KeyChange(SPACE, True, 1.0), 1.1) == [Mark(1.1, "key", "pause")]
+    assert keys.paused
+    assert keys.take(KeyChange(SPACE, False, 1.2), 1.2) == []
+    assert keys.take(KeyChange(SPACE, True, 5.0), 5.0) == [Mark(5.0, "key", "go on")]
+    assert not keys.paused
+
+
+@pytest.mark.parametrize(
+    ("again_s", "from_s"),
+    [(11.0, 4.0), (12.9, 4.0), (13.5, 10.5)],  # soon: three seconds more; later: the last three
+)
+def test_backspace_drops_the_last_three_seconds_and_again_three_more(
+    again_s: float, from_s: float
+) -> None:
+    keys = KeyLabels(LABELS)
+    drop, mark = keys.take(KeyChange(BACKSPACE, True, 10.0), 10.1)
+    assert drop == LabelCorrection("excluded", 7.0, 10.1, True)
+    assert mark == Mark(10.1, "key", "drop 7.000 to 10.000 s")
+    drop, _ = keys.take(KeyChange(BACKSPACE, True, again_s), again_s)
+    assert drop == LabelCorrection("excluded", from_s, again_s, True)
+
+
+def test_nothing_before_the_beginning_is_dropped() -> None:
+    drop, _ = KeyLabels(LABELS).take(KeyChange(BACKSPACE, True, 1.0), 1.0)
+    assert drop == LabelCorrection("excluded", 0.0, 1.0, True)

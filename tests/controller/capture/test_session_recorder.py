@@ -1,0 +1,110 @@
+"""The tape that runs along with a session: what is kept, and in which file."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.capture.cue_plan import CueTiming, ExampleRequest
+from controller.capture.cues import CueSession
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import SessionRecorder
+from controller.protocol.messages import Command, Contacts, Grant, Message
+from controller.recognition.pipeline import Pipeline
+from controller.recognition.preprocess import State
+from controller.recordings import reader
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Provenance
+from controller.runtime.device import Device, steady
+from controller.runtime.loop import Loop
+from controller.sensors.base import SensorError
+from tests.support.loop_bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
+
+
+def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    bench = Bench((3.0, FINGER), (5.0, Contacts(())), record=path).run(6.05)
+    assert bench.sensors[0].closed
+    loaded = reader.load(path)
+    assert loaded.t.tolist() == [k / 10 for k in range(1, 61)]
+    assert [(c.command, c.frame) for c in loaded.commands] == [
+        (m.name, m.frame) for m in bench.messages(Command) if isinstance(m, Command)
+    ]
+    assert loaded.label[10] == 0
+    assert loaded.label[40] == 1
+    assert loaded.button.tolist() == loaded.label.tolist()  # this slab's button is never late
+    assert loaded.rest is not None
+    assert loaded.rest[0, 0] == 40.0
+
+
+def test_a_sensor_that_is_lost_ends_the_session_and_its_recording_is_sealed(tmp_path: Path) -> None:
+    path = tmp_path / "lost.npz"
+    bench = Bench(record=path, lost_s=3.0)
+    with pytest.raises(SensorError, match="the slab was unplugged; plug it in again"):
+        bench.run(60.0)
+    assert bench.sensors[0].closed
+    loaded = reader.load(path)
+    assert loaded.t[-1] == 2.9
+    assert [(m.t_s, m.kind) for m in loaded.marks] == [(3.0, "lost")]
+
+
+@pytest.mark.parametrize("owned_by_host", [False, True])
+def test_a_session_of_cues_ends_when_there_is_enough(tmp_path: Path, owned_by_host: bool) -> None:
+    path = tmp_path / "cued.npz"
+    pace = CueTiming(1.0, 2.0, 1.0, 0.0)
+    cues = CueSession(
+        [ExampleRequest("press"), ExampleRequest("null")],
+        pace,
+        np.random.default_rng(1),
+        shuffled=False,
+    )
+    requests: list[tuple[float, Message]] = [(2.5, FINGER), (3.5, Contacts(()))]
+    if owned_by_host:
+        steps = (GRANTING, Grant(2500), FINGER, Grant(3500), Contacts(()), Grant(60_000))
+        requests = [(0.0, message) for message in steps]
+    bench = Bench(*requests, record=path, cues=cues, await_host=owned_by_host).run(60.0)
+    loaded = reader.load(path)
+    assert loaded.t[-1] == pytest.approx(9.0)  # a second of rest, two times four
+    assert loaded.cue[19:39].tolist() == [1] * 20
+    assert set(loaded.cue[39:89].tolist()) == {0}
+    assert not loaded.excluded.any()
+    assert [plain["cue"] for plain in bench.told] == [
+        "wait", "get ready", "go", "rest", "get ready", "go", "rest", "done",
+    ]  # fmt: skip
+    assert bench.told[-1]["enough"] == ["press", "null"]
+    assert bench.sensors[0].performances[0] == (2.0, "press")
+
+
+class Short(Recorder):
+    """A recorder that is full after twenty frames."""
+
+    def add(self, *arguments: Any, **others: Any) -> None:
+        self.count = getattr(self, "count", 0) + 1
+        super().add(*arguments, **others)
+
+    @property
+    def full(self) -> bool:
+        return getattr(self, "count", 0) >= 20
+
+
+def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> None:
+    world = World((3.0, FINGER))
+    pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
+    paths = [tmp_path / f"{number}.npz" for number in range(3)]
+    names = iter(paths)
+
+    def begin(state: State) -> Recorder:
+        return Short(next(names), origin, state)
+
+    tape = SessionRecorder(begin, pipeline, Labeller(SHIPPED.labels))
+    device = Device(Slab(world), pipeline, world, steady(10.0), tape=tape)
+    Loop(world, lambda: device, world.clock).run(world.after(5.05))
+    loaded = [reader.load(path) for path in paths]
+    assert [k for one in loaded for k in one.sequence.tolist()] == list(range(1, 51))
+    assert all(one.rest is not None for one in loaded)
+    replayed = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    replayed.restore(loaded[1].state)
+    steps = [replayed.step(f, float(t)) for f, t in zip(loaded[1].frames, loaded[1].t, strict=True)]
+    assert [s.command.command for s in steps if s.command] == ["left"]

@@ -1,0 +1,540 @@
+"""The command line of the device: what it prints, and how it answers mistakes."""
+
+import dataclasses
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from controller.__main__ import main
+from controller.bundles import bundle
+from controller.bundles.inference import engines
+from controller.bundles.inference.networks import Recognizer
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import SessionRecorder
+from controller.protocol.messages import (
+    VERSION,
+    Command,
+    Grant,
+    Granted,
+    GroundTruth,
+    Hello,
+    Join,
+    Message,
+    Offer,
+    Perform,
+    Refuse,
+    Welcome,
+)
+from controller.protocol.packets import Decoder, encode
+from controller.recognition.pipeline import Pipeline
+from controller.recordings import reader
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Provenance
+from controller.runtime.assemble import TOKEN
+from controller.runtime.device import Device, steady
+from controller.sensors import base as sensors
+from controller.sensors.virtual import show
+from controller.shutdown import signals
+
+BUNDLE = bundle.default_path()
+JOIN = Join("", "test", granted=True, host_nonce=1, boot_nonce=0, done=0)
+PLAY_S = 40.0
+PATIENCE_S = float(os.environ.get("ORBTOUCH_PATIENCE_S", "30"))  # an emulated processor needs more
+_T0_ROW = 100  # of the recording made here: well after the rest image was taken
+
+
+class Basket:
+    """A link that keeps what it is given."""
+
+    def __init__(self) -> None:
+        self.sent: list[Message] = []
+        self.connected = True
+
+    def send(self, message: Message, t_ms: int) -> None:
+        self.sent.append(message)
+
+    def poll(self) -> list[Message]:
+        return []
+
+    def wait(self, timeout_s: float) -> None:
+        raise AssertionError("nobody waits here")
+
+
+def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
+    """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
+    shipped = bundle.read(BUNDLE)
+    sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
+    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    origin = Provenance(
+        sensor.device_id,
+        5,
+        5,
+        10.0,
+        rate_hz,
+        shipped.labels,
+        shipped.hash,
+        engines.version("onnxruntime"),
+        "test",
+    )
+    labeller = Labeller(shipped.labels)
+    tape = SessionRecorder(lambda state: Recorder(path, origin, state), pipeline, labeller)
+    link = Basket()
+    script = show(shipped.labels, sensor.geometry, seed=3)
+    device = Device(sensor, pipeline, link, steady(rate_hz), tape=tape, script=script)
+    for _ in range(round(seconds * rate_hz)):
+        device.advance(rate_hz)
+    device.close()
+    return [message for message in link.sent if isinstance(message, Command)]
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Command]]:
+    """A recording, and the commands that the live run gave."""
+    path = tmp_path_factory.mktemp("played") / "session.npz"
+    return path, session(path)
+
+
+# --- replay ---------------------------------------------------------------------------------------
+
+
+def test_a_replay_prints_the_commands_of_the_live_run_twice_the_same(
+    played: tuple[Path, list[Command]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, live = played
+    assert main(["--replay", str(path)]) == 0
+    first = capsys.readouterr().out
+    assert main(["--replay", str(path)]) == 0
+    assert capsys.readouterr().out == first
+    lines = [json.loads(line) for line in first.splitlines()]
+    assert len(lines) > 5
+    assert list(lines[0]) == ["t", "gesture", "probability", "touch", "sigma", "command"]
+    assert [(line["command"], line["gesture"], line["t"]) for line in lines] == [
+        (command.name, command.label, command.frame / 10) for command in live
+    ]
+
+
+def test_a_recording_cut_from_the_middle_replays_from_its_state(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = reader.load(played[0])
+    shipped = bundle.read(BUNDLE)
+    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    for frame, t_s in zip(source.frames[:_T0_ROW], source.t, strict=False):
+        pipeline.step(frame, float(t_s))
+    path = tmp_path / "rest.npz"
+    recorder = Recorder(path, source.origin, pipeline.state())
+    for k in range(_T0_ROW, len(source.frames)):
+        recorder.add(source.frames[k], float(source.t[k]), int(source.sequence[k]))
+    recorder.close()
+    assert main(["--replay", str(path)]) == 0
+    times = [json.loads(line)["t"] for line in capsys.readouterr().out.splitlines()]
+    assert times == [c.frame / 10 for c in played[1] if c.frame > _T0_ROW]
+
+
+def test_another_mapping_gives_other_commands(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text('press = "hold"')
+    assert main(["--replay", str(played[0]), "--mapping", str(mine)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {line["command"] for line in lines if line["gesture"] == "press"} == {"hold"}
+
+
+# --- mistakes -------------------------------------------------------------------------------------
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *argv: str | Path, status: int = 2) -> str:
+    """Run with a mistake; return the one sentence that it was answered with."""
+    assert main([str(word) for word in argv]) == status
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith("controller: ")
+    return line
+
+
+def test_help_ends_with_something_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == "Try it without hardware: controller --sensor virtual --link -"
+
+
+def test_without_an_orb_the_message_says_what_to_do(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert "try --sensor emulated" in complaint(capsys, "--sensor", "orb", status=1)
+    assert "there are emulated, orb, virtual" in complaint(capsys, "--sensor", "os.path")
+    assert "use --replay FILE" in complaint(capsys, "--sensor", "replay")
+
+
+def test_recordings_that_are_none_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.npz"
+    assert "does not exist" in complaint(capsys, "--replay", path)
+    path.write_bytes(b"")
+    assert "is empty" in complaint(capsys, "--replay", path)
+    assert "is not a file" in complaint(capsys, "--replay", tmp_path)
+
+
+def test_a_recording_of_another_rate_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "fast.npz"
+    session(path, rate_hz=12.5, seconds=2.0)
+    assert "12.50 Hz, the bundle at 10.00 Hz" in complaint(capsys, "--replay", path)
+    assert "more than 2 %" in complaint(capsys, "--rate", "10.3")
+
+
+def test_a_recording_is_not_recorded_again(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ("--replay", played[0], "--record", tmp_path / "again.npz")
+    assert "leave out --record" in complaint(capsys, *argv)
+
+
+def test_a_replay_has_no_ledger(
+    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "ledger.csv"
+    argv = ("--replay", played[0], "--ledger", path)
+    assert "a replay keeps no time that could be measured; leave out --ledger" in complaint(
+        capsys, *argv
+    )
+    assert not path.exists()
+
+
+def test_an_existing_recording_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "one.npz"
+    path.write_text("precious")
+    assert "exists and is kept" in complaint(capsys, "--record", path)
+    assert path.read_text() == "precious"
+
+
+@pytest.mark.parametrize("option", ["--label", "--cues"])
+def test_what_is_for_recordings_needs_one(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"{option} is for recordings; add --record" in complaint(capsys, option, "press")
+
+
+def test_a_recording_that_cannot_be_made_is_refused_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    into = ("--record", tmp_path)
+    assert "there is no folder" in complaint(capsys, "--record", tmp_path / "nowhere")
+    assert "must be 1 to 64 letters" in complaint(capsys, *into, "--user", "../ada")
+    assert "there is no label 'poke'; there are press" in complaint(
+        capsys, *into, "--label", "poke"
+    )
+    assert "there is no label 'null'" in complaint(capsys, *into, "--label", "null")
+    assert "cannot read" in complaint(capsys, *into, "--cues", tmp_path / "plan.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_recordings_have_commands_of_their_own(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["recordings", "--help"])
+    assert "recover" in capsys.readouterr().out
+
+
+def test_a_damaged_bundle_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.orb"
+    assert "does not exist" in complaint(capsys, "--bundle", path)
+    whole = bytearray(BUNDLE.read_bytes())
+    whole[len(whole) // 3] ^= 1
+    path.write_bytes(whole)
+    assert "is damaged" in complaint(capsys, "--bundle", path)
+
+
+def test_a_mapping_of_unknown_gestures_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('poke = "left"')
+    assert "'poke' is unknown; known are press" in complaint(capsys, "--mapping", path)
+
+
+def test_links_that_cannot_be_opened_are_told_in_one_sentence(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert "cannot open" in complaint(capsys, "--link", "nowhere://x")
+    assert "strangers" in complaint(capsys, "--link", "listen://0.0.0.0:0")
+
+
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (["--rate", "fast"], "fast must be a number above 0, in hertz"),
+        (["--rate", "0"], "0 must be a number above 0, in hertz"),
+        (["--seed", "x"], "x must be a whole number from 0 to 4294967295"),
+        (["--seed", "4294967296"], "4294967296 must be a whole number"),
+        (["--no"], "unrecognized arguments: --no"),
+    ],
+)
+def test_wrong_usage_is_answered_with_what_would_be_right(
+    words: list[str], advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert advice in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_hangup_ends_what_runs_in_a_terminal_and_renews_what_does_not(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("stdin", "stdout", "stderr"):
+        monkeypatch.setattr(f"sys.{name}.isatty", lambda: terminal)
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a hangup means nothing
+    try:
+        with signals() as ends:
+            signal.raise_signal(signal.SIGHUP)
+            assert (ends, ends.renew) == ((["SIGHUP"], False) if terminal else ([], True))
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_to_end_while_it_is_still_loading_ends_it_without_a_word(
+    number: signal.Signals,
+) -> None:
+    program = f"""
+import signal, sys
+from controller.bundles import bundle
+from controller.__main__ import main
+bundle.read = lambda path: signal.raise_signal({int(number)})
+sys.exit(main(["--sensor", "virtual"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+
+
+# --- as a process of its own ----------------------------------------------------------------------
+
+
+class Process:
+    """`controller` in a child process."""
+
+    def __init__(self, *argv: str | Path, token: str = "") -> None:
+        environment = {**os.environ, TOKEN: token}
+        command = [sys.executable, "-m", "controller", *map(str, argv)]
+        pipe = subprocess.PIPE
+        self.child = subprocess.Popen(
+            command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, env=environment
+        )
+
+    def line(self) -> dict[str, object]:
+        """Wait for the next line that it prints."""
+        assert self.child.stdout is not None
+        text = self.child.stdout.readline()
+        assert text, self.child.communicate(timeout=PATIENCE_S)[1]
+        line: dict[str, object] = json.loads(text)
+        return line
+
+    def stop(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
+        """Ask it to end; return its exit status and what else it had to say."""
+        self.child.send_signal(number)
+        return self.end()
+
+    def abandon(self) -> tuple[int, str, str]:
+        """Let go of its standard input, as the system does for a host that is killed."""
+        assert self.child.stdin is not None
+        self.child.stdin.close()
+        self.child.stdin = None
+        return self.end()
+
+    def end(self) -> tuple[int, str, str]:
+        out, err = self.child.communicate(timeout=PATIENCE_S)
+        return self.child.returncode, out, err
+
+    def kill(self) -> None:
+        if self.child.poll() is None:
+            self.child.kill()
+        self.child.communicate()
+
+
+class Host:
+    """A plain socket that speaks the protocol."""
+
+    def __init__(self, url: object) -> None:
+        place, port = str(url).removeprefix("socket://").split(":")
+        self.socket = socket.create_connection((place, int(port)), timeout=PATIENCE_S)
+        self.decoder = Decoder()
+        self.session = self.sequence = 0
+
+    def say(self, *messages: Message) -> None:
+        for message in messages:
+            self.sequence += 1
+            self.socket.sendall(
+                encode(message, session=self.session, sequence=self.sequence, t_ms=0)
+            )
+
+    def greet(self, join: Join) -> None:
+        """Say Hello, wait for the offer, and say Join."""
+        self.say(Hello(VERSION, VERSION, "", "", granted=False))
+        assert isinstance(self.hear(Offer)[-1], Offer)
+        self.say(join)
+
+    def hear(self, last: type[Message]) -> list[Message]:
+        """Return what comes, until a message of this kind is among it."""
+        heard: list[Message] = []
+        while not any(isinstance(message, last) for message in heard):
+            data = self.socket.recv(4096)
+            assert data, heard
+            for packet in self.decoder.feed(data):
+                assert packet.message is not None
+                self.session = packet.session
+                heard.append(packet.message)
+        return heard
+
+
+Start = Callable[..., Process]
+Connect = Callable[[Process], Host]
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Start processes that do not outlive the test."""
+    with ExitStack() as stack:
+
+        def start(*argv: str | Path, token: str = "") -> Process:
+            process = Process(*argv, token=token)
+            stack.callback(process.kill)
+            return process
+
+        yield start
+
+
+@pytest.fixture
+def connect() -> Iterator[Connect]:
+    """Connect to a process that listens."""
+    with ExitStack() as stack:
+
+        def connect(process: Process) -> Host:
+            host = Host(process.line()["listening"])
+            stack.enter_context(host.socket)
+            return host
+
+        yield connect
+
+
+def test_a_granted_session_is_recorded_and_replays_to_the_same_commands(
+    start: Start, connect: Connect, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "granted.npz"
+    process = start("--link", "listen://127.0.0.1:0", "--seed", "4", "--record", path, token="t")
+    host = connect(process)
+    host.greet(dataclasses.replace(JOIN, token="t"))
+    assert isinstance(host.hear(Welcome)[0], Welcome)
+    heard: list[Message] = []
+    for number, place in enumerate(((0.5, 3.0), (3.5, 3.0), (2.0, 0.3)), 1):
+        host.say(Grant(3000 * number), Perform(number, "press", *place))
+        heard += host.hear(Granted)
+    host.say(Grant(12_000))
+    heard += host.hear(Granted)
+    assert process.stop()[0] == 0
+    assert [m.number for m in heard if isinstance(m, GroundTruth)] == [1, 2, 3]
+    commands = [(m.name, m.frame / 10) for m in heard if isinstance(m, Command)]
+    assert [name for name, _ in commands] == ["left", "right", "down"]
+    assert main(["--replay", str(path)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [(line["command"], line["t"]) for line in lines] == commands
+
+
+def test_an_orb_with_a_token_refuses_strangers(start: Start, connect: Connect) -> None:
+    process = start("--link", "listen://127.0.0.1:0", token="secret")
+    host = connect(process)
+    host.greet(JOIN)
+    (answer,) = host.hear(Refuse)
+    assert isinstance(answer, Refuse)
+    assert process.stop(signal.SIGINT)[0] == 0
+
+
+def test_an_orb_of_a_host_s_own_ends_when_the_host_does(start: Start) -> None:
+    process = start("--link", "listen://127.0.0.1:0", token="secret")
+    assert "listening" in process.line()
+    status, _, messages = process.abandon()
+    assert status == 0
+    assert "has been gone" not in messages  # it waited for nobody
+
+
+@pytest.mark.parametrize("arguments", [["--link", "listen://127.0.0.1:0"], []])
+def test_a_reader_that_went_away_is_no_reason_for_a_traceback(arguments: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "controller", "--sensor", "virtual", *arguments]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(writing)
+    assert done.returncode == bool(arguments)  # commands may end; where it listens must be known
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
+
+
+def test_a_virtual_orb_on_its_own_shows_its_gestures_and_ctrl_c_seals_the_recording(
+    start: Start, tmp_path: Path
+) -> None:
+    path = tmp_path / "live.npz"
+    process = start("--sensor", "virtual", "--link", "-", "--record", path)
+    first = process.line()
+    assert first["gesture"] in ("press", "pinch", "twist_cw", "twist_ccw")
+    status, _, messages = process.stop(signal.SIGINT)
+    assert status == 0
+    assert "its own hand shows every gesture" in messages
+    assert "Traceback" not in messages
+    assert reader.load(path).commands[0].command == first["command"]
+
+
+def test_a_session_of_cues_ends_by_itself_and_is_named_after_who_and_when(
+    start: Start, tmp_path: Path
+) -> None:
+    plan = tmp_path / "plan.toml"
+    plan.write_text("""
+        labels = ["pinch"]
+        repetitions = 1
+        get_ready_s = 0.2
+        go_s = 1.5
+        rest_s = 0.5
+        jitter_s = 0
+    """)
+    who = ("--record", tmp_path, "--user", "ada", "--session", "1")
+    status, printed, messages = start("--cues", plan, "--seed", "4", *who).end()
+    assert (status, "its own hand does what the cues ask for" in messages) == (0, True)
+    lines = [json.loads(line) for line in printed.splitlines()]
+    cues = [line for line in lines if "cue" in line]
+    assert [line["cue"] for line in cues] == ["wait", "get ready", "go", "rest", "done"]
+    assert (cues[2]["label"], cues[2]["more"], cues[-1]["enough"]) == (
+        "pinch", {"pinch": 1}, ["pinch"],
+    )  # fmt: skip
+    recorded = reader.load(tmp_path / "sub-ada_ses-1_run-01.npz")
+    assert (recorded.origin.user, recorded.origin.protocol) == ("ada", "plan")
+    asked = [mark.text for mark in recorded.marks if mark.kind == "cue"]
+    assert asked == ["wait", "get ready pinch", "go pinch", "rest pinch", "done"]
+    performed = recorded.label == 2
+    assert performed.any()
+    assert (recorded.cue[performed] == 2).mean() > 0.8  # the hand reacts within the cue
+
+
+def test_a_killed_session_is_recovered_when_the_next_one_begins(
+    start: Start, tmp_path: Path
+) -> None:
+    killed = start("--sensor", "virtual", "--record", tmp_path / "one.npz")
+    killed.line()  # a gesture, so there are some seconds
+    killed.kill()
+    assert [path.name for path in tmp_path.iterdir()] == ["one.journal"]
+    process = start("--link", "listen://127.0.0.1:0", "--record", tmp_path)
+    process.line()  # where it listens
+    _, _, messages = process.stop()
+    assert f"into {tmp_path / 'one.npz'}" in messages
+    assert len(reader.load(tmp_path / "one.npz").frames) > 10
+    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nobody touched this one

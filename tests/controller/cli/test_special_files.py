@@ -1,0 +1,180 @@
+"""Every file that the device's command line takes, as a special file: one sentence, in no time."""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from controller.__main__ import main
+from controller.cli.commands import COMMANDS
+from tests.support.special_files import KINDS, answer, make
+
+if sys.platform != "linux":
+    pytest.skip("no such files", allow_module_level=True)
+
+DEMO = "assets/demo.npz"
+EMPTY = ("empty", "locked")  # a file without content, which root can read
+
+
+@dataclass(frozen=True)
+class Row:
+    """One use of an option.
+
+    Attributes:
+        words: The command line; "@" is the special file, "%" the folder that it is in.
+        name: Of the special file.
+        fine: Kinds that are no mistake here.
+        prepare: Writes further files into the folder.
+        prints: Whether the verdict goes to standard output.
+        kinds: Those that are tried.
+    """
+
+    words: str
+    name: str = "special"
+    fine: tuple[str, ...] = ()
+    prepare: Callable[[Path], object] = lambda folder: None
+    prints: bool = False
+    kinds: tuple[str, ...] = KINDS
+
+
+def _vocabulary(folder: Path) -> None:
+    text = '[[gesture]]\nlabel = "wave"\nfile = "special"\n'
+    (folder / "mine.toml").write_text(text, encoding="utf-8")
+
+
+def _frames(folder: Path) -> None:
+    import numpy as np
+
+    np.save(folder / "frames.npy", np.zeros((5, 3, 3)))
+    (folder / "told.toml").write_text('frames = "frames"\npitch_mm = 1\nrate_hz = 10\n')
+
+
+def _exported(folder: Path) -> None:
+    assert main(["recordings", "export", DEMO, "--out", str(folder)]) == 0
+
+
+def _without_frames(folder: Path) -> None:
+    _exported(folder)
+    (folder / "demo.csv").unlink()
+
+
+# A new option of type Path without a row fails the first test.
+ROWS = {
+    (" ", "--wiring"): Row("--sensor emulated --wiring @"),
+    (" ", "--bundle"): Row("--replay {DEMO} --bundle @"),
+    (" ", "--labels"): Row("--labels @"),
+    (" ", "a gesture's file"): Row("--labels %/mine.toml", prepare=_vocabulary),
+    (" ", "--mapping"): Row("--replay {DEMO} --mapping @", fine=EMPTY),
+    (" ", "--key"): Row("--link listen://127.0.0.1:0 --key @"),
+    (" ", "--record"): Row("--record @", fine=("folder",)),
+    (" ", "--record .npz"): Row("--record @", name="one.npz", fine=("folder", "missing")),
+    (" ", "--cues"): Row("--record % --cues @"),
+    (" ", "--replay"): Row("--replay @"),
+    (" ", "--ledger"): Row("--replay {DEMO} --ledger @", fine=("missing",)),
+    (" ", "--link hid:"): Row("--link hid:?keys=@"),
+    ("teach", "--labels"): Row("teach --speed 0 --out %/out --labels @"),
+    ("teach", "--out"): Row("teach --speed 0 --out @", fine=("folder", "missing")),
+    ("teach", "--bundle"): Row("teach --speed 0 --out %/out --bundle @"),
+    ("teach", "--wiring"): Row("teach --speed 0 --out %/out --sensor emulated --wiring @"),
+    ("teach", "--example"): Row("teach --example @", fine=("folder", "missing")),
+    ("calibrate", "--wiring"): Row("calibrate --sensor emulated --wiring @"),
+    ("doctor", "--wiring"): Row(
+        "doctor --sensor emulated --no-touch --wiring @",
+        kinds=("pipe", "endless", "sparse", "dots"),
+    ),
+    ("doctor", "--bundle"): Row(
+        "doctor --no-touch --bundle @", prints=True, kinds=("pipe", "endless")
+    ),
+    ("install", "file"): Row("install @"),
+    ("key", "file"): Row("key @", fine=("missing",)),
+    ("recordings info", "files"): Row("recordings info @"),
+    ("recordings check", "paths"): Row("recordings check @", prints=True),
+    ("recordings recover", "paths"): Row("recordings recover @", fine=("folder",)),
+    ("recordings export", "files"): Row("recordings export @ --out %"),
+    ("recordings export", "--out"): Row(
+        "recordings export {DEMO} --out @", fine=("folder", "missing")
+    ),
+    ("recordings import", "source"): Row("recordings import @ --out %"),
+    ("recordings import", "NAME.json"): Row("recordings import @ --out %/out", name="one.json"),
+    ("recordings import", "NAME.csv"): Row(
+        "recordings import %/demo.json --out %/out", name="demo.csv", prepare=_without_frames
+    ),
+    ("recordings import", "NAME.npy"): Row(
+        "recordings import @ %/told.toml --out %/out", name="x.npy", prepare=_frames
+    ),
+    ("recordings import", "description"): Row(
+        "recordings import %/frames.npy @ --out %/out", prepare=_frames
+    ),
+    ("recordings import", "--out"): Row(
+        "recordings import %/demo.json --out @", prepare=_exported, fine=("folder", "missing")
+    ),
+    ("recordings trim", "file"): Row("recordings trim @ --out %/new.npz"),
+    ("recordings trim", "--out"): Row(
+        "recordings trim {DEMO} --to 5 --out @", name="new.npz", fine=("missing",)
+    ),
+    ("recordings relabel", "file"): Row("recordings relabel @ --label press --out %/new.npz"),
+    ("recordings relabel", "--out"): Row(
+        "recordings relabel {DEMO} --label press --to 1 --out @", name="new.npz", fine=("missing",)
+    ),
+}
+
+
+def grammars() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Yield the grammar of each command, by its name; " " is the plain run."""
+
+    def caught(grammar: argparse.ArgumentParser, *_: object) -> None:
+        raise LookupError(grammar)
+
+    for command in (" ", *COMMANDS):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(argparse.ArgumentParser, "parse_args", caught)
+            with pytest.raises(LookupError) as found:
+                main(command.split())
+        (grammar,) = found.value.args
+        inner = [a for a in grammar._actions if isinstance(a, argparse._SubParsersAction)]
+        if not inner:
+            yield command, grammar
+        for action in inner:
+            yield from ((f"{command} {name}", one) for name, one in action.choices.items())
+
+
+def test_every_option_that_takes_a_file_has_a_row() -> None:
+    options = {
+        (command, action.option_strings[-1] if action.option_strings else action.dest)
+        for command, grammar in grammars()
+        for action in grammar._actions
+        if action.type is Path
+    }
+    assert options - set(ROWS) == set()
+
+
+@pytest.mark.parametrize(
+    ("row", "kind"),
+    [
+        pytest.param(row, kind, id=f"{' '.join(key).strip()}-{kind}")
+        for key, row in ROWS.items()
+        for kind in row.kinds
+    ],
+)
+def test_a_special_file_is_refused_in_one_sentence(
+    row: Row, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    row.prepare(tmp_path)
+    special = str(make(kind, tmp_path, row.name))
+    words = row.words.format(DEMO=DEMO).split()
+    words = [word.replace("@", special).replace("%", str(tmp_path)) for word in words]
+    if kind in row.fine and row.words.split("{DEMO}")[0].startswith(("--", "teach --speed")):
+        pytest.skip("it would run")
+    told = answer(main, words)
+    if kind in row.fine:
+        assert told.status == 0, told
+    elif row.prints:
+        assert told.status in (1, 2), told
+        assert "Traceback" not in told.error
+        assert told.output or told.refused_by("controller"), told
+    else:
+        assert told.refused_by("controller"), told

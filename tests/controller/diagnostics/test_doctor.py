@@ -1,0 +1,242 @@
+"""The doctor: a table with verdicts, from what was measured."""
+
+import json
+import shutil
+import stat
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.__main__ import main
+from controller.bundles import bundle
+from controller.diagnostics import link_check, skin_checks, system_checks, touch_checks
+from controller.diagnostics.frame_source import FrameReader, PromptedFinger
+from controller.diagnostics.report import Row, Verdict, faulty, table
+from controller.diagnostics.skin_checks import PressureReading
+from controller.sensors.base import SensorOptions, load
+
+SOUND = np.zeros((5, 5), dtype=np.bool_)
+
+
+def codes(rows: list[Row]) -> list[str]:
+    return [row.code for row in rows if row.verdict is not Verdict.GOOD]
+
+
+def test_a_table_says_what_was_found_and_below_it_what_to_do() -> None:
+    rows = [
+        Row("pump", Verdict.GOOD, "2.2 kPa"),
+        Row("row 1", Verdict.FAULT, "the lead is off", "Fasten it.", "open_row"),
+    ]
+    assert table(rows) == (
+        "pump   good   2.2 kPa\nrow 1  FAULT  the lead is off\n              -> Fasten it."
+    )
+    assert faulty(rows)
+    assert not faulty(rows[:1])
+
+
+# --- the computer ---------------------------------------------------------------------------------
+
+
+def child(tmp_path: Path, script: str) -> str:
+    """A program in Python's place."""
+    path = tmp_path / "python"
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to die of")
+def test_an_engine_that_crashes_takes_nobody_along(tmp_path: Path) -> None:
+    row = system_checks.runtime(bundle.default_path(), child(tmp_path, "kill -ILL $$"))
+    assert (row.verdict, row.found, row.code) == (
+        Verdict.FAULT, "crashes (signal 4)", "runtime_crashes",
+    )  # fmt: skip
+    row = system_checks.runtime(
+        bundle.default_path(), child(tmp_path, "echo no module >&2; exit 1")
+    )
+    assert (row.found, row.code) == ("no module", "runtime_fails")
+
+
+def test_the_engine_that_is_installed_gives_the_golden_answers() -> None:
+    row = system_checks.runtime(bundle.default_path())
+    assert row.verdict is Verdict.GOOD
+    assert "gives orbtouch.orb's golden answers" in row.found
+
+
+def test_a_disk_without_room_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert system_checks.disk(tmp_path / "not" / "there").verdict is Verdict.GOOD
+    usage = type("Usage", (), {"free": 50e6})
+    monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
+    assert system_checks.disk(tmp_path).verdict is Verdict.DOUBTFUL
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_devices_that_are_missing_are_named_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "gpiochip0").touch()
+    bus, pins = system_checks.permissions(tmp_path)
+    assert (bus.verdict, bus.code) == (Verdict.FAULT, "no_device")
+    assert "raspi-config" in bus.advice
+    assert pins.verdict is Verdict.GOOD
+
+
+@pytest.mark.parametrize(
+    ("late_s", "verdict"),
+    [(0.0002, Verdict.GOOD), (0.02, Verdict.DOUBTFUL), (0.06, Verdict.FAULT)],
+)
+def test_a_clock_that_wakes_late_is_told(late_s: float, verdict: Verdict) -> None:
+    now = [0.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds + late_s
+
+    assert system_checks.clock(lambda: now[0], sleep).verdict is verdict
+
+
+def test_a_host_on_this_machine_is_welcomed() -> None:
+    assert link_check.link("-").verdict in (
+        Verdict.GOOD,
+        Verdict.DOUBTFUL,
+    )  # a busy machine is slow
+    row = link_check.link("/dev/there-is-no-such-port")
+    assert (row.verdict, row.code) == (Verdict.FAULT, "link")
+
+
+# --- air ------------------------------------------------------------------------------------------
+
+
+def air(*kpa: float, pumping: bool = False) -> list[PressureReading]:
+    return [PressureReading(i / 2, value, pumping) for i, value in enumerate(kpa)]
+
+
+def test_what_the_pressure_says_of_pump_and_hose() -> None:
+    steady = [2.2] * 20
+    assert codes(skin_checks.air(air(*steady), "")) == []
+    assert codes(skin_checks.air(air(*steady, pumping=True), "")) == ["pump_dead"]
+    assert codes(skin_checks.air(air(*np.linspace(2.2, 2.6, 20)), "")) == ["pump_stuck"]
+    assert codes(skin_checks.air(air(*np.linspace(2.2, 2.0, 20)), "")) == ["air_leak"]
+    assert codes(skin_checks.air(air(*[-0.7] * 20), "")) == ["no_pressure_sensor"]
+    assert codes(skin_checks.air(air(*steady), "refused")) == ["pump"]
+
+
+# --- presses --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scatter", "seconds"), [(0.01, 0.6), (0.06, 0.9), (0.08, 1.6), (0.2, 3.0)]
+)
+def test_the_noisier_the_orb_the_longer_a_press_is_held(scatter: float, seconds: float) -> None:
+    noise = np.random.default_rng(3).standard_normal((600, 5, 5))
+    idle = (40.0 * (1.0 + scatter * noise)).astype(np.float32)
+    assert skin_checks.hold_s(idle, 10.0) == pytest.approx(seconds, rel=0.1)
+
+
+def felt(noise: float = 0.01) -> np.ndarray:
+    """What is felt of every press that the doctor asks for, by somebody who misses a little."""
+    rng = np.random.default_rng(3)
+    changes = [
+        touch_checks.pressed(5, 5, 10.0, place, off_mm=complex(*rng.normal(0.0, 1.5, 2)))
+        for place in touch_checks.places(5, 5)
+    ]
+    return np.array(changes) + noise * rng.standard_normal((len(changes), 5, 5))
+
+
+def test_presses_on_both_diagonals_touch_every_line_twice() -> None:
+    for rows, columns in ((5, 5), (3, 7), (4, 4), (1, 6)):
+        places = touch_checks.places(rows, columns)
+        assert {row for row, _ in places} == set(range(rows))
+        assert {column for _, column in places} == set(range(columns))
+
+
+def test_a_sound_skin_is_accused_of_nothing() -> None:
+    assert codes(touch_checks.judge(felt(), 10.0, SOUND)) == []
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (2, 3), (1, 4)])
+def test_lines_that_are_swapped_are_named(pair: tuple[int, int]) -> None:
+    order = list(range(5))
+    order[pair[0]], order[pair[1]] = order[pair[1]], order[pair[0]]
+    [row] = touch_checks.judge(felt()[:, order], 10.0, SOUND)
+    assert (row.code, row.name) == ("swapped_rows", f"row {pair[0]}")
+    assert f"row {pair[1]}" in row.found
+    [row] = touch_checks.judge(felt()[:, :, order], 10.0, SOUND)
+    assert (row.code, row.name) == ("swapped_columns", f"column {pair[0]}")
+
+
+def test_plugs_the_wrong_way_round_are_told() -> None:
+    changes = felt()
+    assert codes(touch_checks.judge(changes[:, ::-1], 10.0, SOUND)) == ["mirrored"]
+    assert codes(touch_checks.judge(changes[:, :, ::-1], 10.0, SOUND)) == ["mirrored"]
+    assert codes(touch_checks.judge(changes.transpose(0, 2, 1), 10.0, SOUND)) == ["turned"]
+
+
+def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
+    changes = felt()
+    changes[:, 1, 3] = 0.0
+    [row] = touch_checks.judge(changes, 10.0, SOUND)
+    assert (row.code, row.name) == ("stiff", "taxel (1,3)")
+    swapped = changes[:, [1, 0, 2, 3, 4]]
+    names = [row.name for row in touch_checks.judge(swapped, 10.0, SOUND)]
+    assert names == ["row 0", "taxel (0,3)"]
+
+
+def test_whoever_does_not_want_to_press_need_not() -> None:
+    watch = FrameReader(load("virtual", SensorOptions(seed=2)))
+    assert watch.frames(0.5).shape == (5, 5, 5)
+    assert PromptedFinger(lambda words: "\n").press((0, 0))
+    assert not PromptedFinger(lambda words: "s\n").press((0, 0))
+
+    def gone(words: str) -> str:
+        raise EOFError
+
+    assert not PromptedFinger(gone).press((0, 0))
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def doctor(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dict[str, str]]:
+    """Run it; return its status, and the codes of what is broken, by name."""
+    status = main(["doctor", "--json", *words])
+    told = json.loads(capsys.readouterr().out)
+    assert told["healthy"] is (status == 0)
+    return status, {row["name"]: row["code"] for row in told["rows"] if row["verdict"] == "FAULT"}
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out what has tests of its own and takes its time."""
+    monkeypatch.setattr(
+        system_checks, "runtime", lambda path: Row("engine", Verdict.GOOD, "left out")
+    )
+    monkeypatch.setattr(system_checks, "clock", lambda: Row("clock", Verdict.GOOD, "left out"))
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
+def test_a_sound_virtual_orb_is_healthy(capsys: pytest.CaptureFixture[str], preset: str) -> None:
+    assert doctor(capsys, "--preset", preset) == (0, {})
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("fault", "found"),
+    [
+        ("open_row:1", {"row 1": "open"}),
+        ("short_column:3", {"columns 3 and 4": "short"}),
+        ("dead:2,3", {"taxel (2,3)": "stiff"}),
+        ("air_leak=0.8", {"air": "air_leak"}),
+    ],
+)
+def test_what_is_broken_on_a_virtual_orb_is_named(
+    capsys: pytest.CaptureFixture[str], fault: str, found: dict[str, str]
+) -> None:
+    assert doctor(capsys, "--fault", fault) == (1, found)
+
+
+@pytest.mark.usefixtures("quick")
+def test_wrong_usage_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "--sensor", "nose"]) == 2
+    assert main(["doctor", "--fault", "nose"]) == 2
+    assert capsys.readouterr().err.count("\n") == 2

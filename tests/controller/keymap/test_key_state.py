@@ -1,0 +1,334 @@
+"""Held keys, step by step on a clock of our own; and at any moment, whatever happens."""
+
+from collections.abc import Callable
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from controller.keymap.key_names import danger
+from controller.keymap.key_state import WORD_S, KeyState
+from controller.keymap.keymap import KeyMap
+from controller.keymap.keymap_file import parse
+
+MAP = parse(
+    {
+        "allow": ["meta+d"],
+        "everywhere": {"menu": {"arm": True}, "pause": {"profile": "desk"}},
+        "profile": {
+            "game": {
+                "left": "left",
+                "right": "shift+left",
+                "down": {"key": "down", "mode": "hold"},
+                "drop": {"key": "space", "mode": "repeat", "down_ms": 50, "every_ms": 200},
+                "hold": {"key": "shift", "mode": "toggle"},
+                "rotate_cw": {"key": "alt", "mode": "toggle"},
+                "rotate_ccw": "f4",
+                "say": {"text": "Ab"},
+                "desk": {"key": "meta+d", "mode": "hold"},
+            },
+            "desk": {"left": "pageup", "pause": {"profile": "game"}},
+        },
+    },
+    "keyboard",
+)
+
+
+def armed(key_map: KeyMap = MAP) -> KeyState:
+    pressed = KeyState(key_map)
+    pressed.arm("by the test")
+    return pressed
+
+
+def strokes(pressed: KeyState) -> str:
+    """Return what has been done since the last call, as in "+a -a"."""
+    made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.output)
+    pressed.output.clear()
+    return made
+
+
+def test_nothing_is_pressed_until_it_is_armed() -> None:
+    pressed = KeyState(MAP)
+    pressed.command("left", 0.0)
+    assert strokes(pressed) == ""
+    pressed.command("menu", 1.0)
+    pressed.command("left", 2.0)
+    assert strokes(pressed) == "+left"
+    assert pressed.told == ["armed by the orb: profile game"]
+
+
+HELD = parse(
+    {
+        "profile": {"game": {"drop": "space"}, "desk": {"drop": "a"}},
+        "long": {"drop": {"arm": True}, "hold": {"profile": "desk"}},
+    },
+    "keyboard",
+)
+
+
+def hold(pressed: KeyState, name: str, began_s: float, until_s: float) -> None:
+    """Give a command, and say ten times a second that it is still held."""
+    pressed.command(name, began_s)
+    for tenth in range(round(began_s * 10) + 1, round(until_s * 10) + 1):
+        pressed.state((name,), tenth / 10)
+
+
+def let_go(pressed: KeyState, now_s: float) -> None:
+    pressed.state((), now_s)
+
+
+def test_long_hold_arms_and_the_next_one_disarms() -> None:
+    pressed = KeyState(HELD)
+    hold(pressed, "drop", 1.0, 2.4)
+    let_go(pressed, 2.45)
+    assert not pressed.armed
+    hold(pressed, "drop", 3.0, 9.0)
+    let_go(pressed, 9.1)
+    assert pressed.told == ["armed by the orb: profile game"]
+    assert strokes(pressed) == ""
+    hold(pressed, "drop", 10.0, 19.0)
+    assert strokes(pressed) == "+space -space"  # it is still a command, and taps first
+    assert pressed.told[1:] == ["disarmed by the orb"]
+
+
+def test_long_hold_changes_the_profile() -> None:
+    pressed = KeyState(HELD)
+    hold(pressed, "hold", 1.0, 2.5)
+    assert pressed.profile == "desk"
+
+
+def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None:
+    pressed = KeyState(HELD)
+    hold(pressed, "drop", 1.0, 2.0)
+    let_go(pressed, 2.1)
+    hold_again = KeyState(HELD)
+    hold(hold_again, "drop", 1.0, 1.2)
+    hold_again.tick(1.2 + WORD_S)  # the orb has fallen silent
+    silent = KeyState(HELD)
+    hold(silent, "drop", 1.0, 2.0)
+    silent.release()  # as when the link is stale
+    for one in (pressed, hold_again, silent):
+        for tenth in range(21, 90):
+            one.state(("drop",), tenth / 10)  # a word alone presses and arms nothing
+        assert not one.armed
+
+
+def test_tap_goes_up_by_itself() -> None:
+    pressed = armed()
+    pressed.command("left", 1.0)
+    pressed.tick(1.04)
+    assert strokes(pressed) == "+left"
+    pressed.tick(1.05)
+    assert strokes(pressed) == "-left"
+
+
+def test_second_tap_is_a_second_press() -> None:
+    pressed = armed()
+    pressed.command("left", 1.0)
+    pressed.command("left", 1.01)
+    assert strokes(pressed) == "+left -left +left"
+
+
+def test_hold_lasts_until_the_orb_says_that_it_is_let_go() -> None:
+    pressed = armed()
+    pressed.command("down", 1.0)
+    pressed.state(("down",), 1.0)
+    for tenth in range(11, 50):
+        pressed.word(tenth / 10)
+    assert strokes(pressed) == "+down"
+    pressed.state((), 5.0)
+    assert strokes(pressed) == "-down"
+
+
+def test_snapshot_never_presses() -> None:
+    pressed = armed()
+    pressed.state(("down",), 1.0)
+    assert strokes(pressed) == ""
+
+
+def test_hold_ends_when_the_orb_says_nothing_of_it_any_more() -> None:
+    pressed = armed()
+    pressed.command("down", 1.0)
+    pressed.tick(1.0 + WORD_S)
+    assert strokes(pressed) == "+down -down"
+    assert "no longer says" in pressed.told[-1]
+
+
+def test_repeat_presses_again_and_again_while_it_is_held() -> None:
+    pressed = armed()
+    pressed.command("drop", 1.0)
+    for hundredth in range(101, 145):
+        pressed.word(hundredth / 100)
+    assert strokes(pressed) == "+space -space +space -space +space"
+    pressed.state((), 1.445)
+    assert strokes(pressed) == "-space"
+
+
+def test_repeat_after_a_pause_of_ours_makes_up_for_nothing() -> None:
+    pressed = armed()
+    pressed.command("drop", 1.0)
+    pressed.word(1.9)
+    assert strokes(pressed) == "+space -space +space"
+
+
+def test_toggle_stays_down_until_the_next_time() -> None:
+    pressed = armed()
+    pressed.command("hold", 1.0)
+    pressed.state((), 2.0)
+    pressed.tick(60.0)
+    assert strokes(pressed) == "+shift"
+    pressed.command("hold", 61.0)
+    assert strokes(pressed) == "-shift"
+
+
+def test_key_that_two_commands_hold_goes_up_with_the_later_one() -> None:
+    pressed = armed()
+    pressed.command("hold", 1.0)
+    pressed.command("right", 1.1)
+    pressed.tick(1.2)
+    assert strokes(pressed) == "+shift +left -left"
+    pressed.command("hold", 1.3)
+    assert strokes(pressed) == "-shift"
+
+
+def test_text_is_typed_letter_by_letter_with_nothing_else_down() -> None:
+    pressed = armed()
+    pressed.command("hold", 0.0)
+    pressed.command("say", 0.1)
+    for tick in range(10):
+        pressed.tick(0.1 + tick / 50)
+    assert strokes(pressed) == "+shift -shift +shift +a -a -shift +b -b"
+
+
+def test_command_while_a_text_is_typed_is_dropped_and_told() -> None:
+    pressed = armed()
+    pressed.command("say", 0.0)
+    pressed.command("left", 0.01)
+    assert pressed.told[-1] == "left was dropped: a text is being typed"
+
+
+def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
+    pressed = armed()
+    pressed.command("rotate_cw", 1.0)
+    pressed.command("rotate_ccw", 2.0)
+    assert strokes(pressed) == "+alt"
+    assert pressed.told[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
+
+
+def test_allowed_chord_allows_no_other_key_beside_it() -> None:
+    pressed = armed()
+    pressed.command("desk", 1.0)
+    pressed.command("left", 1.1)
+    assert strokes(pressed) == "+meta +d"
+
+
+def test_disarming_and_another_profile_lift_everything() -> None:
+    ends: tuple[Callable[[KeyState], None], ...] = (
+        lambda p: p.disarm("now"),
+        lambda p: p.switch("desk"),
+        lambda p: p.command("menu", 1.1),
+        lambda p: p.command("pause", 1.1),
+        lambda p: p.switch_on(),
+        lambda p: p.release(),
+    )
+    for end in ends:
+        pressed = armed()
+        pressed.command("hold", 1.0)
+        pressed.command("down", 1.0)
+        end(pressed)
+        pressed.tick(100.0)
+        assert strokes(pressed) == "+shift +down -down -shift"
+
+
+def test_profiles_have_keys_of_their_own() -> None:
+    pressed = armed()
+    pressed.command("pause", 1.0)
+    pressed.command("left", 1.0)
+    assert strokes(pressed) == "+pageup"
+    pressed.switch_on()
+    assert pressed.profile == "game"
+
+
+COMMANDS = (*MAP.profiles["game"], "unheard_of")
+
+
+class AnyMoment(RuleBasedStateMachine):
+    """Commands, snapshots, arming, profiles, losses and time in any order."""
+
+    @initialize()
+    def begin(self) -> None:
+        self.pressed = KeyState(MAP)
+        self.now_s = 0.0
+        self.down: set[str] = set()  # as the kernel would see it
+        self.asked: set[str] = set()  # by commands since the keys were all up
+
+    def follow(self, *, lifted: bool = False) -> None:
+        for stroke in self.pressed.output:
+            assert stroke.down is (stroke.key not in self.down), "a stroke that changes nothing"
+            if stroke.down:
+                assert self.pressed.armed
+                assert stroke.key in MAP.keys
+                self.down.add(stroke.key)
+                assert not danger(self.down, MAP.allowed)
+            else:
+                self.down.remove(stroke.key)
+        self.pressed.output.clear()
+        assert not (lifted and self.down)
+
+    @rule(name=st.sampled_from(COMMANDS))
+    def command(self, name: str) -> None:
+        self.pressed.command(name, self.now_s)
+        self.follow(lifted=name in ("pause",))
+
+    @rule(held=st.sets(st.sampled_from(COMMANDS)))
+    def snapshot(self, held: set[str]) -> None:
+        before = set(self.down)
+        self.pressed.state(held, self.now_s)
+        self.follow()
+        repeated = {"space"} | {"shift", "a", "b"}  # by time alone, after an earlier command
+        assert self.down <= before | repeated
+
+    @rule(passed_s=st.sampled_from((0.001, 0.02, 0.06, 0.3, 5.0)))
+    def time(self, passed_s: float) -> None:
+        self.now_s += passed_s
+        self.pressed.tick(self.now_s)
+        self.follow()
+
+    @rule()
+    def word(self) -> None:
+        self.pressed.word(self.now_s)
+        self.follow()
+
+    @precondition(lambda self: not self.pressed.armed)
+    @rule()
+    def arm(self) -> None:
+        self.pressed.arm("by hand")
+        self.follow(lifted=True)
+
+    @rule()
+    def disarm(self) -> None:
+        self.pressed.disarm("by hand")
+        self.follow(lifted=True)
+
+    @rule()
+    def change_profile(self) -> None:
+        self.pressed.switch_on()
+        self.follow(lifted=True)
+
+    @rule()
+    def lose_the_link(self) -> None:
+        self.pressed.release()
+        self.follow(lifted=True)
+
+    @invariant()
+    def what_it_knows_is_what_is_down(self) -> None:
+        assert set(self.pressed.down) == self.down
+        assert self.pressed.armed or not self.down
+
+    def teardown(self) -> None:
+        self.pressed.disarm("at the end")
+        self.follow(lifted=True)
+
+
+TestAnyMoment = AnyMoment.TestCase
+TestAnyMoment.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)

@@ -1,0 +1,219 @@
+"""Key mapping files: valid entries, and the message for invalid ones."""
+
+from pathlib import Path
+
+import pytest
+
+from controller.keymap.key_names import DANGEROUS, KEYS, PAD, danger, typed
+from controller.keymap.keymap import Arm, KeyMap, KeyMapError, Kind, Mode, Press, Switch, Text
+from controller.keymap.keymap_file import read
+from tests.support import ROOT
+
+
+def mapping(tmp_path: Path, text: str, kind: Kind = "keyboard") -> KeyMap:
+    file = tmp_path / "keys.toml"
+    file.write_text(text)
+    return read(file, kind)
+
+
+def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
+    found = mapping(
+        tmp_path,
+        """
+        [everywhere]
+        menu = { arm = true }
+        pause = { profile = "slides" }
+
+        [profile.game]
+        left = "Left"
+        down = { key = "down", mode = "hold" }
+        drop = { key = "space", mode = "repeat", down_ms = 40, every_ms = 200 }
+        hold = { key = "ctrl+shift+t", mode = "toggle" }
+
+        [profile.slides]
+        drop = { text = "Hi!" }
+        """,
+    )
+    game, slides = found.profiles["game"], found.profiles["slides"]
+    assert found.first == "game"
+    assert game["left"] == Press(("left",))
+    assert game["down"] == Press(("down",), Mode.HOLD)
+    assert game["drop"] == Press(("space",), Mode.REPEAT, 0.04, 0.2)
+    assert game["hold"] == Press(("ctrl", "shift", "t"), Mode.TOGGLE)
+    assert slides["drop"] == Text((("shift", "h"), ("i",), ("shift", "1")))
+    assert game["menu"] == slides["menu"] == Arm()
+    assert game["pause"] == Switch("slides")
+    assert found.keys == {"left", "down", "space", "ctrl", "shift", "t", "h", "i", "1"}
+
+
+def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Path) -> None:
+    found = mapping(
+        tmp_path,
+        """
+        long_ms = 2000
+        [profile.game]
+        drop = "space"
+        [long]
+        drop = { arm = true }
+        hold = { profile = "game" }
+        """,
+    )
+    assert found.long == {"drop": Arm(), "hold": Switch("game")}
+    assert found.long_s == 2.0
+    assert found.keys == {"space"}
+
+
+@pytest.mark.parametrize("kind", ["keyboard", "gamepad"])
+def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(kind: Kind) -> None:
+    from controller.bundles import bundle
+
+    shipped = read(ROOT / "host" / "targets" / f"{kind}.toml", kind)
+    [command] = shipped.long
+    assert shipped.long == {command: Arm()}
+    assert command in bundle.read(bundle.default_path()).mapping.commands
+
+
+def test_pad_has_buttons_a_hat_and_sticks(tmp_path: Path) -> None:
+    found = mapping(
+        tmp_path,
+        """
+        [profile.pad]
+        left = "stick_left"
+        drop = { pad = "lb+a", mode = "hold" }
+        """,
+        "gamepad",
+    )
+    assert found.profiles["pad"]["drop"] == Press(("pad_lb", "pad_a"), Mode.HOLD)
+    assert found.keys == {"pad_lb", "pad_a", "pad_stick_left"}
+
+
+GAME = "[profile.game]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        ("", "", "no profile"),
+        ("[profile]\n", "", "no profile"),
+        ("[profil.game]\n", ", line 1", "'profil' is unknown"),
+        (GAME + 'left = "a"\nlef = "b"\n[lang]\n', ", line 4", "'lang' is unknown"),
+        (GAME + '"turn left" = "a"', ", line 2", "turn left: a command is a name in small"),
+        ('[profile]\n\ngame.left = "lefft"', ", line 3", "[profile.game] left: there is no key"),
+        ('[profile.game.left]\nmode = "hold"\nkey = "lefft"', ", line 1", "no key 'lefft'"),
+        ('[profile]\ngame = {left = "a", right = "rigt"}', ", line 2", "no key 'rigt'"),
+        ('[profile."my game"]\nleft = "lefft"', ", line 2", "no key 'lefft'"),
+        ("profile = 3", ", line 1", "profile is no table"),
+        (GAME + 'Left = "a"', ", line 2", "small letters"),
+        (GAME + 'left = "lefft"', ", line 2", "there is no key 'lefft'"),
+        (GAME + 'a = "b"\nleft = ""', ", line 3", "there is no key ''"),
+        (GAME + 'left = "a+a"', ", line 2", "names a key twice"),
+        (GAME + "left = 3", ", line 2", "must have one of key, pad, text, arm, profile"),
+        (GAME + 'left = {key = "a", text = "b"}', ", line 2", "must have one of"),
+        (GAME + 'left = {key = "a", why = 1}', ", line 2", "'why' has no place beside 'key'"),
+        (GAME + 'left = {text = "a", mode = "tap"}', ", line 2", "no place beside 'text'"),
+        (GAME + 'left = {text = ""}', ", line 2", "1 to 100 letters"),
+        (GAME + 'left = {text = "é"}', ", line 2", "no key for 'é'"),
+        (GAME + 'left = {key = "a", mode = "hit"}', ", line 2", "tap, hold, repeat, toggle"),
+        (GAME + 'left = {key = "a", every_ms = 90}', ", line 2", 'needs mode = "repeat"'),
+        (GAME + 'left = {key = "a", mode = "hold", down_ms = 9}', ", line 2", "no meaning"),
+        (GAME + 'left = {key = "a", down_ms = 9}', ", line 2", "not 10 to 1000"),
+        (GAME + 'left = {key = "a", down_ms = nan}', ", line 2", "not a number"),
+        (GAME + 'left = {key = "a", down_ms = true}', ", line 2", "not a number"),
+        (
+            GAME + 'left = {key = "a", mode = "repeat", down_ms = 80, every_ms = 80}',
+            ", line 2",
+            "every_ms must be more",
+        ),
+        (GAME + 'left = {key = "a", down_ms = ' + "9" * 400 + "}", "", "does not fit 64 bits"),
+        (GAME + "left = {key = 'a', down_ms = 9e30}", ", line 2", "9e+30, not 10 to 1000"),
+        (GAME + '"\\u001b[2J" = "a"', ", line 1", r"[profile.game] '\x1b[2J': a command is a name"),
+        ('[profile."\\u0007"]\nX = 1', "", r"profile '\x07' has control characters"),
+        ("long_ms = 100\n" + GAME, ", line 1", "long_ms is 100, not 500 to 10000"),
+        (GAME + '[long]\ndrop = "a"', ", line 3", "only arm and profile can wait"),
+        (GAME + '[long]\ndrop = {profile = "x"}', ", line 3", "no profile 'x'"),
+        (GAME + "left = {arm = false}", ", line 2", "write arm = true"),
+        (GAME + 'left = {profile = "x"}', ", line 2", "no profile 'x'; there are: game"),
+        (GAME + 'left = {pad = "a"}', ", line 2", "needs --target gamepad"),
+        (GAME + 'left = "alt+f4"', ", line 2", 'write allow = ["alt+f4"]'),
+        (GAME + 'left = "super+l"', ", line 2", "meta reaches past"),
+        ('arm_key = "f11"\n' + GAME, ", line 1", "f6 to f10, f12"),
+        ("arm_key = 3\n" + GAME, ", line 1", "f6 to f10, f12"),
+        ('arm_key = "f8"\n' + GAME, ", line 1", "choose two keys"),
+        ('arm_key = "a"\n' + GAME + 'left = "a"', ", line 1", "which the mapping also presses"),
+        ('allow = "alt+f4"\n' + GAME, ", line 1", "allow is no list"),
+        ('allow = ["alt+f44"]\n' + GAME, ", line 1", "there is no key 'f44'"),
+        ("[profile.game\n", ", line 1", "expected"),
+    ],
+)
+def test_mistake_is_one_sentence_with_the_line_and_the_entry(
+    tmp_path: Path, text: str, line: str, said: str
+) -> None:
+    with pytest.raises(KeyMapError) as refused:
+        mapping(tmp_path, text)
+    told = str(refused.value)
+    assert told.startswith(f"{tmp_path / 'keys.toml'}{line}: ")
+    assert said in told
+    assert "\n" not in told
+
+
+def test_file_that_is_missing_or_no_text_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(KeyMapError, match="cannot read"):
+        read(tmp_path / "none.toml", "keyboard")
+    (tmp_path / "keys.toml").write_bytes(b"\xff")
+    with pytest.raises(KeyMapError, match="it is not text in UTF-8"):
+        read(tmp_path / "keys.toml", "keyboard")
+    (tmp_path / "keys.toml").write_bytes(b"#" * 70_000)
+    with pytest.raises(KeyMapError, match="more than 65536 bytes"):
+        read(tmp_path / "keys.toml", "keyboard")
+
+
+def test_keyboard_s_entries_do_not_fit_a_pad(tmp_path: Path) -> None:
+    with pytest.raises(KeyMapError, match="needs --target keyboard"):
+        mapping(tmp_path, GAME + 'left = {key = "a"}', "gamepad")
+
+
+def test_dangerous_chord_that_is_allowed_can_be_pressed(tmp_path: Path) -> None:
+    found = mapping(tmp_path, 'allow = ["alt+f4"]\n' + GAME + 'left = "alt+f4"')
+    assert found.profiles["game"]["left"] == Press(("alt", "f4"))
+
+
+@pytest.mark.parametrize("chord", DANGEROUS)
+def test_every_dangerous_chord_is_seen_whatever_lies_beside_it(chord: frozenset[str]) -> None:
+    assert danger(chord, ())
+    assert danger({*chord, "x"}, ())
+    assert danger({*chord, "x"}, [tuple(chord)])
+    assert not danger(chord, [tuple(chord)])
+
+
+def test_either_side_s_modifier_is_the_same_danger() -> None:
+    assert danger({"rctrl", "altgr", "delete"}, ()) == "ctrl+alt+delete"
+    assert not danger({"ctrl", "shift", "delete"}, ())
+
+
+def test_what_a_us_keyboard_writes_has_a_key() -> None:
+    for code in range(32, 127):
+        chord = typed(chr(code))
+        assert chord is not None
+        assert chord[-1] in KEYS
+    assert typed("A") == ("shift", "a")
+    assert typed("?") == ("shift", "slash")
+    assert typed("\n") == ("enter",)
+    assert typed("ü") is None
+
+
+def test_no_name_is_a_key_and_a_button() -> None:
+    assert not set(KEYS) & set(PAD)
+
+
+def test_mappings_that_ship_can_be_read() -> None:
+    for kind in ("keyboard", "gamepad"):
+        assert read(ROOT / "host" / "targets" / f"{kind}.toml", kind).keys
+
+
+def test_mappings_in_the_documentation_can_be_read(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "keys.md").read_text(encoding="utf-8")
+    blocks = [block.split("```")[0] for block in text.split("```toml\n")[1:]]
+    assert blocks
+    for block in blocks:
+        kind: Kind = "gamepad" if "--target gamepad" in block else "keyboard"
+        assert mapping(tmp_path, block, kind).keys

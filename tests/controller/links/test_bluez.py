@@ -1,0 +1,269 @@
+"""The serial port over Bluetooth against a fake BlueZ: what goes wrong, and that it mends."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.fake_bluez import HOST, FakeBluez, missing, until
+from tests.support.fake_device import welcome
+from tests.support.manual_host import HandMadeHost
+
+if missing():
+    pytest.skip(f"needs {missing()}", allow_module_level=True)
+
+from controller.links import LinkError, open_link
+from controller.links.bluetooth import registration
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE
+from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
+from controller.links.rfcomm import RfcommLink
+from controller.protocol.messages import Bye, Command, Hello, State, Welcome
+
+DEVICE_PATH = "/org/bluez/hci0/dev_" + HOST.replace(":", "_")
+PROFILES = "org.bluez.ProfileManager1"
+
+
+@pytest.fixture(scope="module")
+def bus() -> Iterator[FakeBluez]:
+    fake = FakeBluez()
+    yield fake
+    fake.close()
+
+
+@pytest.fixture
+def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
+    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
+    monkeypatch.setattr(registration, "RETRY_S", 0.02)
+    bus.fresh()
+    return bus
+
+
+@pytest.fixture
+def link(fake: FakeBluez) -> Iterator[RfcommLink]:
+    link = open_link("rfcomm:", welcome())
+    assert isinstance(link, RfcommLink)
+    yield link
+    link.close()
+
+
+def owner(link: RfcommLink) -> str:
+    """Return the link's address on the bus."""
+    service = link._keeper._parts[0]
+    return str(service._bus.raw.unique_name)  # type: ignore[attr-defined]
+
+
+def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    ((path, uuid, options),) = fake.calls("RegisterProfile")
+    assert (path, uuid) == (SERIAL_PATH, SERVICE_UUID)
+    assert options["RequireAuthentication"]
+    assert options["RequireAuthorization"]
+    record = options["ServiceRecord"]
+    assert f'<uuid value="{SERVICE_UUID}"/><uuid value="0x1101"/>' in record
+    assert f'<uint8 value="0x{options["Channel"]:02x}"/>' in record
+    assert link.url.startswith("rfcomm://00:01:02:03:04:05:")
+
+
+def test_a_bonded_host_plays_over_the_socket_that_bluez_hands_over(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    near, far = socket.socketpair()
+    with near, far:
+        assert fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far) == ""
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        assert isinstance(host.greet(), Welcome)
+        assert host.message() == State(())
+        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        link.send(Command("drop", "pinch", 0.9, None, 1), 10)
+        heard = host.message()
+        assert isinstance(heard, Command)
+        assert heard.name == "drop"
+
+
+def test_a_host_that_is_not_bonded_is_refused_and_hears_nothing(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "66:55:44:33:22:11", "stranger")
+    near, far = socket.socketpair()
+    with near, far:
+        stranger = "/org/bluez/hci0/dev_66_55_44_33_22_11"
+        refusal = fake.hand_over(owner(link), SERIAL_PATH, stranger, far)
+        assert refusal == "org.bluez.Error.Rejected"
+        far.close()
+        near.settimeout(10.0)
+        assert near.recv(100) == b""
+
+
+def test_a_connection_on_another_adapter_is_refused(fake: FakeBluez, link: RfcommLink) -> None:
+    near, far = socket.socketpair()
+    with near, far:
+        other = DEVICE_PATH.replace("hci0", "hci1")
+        assert fake.hand_over(owner(link), SERIAL_PATH, other, far) == "org.bluez.Error.Rejected"
+
+
+def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLink) -> None:
+    near, far = socket.socketpair()
+    with near, far:
+        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
+        far.close()
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.greet()
+        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        link._leave(DEVICE_PATH)
+        (bye,) = until(link.poll)
+        assert isinstance(bye, Bye)
+
+
+def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
+    link = open_link("rfcomm:", welcome())
+    assert isinstance(link, RfcommLink)
+    near, far = socket.socketpair()
+    with near, far:
+        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
+        far.close()
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.greet()
+        assert host.message() == State(())
+        closing = threading.Thread(target=link.close)
+        closing.start()
+        assert isinstance(host.message(), Bye)
+        near.shutdown(socket.SHUT_RDWR)
+        closing.join()
+
+
+def test_it_is_registered_anew_after_bluetoothd_has_restarted(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    fake.stop()
+    until(lambda: link.state != "ready")
+    fake.start()
+    until(lambda: link.state == "ready")
+    assert len(fake.calls("RegisterProfile")) == 1  # the new one has heard of us, once
+
+
+def test_a_host_keeps_playing_while_bluetoothd_restarts(fake: FakeBluez, link: RfcommLink) -> None:
+    near, far = socket.socketpair()
+    with near, far:
+        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.greet()
+        assert host.message() == State(())
+        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        fake.stop()
+        until(lambda: link.state != "ready")
+        link.send(State(("down",)), 10)
+        assert host.message() == State(("down",))
+
+
+def test_it_is_registered_anew_when_the_adapter_is_plugged_in_again(
+    fake: FakeBluez, link: RfcommLink, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    fake.unplug()
+    until(lambda: "there is no Bluetooth adapter" in link.state)
+    fake.plug()
+    until(lambda: link.state == "ready")
+    assert len(fake.calls("RegisterProfile")) == 2
+    told = [record.message for record in caplog.records]
+    assert sum("there is no Bluetooth adapter" in line for line in told) == 1  # said once
+
+
+def test_an_adapter_that_was_switched_off_stays_off_until_it_is_switched_on(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    def power(on: bool) -> None:
+        fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", on))
+
+    power(False)
+    until(lambda: "switched off" in link.state)
+    assert not fake.get("/org/bluez/hci0", ADAPTER, "Powered")
+    power(True)
+    until(lambda: link.state == "ready")
+
+
+def test_outside_the_window_nobody_may_pair(fake: FakeBluez, link: RfcommLink) -> None:
+    assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
+    assert not fake.get("/org/bluez/hci0", ADAPTER, "Discoverable")
+    assert confirmation(fake, link) == "org.bluez.Error.Rejected"
+
+
+def test_the_window_opens_for_a_time_and_somebody_may_pair(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    link.pair(90)
+    until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
+    assert fake.get("/org/bluez/hci0", ADAPTER, "DiscoverableTimeout") == 90
+    assert fake.get("/org/bluez/hci0", ADAPTER, "PairableTimeout") == 90
+    assert fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
+    assert confirmation(fake, link) == ""
+
+
+def test_a_host_that_pairs_while_the_window_is_open_is_trusted(
+    fake: FakeBluez, link: RfcommLink
+) -> None:
+    link.pair(90)
+    until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
+    fake.call("/", "org.bluez.Mock", "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
+    fake.pair("AA:BB:CC:DD:EE:FF")
+    until(lambda: fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted"))
+
+
+def confirmation(fake: FakeBluez, link: RfcommLink) -> str:
+    """Ask the agent as BlueZ does; return the error's name, or ""."""
+
+    async def ask(bus: object) -> str:
+        from dbus_fast import Message
+
+        reply = await bus.raw.call(  # type: ignore[attr-defined]
+            Message(destination=owner(link), path="/orbtouch/agent",
+                    interface="org.bluez.Agent1", member="RequestConfirmation",
+                    signature="ou", body=[DEVICE_PATH, 123456])
+        )  # fmt: skip
+        return str(reply.error_name or "")
+
+    return str(fake.ask(ask))
+
+
+def test_a_second_controller_is_told_that_another_program_has_it(fake: FakeBluez) -> None:
+    fake.refuse(PROFILES, "RegisterProfile", "osa{sv}", "org.bluez.Error.NotPermitted")
+    with pytest.raises(LinkError, match="is a second controller running"):
+        open_link("rfcomm:", welcome())
+
+
+def test_without_bluetoothd_it_says_how_to_start_it(fake: FakeBluez) -> None:
+    fake.stop()
+    with pytest.raises(LinkError, match="systemctl enable --now bluetooth"):
+        open_link("rfcomm:", welcome())
+
+
+def test_without_an_adapter_it_says_what_to_do(fake: FakeBluez) -> None:
+    fake.stop()
+    fake.start(adapter=False)
+    with pytest.raises(LinkError, match="there is no Bluetooth adapter; plug one in"):
+        open_link("rfcomm:", welcome())
+    fake.stop()
+
+
+def test_an_adapter_that_is_not_there_is_told_with_those_that_are(fake: FakeBluez) -> None:
+    with pytest.raises(LinkError, match="no Bluetooth adapter hci7; there is hci0"):
+        open_link("rfcomm:hci7", welcome())
+
+
+def test_without_a_bus_it_says_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", "unix:path=/nowhere")
+    with pytest.raises(LinkError, match="Bluetooth needs Linux with D-Bus and BlueZ"):
+        open_link("rfcomm:", welcome())
+
+
+def test_an_address_to_connect_to_is_no_link_to_wait_on() -> None:
+    with pytest.raises(LinkError, match="the orb itself waits: --link rfcomm:"):
+        open_link("rfcomm://00:11:22:33:44:55", welcome())

@@ -1,0 +1,567 @@
+"""The device's ends of links: real sockets and ptys, and a host played by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import os
+import pty
+import select
+import socket
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+import serial
+
+from controller.links import Link, LinkError, open_link
+from controller.links.byte_link import REQUESTS
+from controller.links.listen import PEERS, ListenLink
+from controller.links.serial_port import PortLink
+from controller.links.stdout import StdoutLink
+from controller.protocol import retransmit
+from controller.protocol.device_session import WRONG_KEY
+from controller.protocol.messages import (
+    Bye,
+    Command,
+    Contacts,
+    Message,
+    Perform,
+    PositionUncertainty,
+    Refuse,
+    State,
+    Telemetry,
+    Welcome,
+)
+from tests.support.fake_device import welcome
+from tests.support.manual_host import HELLO, JOIN, HandMadeHost, plain
+
+PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
+FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
+DEADLINE_S = 10.0
+
+
+def until(condition: Callable[[], Any]) -> Any:
+    """Return the first true value of a condition; fail after the deadline."""
+    end = time.monotonic() + DEADLINE_S
+    while time.monotonic() < end:
+        if value := condition():
+            return value
+        time.sleep(0.001)
+    raise AssertionError("it did not come true")
+
+
+def request(link: Link) -> list[Message]:
+    """Return the next requests; fail after the deadline."""
+    link.wait(DEADLINE_S)
+    return link.poll()
+
+
+@pytest.fixture
+def link() -> Iterator[ListenLink]:
+    link = open_link("listen://127.0.0.1:0", welcome())
+    assert isinstance(link, ListenLink)
+    yield link
+    link.close()
+
+
+@pytest.fixture
+def connect(link: ListenLink) -> Iterator[Callable[[], HandMadeHost]]:
+    sockets = []
+
+    def connect() -> HandMadeHost:
+        parts = urlsplit(link.url)
+        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
+        sockets.append(connection)
+        return HandMadeHost(lambda: connection.recv(4096), connection.sendall)
+
+    yield connect
+    for connection in sockets:
+        connection.close()
+
+
+# --- the standard output ---
+
+
+def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
+    out = io.StringIO()
+    link = StdoutLink(out)
+    assert link.connected
+    link.send(PRESS, 1_200)
+    link.send(FRAME, 1_300)
+    link.send(Command("drop", "pinch", 1.0, None, 13), 1_400)
+    assert link.poll() == []
+    link.close()
+    assert out.getvalue() == (
+        '{"t": 1.2, "gesture": "press", "probability": 0.1235, "touch": [1.235, 2.0],'
+        ' "command": "left"}\n'
+        '{"t": 1.4, "gesture": "pinch", "probability": 1.0, "touch": null, "command": "drop"}\n'
+    )
+    assert link.dropped == 0
+
+
+def test_a_command_says_how_sure_its_place_is_if_that_is_known_of_its_frame() -> None:
+    out = io.StringIO()
+    link = StdoutLink(out)
+    link.send(PositionUncertainty(PRESS.frame - 1, 0.3), 1_100)
+    link.send(PRESS, 1_200)
+    link.send(PositionUncertainty(PRESS.frame, 0.12345), 1_200)
+    link.send(PRESS, 1_200)
+    link.close()
+    lines = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [line.get("sigma") for line in lines] == [None, 0.123]
+
+
+def test_cues_are_printed_among_the_commands() -> None:
+    out = io.StringIO()
+    link = StdoutLink(out)
+    link.send(PRESS, 1_200)
+    link.say({"t": 1.3, "cue": "rest", "label": "press"})
+    link.close()
+    lines = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [line.get("cue") for line in lines] == [None, "rest"]
+
+
+def test_a_slow_reader_of_the_standard_output_delays_nobody() -> None:
+    allowed = threading.Event()
+
+    class Slow(io.StringIO):
+        def write(self, text: str) -> int:
+            assert allowed.wait(DEADLINE_S)
+            return super().write(text)
+
+    out = Slow()
+    link = StdoutLink(out)
+    for frame in range(1_000):
+        link.send(Command("left", "press", 1.0, None, frame), frame)
+    assert out.getvalue() == ""
+    allowed.set()
+    link.close()
+    lines = [json.loads(line)["t"] for line in out.getvalue().splitlines()]
+    assert lines == [frame / 1000 for frame in range(1_000)]
+
+
+def test_a_reader_that_went_away_ends_the_printing_quietly() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as out:
+        link = StdoutLink(out)
+        link.send(PRESS, 0)
+        until(lambda: not link.connected)
+        link.send(PRESS, 0)
+        link.close()
+        assert (link.dropped, link.problem) == (1, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the device that is always full")
+def test_a_full_disk_is_told_in_one_sentence() -> None:
+    with Path("/dev/full").open("w") as out:
+        link = StdoutLink(out)
+        link.send(PRESS, 0)
+        until(lambda: not link.connected)
+        link.close()
+        assert link.problem == "cannot print the commands: No space left on device"
+
+
+# --- TCP ---
+
+
+@pytest.mark.parametrize(
+    "address", ["0.0.0.0", "192.0.2.1", "example.org", "[::]", "127.0.0.1.example.org"]
+)
+def test_strangers_cannot_be_let_in(address: str) -> None:
+    with pytest.raises(LinkError, match=r"where strangers could connect|no number of this machine"):
+        open_link(f"listen://{address}:4000", welcome())
+
+
+@pytest.mark.parametrize("url", ["listen://127.0.0.1", "listen://127.0.0.1:x", "listen://"])
+def test_an_address_without_a_port_is_explained(url: str) -> None:
+    with pytest.raises(LinkError, match="for any port"):
+        open_link(url, welcome())
+
+
+def test_a_port_that_is_taken_is_explained(link: ListenLink) -> None:
+    with pytest.raises(LinkError, match="another program has this port"):
+        open_link(link.url.replace("socket", "listen"), welcome())
+
+
+def test_localhost_is_this_machine() -> None:
+    link = open_link("listen://localhost:0", welcome())
+    assert isinstance(link, ListenLink)
+    assert link.url.startswith("socket://127.0.0.1:")
+    link.close()
+
+
+def test_a_host_is_welcomed_and_heard(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    host = connect()
+    assert not link.connected
+    assert host.greet() == welcome()
+    assert host.message() == State(())
+    assert request(link) == [HELLO]
+    assert link.connected
+    host.say(Contacts(()))
+    assert request(link) == [Contacts(())]
+    link.send(PRESS, 1_200)
+    packet = host.packet()
+    assert packet.t_ms == 1_200
+    assert isinstance(packet.message, Command)
+    assert packet.message.name == "left"
+
+
+def test_nothing_is_sent_to_a_host_that_the_loop_has_not_heard_of(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    host = connect()
+    host.greet()
+    assert host.message() == State(())
+    link.send(FRAME, 1_000)  # a frame of the time before: the host must not see it
+    assert request(link) == [HELLO]
+    link.send(State(("down",)), 0)
+    assert host.message() == State(("down",))
+    assert link.dropped == 1
+
+
+def test_a_second_host_is_refused_and_the_first_one_does_not_notice(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    first, second = connect(), connect()
+    first.greet()
+    answer = second.greet(dataclasses.replace(JOIN, host_nonce=78))
+    assert answer == Refuse("already connected to another host; close that one first")
+    assert request(link) == [HELLO]
+    second.say(Contacts(()))
+    first.say(Perform(1, "press", 0.0, 0.0))
+    assert request(link) == [Perform(1, "press", 0.0, 0.0)]
+
+
+def test_when_the_host_has_gone_the_loop_hears_bye_and_the_next_one_is_welcome(
+    link: ListenLink,
+) -> None:
+    parts = urlsplit(link.url)
+    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
+        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
+        host.greet()
+        number = host.session
+        assert request(link) == [HELLO]
+    [bye] = request(link)
+    assert isinstance(bye, Bye)
+    assert not link.connected
+    link.send(PRESS, 0)
+    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
+        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
+        host.greet()
+        assert host.session == number + 1
+        assert host.message() == State(())
+        assert request(link) == [HELLO]
+        link.send(State(("down",)), 0)
+        assert host.message() == State(("down",))  # and not the press of the time between
+
+
+def test_a_peer_that_says_nothing_or_nonsense_is_let_go_and_blocks_nobody(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    mute, babbling, host = connect(), connect(), connect()
+    babbling.write(b"GET / HTTP/1.1\r\n\r\n\0" * 1000)
+    assert isinstance(host.greet(dataclasses.replace(JOIN, granted=True)), Welcome)
+    for peer in (mute, babbling):
+        with pytest.raises((EOFError, ConnectionResetError)):
+            peer.packet()
+    assert len(request(link)) == 1
+    assert link.connected
+
+
+def test_only_so_many_may_knock_at_a_time(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    peers = [connect() for _ in range(PEERS)]
+    until(lambda: len(link._peers) == PEERS)
+    with pytest.raises((EOFError, ConnectionResetError)):
+        connect().packet()
+    assert isinstance(peers[-1].greet(), Welcome)
+
+
+def test_a_host_that_floods_is_cut_off(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    host = connect()
+    host.greet()
+
+    def flood() -> None:
+        while True:
+            host.say(Contacts(()))
+
+    with pytest.raises(ConnectionError):
+        flood()
+    requests = request(link)
+    assert requests[0] == HELLO
+    assert isinstance(requests[-1], Bye)
+    assert len(requests) < REQUESTS + 2_000
+
+
+def test_a_host_that_does_not_read_never_makes_the_loop_wait(
+    link: ListenLink, connect: Callable[[], HandMadeHost]
+) -> None:
+    connect().greet()
+    assert request(link) == [HELLO]
+    while not link.dropped:  # the system's own buffers fill first
+        for _ in range(1_000):
+            link.send(FRAME, 0)
+    assert link._host is not None
+    assert len(link._host.session.output) < 20_000
+
+
+def test_closing_says_bye_after_everything_that_was_sent(
+    connect: Callable[[], HandMadeHost], link: ListenLink
+) -> None:
+    host = connect()
+    host.greet()
+    assert request(link) == [HELLO]
+    for _ in range(100):
+        link.send(FRAME, 0)
+    closing = threading.Thread(target=link.close)
+    closing.start()
+    assert host.message() == State(())
+    assert [host.message() for _ in range(100)] == [FRAME] * 100
+    assert host.message() == Bye("the orb was switched off")
+    closing.join()
+    with pytest.raises(EOFError):
+        host.packet()
+
+
+def test_wait_returns_after_its_timeout_when_nobody_comes(link: ListenLink) -> None:
+    link.wait(0.0)
+    link.wait(0.01)
+    assert link.poll() == []
+
+
+# --- ports ---
+
+
+class Pty:
+    """A pty: the device opens `path`, the test plays the host at the other end."""
+
+    def __init__(self) -> None:
+        self.master, self.slave = pty.openpty()
+        tty.setraw(self.slave)
+        self.path = os.ttyname(self.slave)
+        self.host = HandMadeHost(self.read, lambda data: os.write(self.master, data))
+
+    def read(self) -> bytes:
+        assert select.select([self.master], [], [], DEADLINE_S)[0]
+        return os.read(self.master, 4096)
+
+    def close(self) -> None:
+        os.close(self.master)
+        os.close(self.slave)
+
+
+def test_a_host_is_heard_over_a_port() -> None:
+    line = Pty()
+    link = open_link(line.path, welcome())
+    line.host.write(b"left over from somebody else")
+    assert line.host.greet() == welcome()
+    assert request(link) == [HELLO]
+    line.host.say(Contacts(()))
+    assert request(link) == [Contacts(())]
+    link.send(PRESS, 0)
+    assert line.host.message() == State(())
+    assert isinstance(line.host.message(), Command)
+    link.close()
+    assert line.host.message() == Bye("the orb was switched off")
+    line.close()
+
+
+def test_a_port_that_vanishes_ends_the_session_and_is_opened_again(
+    tmp_path: Any,
+) -> None:
+    name = tmp_path / "tty"
+    line = Pty()
+    name.symlink_to(line.path)
+    link = open_link(str(name), welcome())
+    line.host.greet()
+    assert request(link) == [HELLO]
+    name.unlink()
+    line.close()  # pulled out
+    [bye] = request(link)
+    assert isinstance(bye, Bye)
+    line = Pty()
+    name.symlink_to(line.path)  # plugged in again
+    assert isinstance(link, PortLink)
+    until(lambda: link._peers)
+    assert line.host.greet() == welcome()
+    assert request(link) == [HELLO]
+    link.close()
+    line.close()
+
+
+def test_a_port_that_is_taken_is_explained_in_one_sentence() -> None:
+    line = Pty()
+    taken = serial.Serial(line.path, exclusive=True)
+    with pytest.raises(LinkError) as refused:
+        open_link(line.path, welcome())
+    taken.close()
+    line.close()
+    assert str(refused.value) == (
+        f"cannot open {line.path}: another program uses it; name another with --link"
+    )
+
+
+@pytest.mark.parametrize(
+    ("url", "problem"),
+    [
+        ("/dev/there-is-no-such-port", "there is no such port"),
+        ("/dev/null", "it is not a serial port"),
+        ("/", "it is not a serial port"),
+        ("socket://127.0.0.1", "expected is socket://ADDRESS:PORT"),
+        ("socket://127.0.0.1:x", "expected is socket://ADDRESS:PORT"),
+        ("loop://", "select cannot wait for such a port here"),
+        ("nonsense://x", "invalid URL, protocol 'nonsense' not known"),
+    ],
+)
+def test_a_port_that_cannot_be_opened_is_explained_in_one_sentence(url: str, problem: str) -> None:
+    with pytest.raises(LinkError) as refused:
+        open_link(url, welcome())
+    assert str(refused.value) == f"cannot open {url}: {problem}; name another with --link"
+
+
+def test_a_port_without_a_name_is_explained_in_one_sentence() -> None:
+    with pytest.raises(LinkError, match="names no port; leave it out to have commands printed"):
+        open_link("", welcome())
+
+
+def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects() -> None:
+    chatty = dataclasses.replace(welcome(), commands=tuple(f"wish_{k}" for k in range(65)))
+    with pytest.raises(LinkError, match="cannot send Welcome: 65 values, where at most 64 fit; "):
+        open_link("listen://127.0.0.1:0", chatty)
+
+
+# --- keys, other machines, and hosts that come back ---
+
+KEY = bytes(range(32))
+
+
+@pytest.fixture
+def to(request: pytest.FixtureRequest) -> Iterator[Callable[..., HandMadeHost]]:
+    """Connect a hand-made host to a link."""
+    sockets = []
+
+    def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
+        parts = urlsplit(link.url)
+        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
+        sockets.append(connection)
+        return HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
+
+    yield connect
+    for connection in sockets:
+        connection.close()
+
+
+def listening(url: str = "listen://127.0.0.1:0", **access: Any) -> ListenLink:
+    link = open_link(url, welcome(), **access)
+    assert isinstance(link, ListenLink)
+    return link
+
+
+def test_a_host_with_the_key_is_welcomed_and_one_with_another_is_told(
+    to: Callable[..., HandMadeHost], caplog: pytest.LogCaptureFixture
+) -> None:
+    link = listening(key=KEY)
+    for wrong in (bytes(32), b""):
+        assert to(link, wrong).greet() == Refuse(WRONG_KEY)
+    assert link.poll() == []
+    host = to(link, KEY)
+    assert host.greet() == welcome()
+    assert request(link) == [HELLO]
+    link.send(PRESS, 0)
+    assert host.message() == State(())
+    command = plain(host.message())
+    assert isinstance(command, Command)
+    assert command.name == "left"
+    link.close()
+    assert caplog.text.count(f"a host was turned away: {WRONG_KEY}") == 1  # not for every knock
+
+
+@pytest.mark.parametrize(
+    ("access", "warning"),
+    [
+        ({"key": KEY}, "for hosts with the key; what the orb feels is not encrypted"),
+        ({"exposed": True}, "without a key: everybody who reaches this address sees what the orb"),
+    ],
+)
+def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
+    access: dict[str, Any], warning: str, caplog: pytest.LogCaptureFixture,
+    to: Callable[..., HandMadeHost],
+) -> None:  # fmt: skip
+    link = listening("listen://0.0.0.0:0", **access)
+    assert link.url.startswith("socket://127.0.0.1:")
+    assert warning in caplog.text
+    assert to(link, access.get("key", b"")).greet() == welcome()
+    link.close()
+
+
+def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
+    link: ListenLink, connect: Callable[[], HandMadeHost], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
+    gone, again = connect(), connect()
+    gone.greet()
+    assert request(link) == [HELLO]
+    link.send(PRESS, 0)  # it never gets there: nobody reads that line any more
+    join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
+    assert again.greet(join) == dataclasses.replace(welcome(), resumed=True)
+    assert again.message() == State(())
+    assert isinstance(plain(again.message()), Command)
+    assert request(link) == [HELLO]
+    assert link.connected
+    until(lambda: len(link._peers) == 1)
+    again.say(Contacts(()))
+    assert request(link) == [Contacts(())]
+
+
+def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
+    link: ListenLink, to: Callable[..., HandMadeHost], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
+    first = to(link)
+    first.greet()
+    assert request(link) == [HELLO]
+    first.say(Bye("back in a moment"))
+    assert request(link) == [Bye("back in a moment")]
+    link.send(PRESS, 0)
+    join = dataclasses.replace(JOIN, boot_nonce=welcome().boot_nonce)
+    again = to(link)
+    again.greet(join)
+    assert again.message() == State(())
+    assert isinstance(plain(again.message()), Command)
+    again.say(Bye(""))
+    heard: list[Message] = []
+    while Bye("") not in heard:
+        heard += request(link)
+    link.send(PRESS, 0)
+    stranger = to(link)
+    stranger.greet(dataclasses.replace(join, host_nonce=78))
+    assert stranger.message() == State(())
+    assert link.outbox.posted == ()
+
+
+def test_a_host_may_greet_again_on_its_old_line_however_old_that_is(
+    link: ListenLink, to: Callable[..., HandMadeHost]
+) -> None:
+    host = to(link)
+    host.greet()
+    assert request(link) == [HELLO]
+    [peer] = link._peers
+    peer.since_ms = -60_000  # when it connected; but it has a session
+    until(lambda: peer.since_ms >= 0)
+    assert host.message() == State(())
+    assert host.greet() == welcome()
+    requests = request(link)
+    assert [*requests, *([] if HELLO in requests else request(link))][1:] == [HELLO]

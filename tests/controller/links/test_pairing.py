@@ -1,0 +1,160 @@
+"""Both ends of a pairing, and what status and doctor make of it, against a fake BlueZ."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.fake_bluez import HOST, MOCK, FakeBluez, missing, until
+
+if missing():
+    pytest.skip(f"needs {missing()}", allow_module_level=True)
+
+from controller.__main__ import main as controller
+from controller.cli import pair, status
+from controller.diagnostics import bluetooth
+from controller.diagnostics.report import Verdict
+from controller.links.bluetooth.bluez import ADAPTER, DEVICE
+from controller.links.bluetooth.identifiers import SERVICE_UUID
+from host.bluetooth import paired, sdp
+from host.cli import pair as host_pair
+from host.discovery import ports
+
+ORB = "00:AA:01:01:00:01"
+ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
+
+
+@pytest.fixture(scope="module")
+def bus() -> Iterator[FakeBluez]:
+    fake = FakeBluez()
+    yield fake
+    fake.close()
+
+
+@pytest.fixture
+def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
+    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
+    bus.fresh()
+    return bus
+
+
+def test_the_orb_waits_for_a_time_and_says_who_has_paired(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stranger() -> None:
+        until(lambda: fake.get("/org/bluez/hci0", ADAPTER, "Discoverable"))
+        fake.call("/", MOCK, "AddDevice", "sss", "hci0", "AA:BB:CC:DD:EE:FF", "tablet")
+        fake.pair("AA:BB:CC:DD:EE:FF")
+
+    thread = threading.Thread(target=stranger)
+    thread.start()
+    assert pair.main(["--yes", "--seconds", "20"]) == 0
+    thread.join()
+    told = capsys.readouterr().out
+    assert "look for OrbTouch (00:01:02:03:04:05)" in told
+    assert "paired with tablet (AA:BB:CC:DD:EE:FF)" in told
+    assert fake.get("/org/bluez/hci0/dev_AA_BB_CC_DD_EE_FF", DEVICE, "Trusted")
+    assert not fake.get("/org/bluez/hci0", ADAPTER, "Discoverable")  # shut behind it
+
+
+def test_the_orb_gives_up_when_nobody_comes(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pair.main(["--yes", "--seconds", "1"]) == 1
+    assert "nobody paired" in capsys.readouterr().out
+    assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
+
+
+@pytest.mark.parametrize("seconds", ["0", "601", "x", "-5"])
+def test_a_window_has_a_sensible_length(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        pair.main(["--seconds", seconds])
+    assert ended.value.code == 2
+    assert "must be a whole number from 1 to 600" in capsys.readouterr().err
+
+
+def test_pairing_without_bluetoothd_says_how_to_start_it(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fake.stop()
+    assert controller(["pair", "--yes"]) == 1
+    assert "systemctl enable --now bluetooth" in capsys.readouterr().err
+    assert host_pair.main(["--yes"]) == 1
+    assert "systemctl enable --now bluetooth" in capsys.readouterr().err
+
+
+def test_the_host_pairs_trusts_and_says_how_to_play(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[str, ...]] = []
+
+    def channel(*words: str) -> int:
+        asked.append(words)
+        return 22
+
+    monkeypatch.setattr(sdp, "channel", channel)
+    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
+    assert host_pair.main([ORB.lower(), "--yes"]) == 0
+    assert f"play: host --link rfcomm://{ORB}" in capsys.readouterr().out
+    assert fake.get(ORB_PATH, DEVICE, "Paired")
+    assert fake.get(ORB_PATH, DEVICE, "Trusted")
+    assert asked == [(ORB, SERVICE_UUID, "00:01:02:03:04:05")]
+
+
+def test_the_host_says_when_the_orb_does_not_wait_yet(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sdp, "channel", lambda *words: None)
+    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
+    fake.pair(ORB)
+    assert host_pair.main([]) == 0  # a bonded orb needs no address
+    told = capsys.readouterr().out
+    assert "is paired already" in told
+    assert "controller --link rfcomm:" in told
+
+
+def test_the_host_finds_no_orb_where_there_is_none(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert host_pair.main(["--yes", "--seconds", "1"]) == 1
+    assert "found no orb within 1 s" in capsys.readouterr().err
+
+
+def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
+    fake.call("/", MOCK, "AddDevice", "sss", "hci0", ORB, "OrbTouch")
+    assert [port for port in ports.listed() if port.url.startswith("rfcomm:")] == []
+    fake.pair(ORB)
+    found = [port for port in ports.listed() if port.url.startswith("rfcomm:")]
+    assert found == [ports.Port(f"rfcomm://{ORB}", "paired over Bluetooth", "OrbTouch")]
+
+
+def test_without_bluez_there_is_no_paired_orb(fake: FakeBluez) -> None:
+    fake.stop()
+    assert paired.orbs() == []
+
+
+def test_status_names_adapters_and_hosts(
+    fake: FakeBluez, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status.main(["--json"])
+    (adapter,) = json.loads(capsys.readouterr().out)["bluetooth"]["adapters"]
+    assert adapter["name"] == "hci0"
+    assert adapter["on"]
+    (host,) = adapter["hosts"]
+    assert host == {"name": "laptop", "address": HOST, "connected": False}
+
+
+def test_the_doctor_sees_what_is_missing_and_what_to_do(fake: FakeBluez) -> None:
+    found = {row.code: row for row in bluetooth.rows() if row.code}
+    assert set(found) <= {"no_service", "not_trusted", "blocked", "old_bluez"}
+    assert found["no_service"].advice.startswith("start it: sudo systemctl start orbtouch")
+    fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", False))
+    assert "bluetoothctl power on" in {row.advice for row in bluetooth.rows()}
+    fake.unplug()
+    assert "no_adapter" in {row.code for row in bluetooth.rows()}
+    fake.stop()
+    (bluez,) = [row for row in bluetooth.rows() if row.code == "no_bluez"]
+    assert bluez.verdict is Verdict.FAULT

@@ -1,0 +1,198 @@
+"""The key on the wire: who has it is believed, and nobody else."""
+
+import hmac
+
+import pytest
+
+from controller.protocol.auth import SIZE, FrameAuthenticator, seals
+from controller.protocol.device_session import WRONG_KEY, DeviceSession
+from controller.protocol.host_session import (
+    Connected,
+    Delivered,
+    HostSession,
+    Lost,
+    Received,
+    Refused,
+)
+from controller.protocol.messages import (
+    VERSION,
+    Bye,
+    Command,
+    Contacts,
+    Hello,
+    Message,
+    Offer,
+    Refuse,
+    Telemetry,
+)
+from controller.protocol.packets import Decoder, encode
+from tests.support.fake_device import welcome
+
+KEY, OTHER = bytes(range(32)), bytes(range(1, 33))
+NONCE = bytes(range(16))
+DROP = Command("drop", "pinch", 0.5, None, 1)
+FELT = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
+
+
+class Meeting:
+    """A device and a host, each with its key or none, and what was said aloud."""
+
+    def __init__(self, device: bytes, host: bytes, *, nonce: bytes = NONCE) -> None:
+        self.device = DeviceSession(welcome(), key=device)
+        self.host = HostSession("orb", 100, 0, key=host, nonce=nonce)
+        self.from_device, self.from_host = b"", b""
+        self.requests: list[Message] = []
+        self.news: list[Received] = []
+        self.exchange()
+
+    def exchange(self, now_ms: int = 0) -> list[Received]:
+        """Carry everything both ways until nothing is left; return the host's news."""
+        news: list[Received] = []
+        while self.host.output or self.device.output:
+            for session in (self.host, self.device):
+                data = bytes(session.output)
+                session.output.clear()
+                if session is self.host:
+                    self.from_host += data
+                    self.requests += self.device.receive(data, now_ms)
+                else:
+                    self.from_device += data
+                    news += self.host.receive(data, now_ms)
+        self.news += news
+        return news
+
+
+def test_two_who_share_a_key_talk_as_ever() -> None:
+    both = Meeting(KEY, KEY)
+    assert Connected(welcome()) in both.news
+    both.device.send(DROP, 0, 0)
+    assert both.exchange() == [Delivered(DROP, 0)]
+    assert both.host.send(Contacts(()), 0)
+    both.exchange()
+    assert both.requests[-1] == Contacts(())
+    assert both.device.outbox.posted == ()
+
+
+def test_a_tag_is_what_the_specification_says() -> None:
+    numbers = bytes([2, 2]) + (7).to_bytes(2, "little") + (100).to_bytes(2, "little")
+    drawn = (2).to_bytes(2, "little") + b"ab" + (3).to_bytes(2, "little") + b"cde"
+    own = hmac.digest(KEY, b"OrbTouch link, sessions" + numbers + drawn, "sha256")
+    key = hmac.digest(own, b"host", "sha256")
+    expected = hmac.digest(key, (101).to_bytes(8, "little") + b"body", "sha256")[:8]
+    ours, theirs = seals(KEY, versions=(2, 2), host=b"ab", device=b"cde", session=7, sequence=100)
+    assert ours.tag(b"body", 101) == expected
+    assert theirs.tag(b"body", 101) != expected  # the other direction has another key
+
+
+def test_a_wrong_key_is_one_sentence_on_both_ends() -> None:
+    both = Meeting(KEY, OTHER)
+    assert both.news == [Refused(f"orb: {WRONG_KEY}")]
+    assert both.device.refused == WRONG_KEY
+    assert both.requests == []
+    assert not both.device.live
+
+
+def test_a_host_without_the_key_is_told_to_name_it() -> None:
+    both = Meeting(KEY, b"")
+    [refused] = both.news
+    assert isinstance(refused, Refused)
+    assert refused.reason.startswith("orb: the orb wants a key; add --key FILE")
+    assert both.device.refused == WRONG_KEY
+    assert both.requests == []
+
+
+def test_a_host_with_a_key_does_not_talk_to_an_orb_that_asks_for_none() -> None:
+    both = Meeting(b"", KEY)
+    [refused] = both.news
+    assert isinstance(refused, Refused)
+    assert refused.reason.startswith("orb: the orb asks for no key")
+    assert both.device.refused == "the host wants a key, and the orb has none"
+    assert both.requests == []
+
+
+def test_before_it_has_proved_the_key_a_host_learns_the_version_and_no_more() -> None:
+    both = Meeting(KEY, OTHER)
+    offer, refuse = (packet.message for packet in Decoder().feed(both.from_device))
+    assert isinstance(offer, Offer)
+    assert (offer.version, len(offer.nonce), offer.keyed) == (VERSION, 16, True)
+    assert isinstance(refuse, Refuse)
+    hello = Decoder().feed(both.from_host)[0].message
+    assert hello == Hello(VERSION, VERSION, NONCE.hex(), "", False)  # and neither does the device
+    for word in (b"virtual-1", b"OrbTouch", b"press"):
+        assert word not in both.from_device
+
+
+def test_an_orb_that_does_not_know_the_key_is_not_believed() -> None:
+    host = HostSession("orb", 100, 0, key=KEY, nonce=NONCE)
+    offer = encode(Offer(VERSION, bytes(16), True), session=9, sequence=100, t_ms=0)
+    assert host.receive(offer, 0) == []
+    sealed = FrameAuthenticator(OTHER, 100)
+    for answer in (
+        encode(welcome(), session=9, sequence=101, t_ms=0, seal=sealed),
+        encode(welcome(), session=9, sequence=101, t_ms=0),
+    ):
+        impostor = HostSession("orb", 100, 0, key=KEY, nonce=NONCE)
+        impostor.receive(offer, 0)
+        [refused] = impostor.receive(answer, 0)
+        assert refused == Refused("orb does not know our key; give both the same --key FILE")
+
+
+def test_a_lower_version_than_was_offered_cannot_be_made_of_a_hello() -> None:
+    numbers = {"host": b"n", "device": b"m", "session": 1, "sequence": 2}
+    honest, _ = seals(KEY, versions=(2, 3), **numbers)  # type: ignore[arg-type]
+    changed, _ = seals(KEY, versions=(2, 2), **numbers)  # type: ignore[arg-type]
+    assert not changed.confirms(b"join", 3, honest.tag(b"join", 3))
+
+
+def test_frames_without_a_tag_or_with_a_wrong_one_are_not_taken_and_prove_no_life() -> None:
+    both = Meeting(KEY, KEY)
+    number, sequence = both.device.number, 500
+    for seal in (None, FrameAuthenticator(OTHER, 100)):
+        forged = encode(FELT, session=number, sequence=sequence, t_ms=0, seal=seal)
+        assert both.host.receive(forged, 10) == []
+        forged = encode(Contacts(()), session=number, sequence=sequence, t_ms=0, seal=seal)
+        assert both.device.receive(forged, 10) == []
+    [stale] = both.host.receive(b"", 300)
+    assert type(stale).__name__ == "Stale"
+
+
+def test_what_one_session_said_is_nothing_to_the_next_nor_to_the_other_end() -> None:
+    first, second = Meeting(KEY, KEY), Meeting(KEY, KEY, nonce=bytes(16))
+    assert first.device.number == second.device.number
+    requests = second.device.receive(first.from_host, 0)  # Hello, and a Join of yesterday
+    assert requests == [Bye("the host started anew")]
+    assert second.device.state == "offered"  # it waits for a Join that fits this session
+    second = Meeting(KEY, KEY, nonce=bytes(16))
+    first.device.send(DROP, 0, 0)
+    assert second.host.receive(bytes(first.device.output), 0) == []
+    assert first.device.receive(bytes(first.device.output), 0) == []
+
+
+def test_a_packet_that_was_kept_until_the_sequence_came_round_is_not_taken() -> None:
+    sender, receiver = FrameAuthenticator(KEY, 65_000), FrameAuthenticator(KEY, 65_000)
+    kept = sender.tag(b"drop", 65_001)
+    assert receiver.confirms(b"drop", 65_001, kept)
+    for number in range(65_002, 65_002 + 65_536 - 100):
+        tag = sender.tag(b"", number & 0xFFFF)
+        assert receiver.confirms(b"", number & 0xFFFF, tag)
+    assert not receiver.confirms(b"drop", 65_001, kept)
+    assert len(kept) == SIZE
+
+
+def test_a_packet_from_before_the_beginning_is_none() -> None:
+    assert not FrameAuthenticator(KEY, 5).confirms(b"", 65_535, bytes(8))
+
+
+@pytest.mark.parametrize("nonce", [b"", bytes(15)])
+def test_a_key_without_a_fresh_number_is_a_mistake_of_the_caller(nonce: bytes) -> None:
+    with pytest.raises(ValueError, match="needs 16 random bytes"):
+        HostSession("orb", 1, 0, key=KEY, nonce=nonce)
+
+
+def test_a_sealed_session_lives_as_long_as_any() -> None:
+    both = Meeting(KEY, KEY)
+    for now_ms in range(0, 60_000, 10):
+        assert both.device.tick(now_ms) == []
+        assert not any(isinstance(item, Lost) for item in both.host.tick(now_ms))
+        both.exchange(now_ms)
+    assert both.host.state == "live"

@@ -1,0 +1,107 @@
+"""Taxels that feel nothing: they are found, and stood in for."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller.recognition.dead_taxels import MEMORY, ResponseMonitor, TaxelInterpolator
+from controller.recognition.preprocess import Preprocessor, PreprocessSettings
+from controller.simulator.faults import Fault
+from controller.simulator.orb import NOMINAL
+from controller.simulator.presets import preset
+from controller.simulator.session import EVALUATION, simulate
+
+CENTRES = np.random.default_rng(1).uniform(-0.5, 4.5, (400, 2))
+
+
+def dent(x: float, y: float) -> NDArray[np.float64]:
+    """A smooth dent."""
+    row, column = np.indices((5, 5))
+    return np.asarray(-0.3 * np.exp(-((row - y) ** 2 + (column - x) ** 2) / 3.0))
+
+
+def broken(*places: tuple[int, int]) -> NDArray[np.bool_]:
+    mask = np.zeros((5, 5), dtype=np.bool_)
+    for place in places:
+        mask[place] = True
+    return mask
+
+
+def test_a_taxel_is_filled_in_from_those_around_it() -> None:
+    change, mask = dent(2.0, 2.0), broken((2, 2))
+    filled = TaxelInterpolator(5, 5).fill(np.where(mask, 0.0, change), mask)
+    assert filled[2, 2] == pytest.approx(change[2, 2], abs=0.1)
+    np.testing.assert_array_equal(filled[~mask], change[~mask])
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(5, 5), (3, 7), (1, 4)])
+def test_what_all_others_say_is_what_each_taxel_would_be_filled_with(
+    rows: int, columns: int
+) -> None:
+    filler = TaxelInterpolator(rows, columns)
+    change = np.random.default_rng(2).normal(0.0, 0.1, (rows, columns))
+    around = filler.around(change)
+    for place in np.ndindex(rows, columns):
+        mask = np.zeros((rows, columns), dtype=np.bool_)
+        mask[place] = True
+        assert around[place] == pytest.approx(filler.fill(change, mask)[place], abs=1e-12)
+
+
+def test_a_large_sensor_is_ready_at_once() -> None:
+    """It took a minute of the first touch when each taxel was solved for by itself."""
+    assert TaxelInterpolator(30, 30).around(np.zeros((30, 30))).shape == (30, 30)
+
+
+def test_a_whole_row_is_filled_in_from_the_others() -> None:
+    change, mask = dent(3.0, 2.5), broken(*((2, column) for column in range(5)))
+    filled = TaxelInterpolator(5, 5).fill(np.where(mask, 0.0, change), mask)
+    assert np.abs(filled - change)[2].max() < 0.08
+    assert filled[2].argmin() == 3
+
+
+def test_where_all_are_broken_nothing_is_made_up() -> None:
+    assert not TaxelInterpolator(2, 3).fill(np.ones((2, 3)), np.ones((2, 3), dtype=np.bool_)).any()
+
+
+def test_a_taxel_that_does_not_answer_is_found_and_forgiven_once_it_does() -> None:
+    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
+    dead = None
+    for number, place in enumerate(np.tile(CENTRES, (3, 1))):
+        change = dent(*place)
+        if number < 500:
+            change[1, 3] = 0.0
+        answers.learn(change, filler, quiet=False)
+        answers.learn(np.zeros((5, 5)), filler, quiet=True)
+        if number == 499:
+            dead = answers.dead
+    assert dead is not None
+    assert np.argwhere(dead).tolist() == [[1, 3]]
+    assert answers.dead is None
+
+
+def test_one_long_touch_does_not_condemn_the_taxels_far_from_it() -> None:
+    answers, filler = ResponseMonitor(5, 5, 10.0), TaxelInterpolator(5, 5)
+    change = np.where(np.indices((5, 5)).sum(axis=0) < 3, dent(0.0, 0.0), 0.0)
+    for _ in range(10 * MEMORY):
+        answers.learn(change, filler, quiet=False)
+    assert answers.counts[0] < MEMORY
+    assert answers.dead is None
+
+
+def test_of_a_very_slow_sensor_one_frame_of_each_touch_counts() -> None:
+    answers, filler = ResponseMonitor(5, 5, 0.1), TaxelInterpolator(5, 5)
+    for _ in range(3):
+        for quiet in (True, False, False):
+            answers.learn(dent(2.0, 2.0), filler, quiet=quiet)
+    assert answers.counts.tolist() == [3.0, 2.0]
+
+
+@pytest.mark.parametrize("name", ["nominal", "paper-snr"])
+def test_a_dead_taxel_of_a_simulated_orb_is_found_in_play(name: str) -> None:
+    session = simulate(7, 2.0, domain=EVALUATION, model=preset(name), faults=[
+        Fault.parse("dead:2,1")
+    ])  # fmt: skip
+    stage = Preprocessor(PreprocessSettings(), NOMINAL.rows, NOMINAL.columns)
+    prepared = [stage.step(frame) for frame in session.frames][-1]
+    assert prepared.dead is not None
+    assert np.argwhere(prepared.dead).tolist() == [[2, 1]]

@@ -1,0 +1,154 @@
+"""The stages joined: frames in, one command per touch out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller.bundles import bundle
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.preprocess import Frame, Image, State, Window
+from controller.recognition.touch_position import PositionSpread
+
+SHIPPED = bundle.read(bundle.default_path())
+REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
+
+
+class Certain:
+    """Networks that are sure of one gesture where the newest image deviates most."""
+
+    def __init__(self, label: str = "press") -> None:
+        self.label = SHIPPED.labels.index(label)
+
+    def probabilities(self, window: Window) -> NDArray[np.float32]:
+        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
+        probabilities[self.label if touched else 0] = 1.0
+        return probabilities
+
+    def touch(self, image: Image) -> tuple[float, float]:
+        row, column = np.unravel_index(np.abs(image - 1.0).argmax(), image.shape)
+        return float(column), float(4 - row)
+
+
+def pressed(x: int, y: int, depth: float = 0.6) -> Frame:
+    frame = REST.copy()
+    frame[4 - y, x] *= 1.0 - depth
+    return frame
+
+
+def played(pipeline: Pipeline, frames: list[Frame], start: int = 1) -> list[Step]:
+    return [pipeline.step(f, k / 10, k) for k, f in enumerate(frames, start)]
+
+
+def pipeline() -> Pipeline:
+    return Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+
+
+def test_a_press_at_the_left_becomes_left_once() -> None:
+    steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.gesture, r.touch) for r in records] == [("left", "press", (0.0, 3.0))]
+    assert 21 <= records[0].frame <= 30
+    assert records[0].t_s == records[0].frame / 10
+    assert records[0].probability == 1.0
+
+
+@pytest.mark.parametrize(
+    ("label", "command"),
+    [("pinch", "drop"), ("twist_cw", "rotate_cw"), ("twist_ccw", "rotate_ccw")],
+)
+def test_every_other_gesture_becomes_its_command_too(label: str, command: str) -> None:
+    networks = Pipeline(SHIPPED, Certain(label), SHIPPED.mapping)
+    steps = played(networks, [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    records = [step.command for step in steps if step.command]
+    assert [(r.command, r.gesture) for r in records] == [(command, label)]
+
+
+def test_the_gesture_is_held_until_rest() -> None:
+    steps = played(pipeline(), [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
+    held = [step.held for step in steps]
+    assert held[:20] == [""] * 20
+    assert held[35] == "press"
+    assert held[-1] == ""
+
+
+def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:
+    class Doubtful(Certain):
+        def probabilities(self, window: Window) -> NDArray[np.float32]:
+            return np.array([0.5, 0.5, 0, 0, 0], dtype=np.float32)
+
+    steps = played(Pipeline(SHIPPED, Doubtful(), SHIPPED.mapping), [REST] * 20)
+    assert [step.touch is not None for step in steps] == [step.ready for step in steps]
+
+
+def test_a_new_pipeline_remembers_nothing() -> None:
+    state = {name: array.tolist() for name, array in pipeline().state().items() if array.any()}
+    assert state == {
+        "debounce.mean": [1.0, 0.0, 0.0, 0.0, 0.0],
+        "preprocess.recent": np.ones((5, 5)).tolist(),
+    }
+
+
+def test_before_the_rest_image_is_taken_everything_is_null_for_certain() -> None:
+    first = played(pipeline(), [REST])[0]
+    assert not first.ready
+    assert first.probabilities.tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
+    assert first.touch is None
+    assert first.image.shape == (5, 5)
+
+
+def test_the_same_touch_means_something_else_elsewhere() -> None:
+    frames = [REST] * 20
+    for x, y in ((0, 4), (4, 4), (2, 0)):
+        frames += [pressed(x, y)] * 8 + [REST] * 12
+    commands = [step.command.command for step in played(pipeline(), frames) if step.command]
+    assert commands == ["left", "right", "down"]
+
+
+def test_a_place_is_told_with_how_far_off_it_may_be_if_somebody_measured_it() -> None:
+    rng = np.random.default_rng(2)
+    frames = [
+        (frame * (1.0 + 0.01 * rng.standard_normal((5, 5)))).astype(np.float32)
+        for frame in [REST] * 20 + [pressed(0, 3)] * 10 + [REST] * 20
+    ]
+    measured = replace(SHIPPED, spread=PositionSpread(0.1, 3.0))
+    steps = played(Pipeline(measured, Certain(), SHIPPED.mapping), frames)
+    sigmas = [step.sigma for step in steps if step.sigma is not None]
+    assert [step.sigma is None for step in steps] == [step.touch is None for step in steps]
+    assert 0.1 < min(sigmas) < 0.2
+    unmeasured = Pipeline(replace(SHIPPED, spread=None), Certain(), SHIPPED.mapping)
+    assert all(step.sigma is None for step in played(unmeasured, frames))
+
+
+def test_a_pipeline_goes_on_exactly_where_its_state_was_taken() -> None:
+    rng = np.random.default_rng(5)
+    frames = [REST] * 15 + [pressed(3, 3)] * 9 + [REST] * 15
+    noisy = [(f * (1 + 0.003 * rng.standard_normal((5, 5)))).astype(np.float32) for f in frames]
+    assert [step.gesture for step in played(pipeline(), noisy) if step.gesture] == ["press"]
+    for cut in range(len(noisy)):
+        whole, copy = pipeline(), pipeline()
+        played(whole, noisy[:cut])
+        copy.restore(whole.state())
+        for one, other in zip(
+            played(whole, noisy[cut:], cut + 1), played(copy, noisy[cut:], cut + 1), strict=True
+        ):
+            assert one.image.tobytes() == other.image.tobytes()
+            assert one.probabilities.tobytes() == other.probabilities.tobytes()
+            assert (one.touch, one.held, one.command) == (other.touch, other.held, other.command)
+
+
+def test_a_state_of_something_else_is_refused() -> None:
+    state = pipeline().state()
+    wrong: tuple[State, ...] = (
+        {},
+        {**state, "extra.thing": np.zeros(1)},
+        {**state, "preprocess.recent": np.ones((4, 4))},
+        {**state, "preprocess.recent": np.zeros((5, 5))},
+        {**state, "debounce.mean": np.ones(7)},
+        {**state, "debounce.held": np.array([9.0])},
+    )
+    for damaged in wrong:
+        with pytest.raises(ValueError, match="the state"):
+            pipeline().restore(damaged)

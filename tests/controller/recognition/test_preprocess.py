@@ -1,0 +1,446 @@
+"""Rest, images and windows."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from controller.recognition import drift
+from controller.recognition.preprocess import (
+    Preprocessor,
+    PreprocessSettings,
+    StoredBaseline,
+    z_image,
+)
+from controller.recognition.rebaseline import Rebaseline
+
+RATIO = PreprocessSettings()
+REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
+
+
+def idle(seconds: float, seed: int = 0, noise: float = 0.003) -> NDArray[np.float32]:
+    """Frames of an untouched sensor at 10 Hz."""
+    rng = np.random.default_rng(seed)
+    frames = REST_PF * (1.0 + noise * rng.standard_normal((round(seconds * 10), 5, 5)))
+    return frames.astype(np.float32)
+
+
+def pressed(seconds: float, depth: float = 0.3) -> NDArray[np.float32]:
+    """The same with a finger that takes `depth` of the middle taxel's capacitance."""
+    frames = idle(seconds, seed=1)
+    frames[:, 1:4, 1:4] *= 1.0 - depth / 2
+    frames[:, 2, 2] *= 1.0 - depth / 2
+    return frames
+
+
+def fresh() -> Preprocessor:
+    return Preprocessor(PreprocessSettings(), 5, 5)
+
+
+def test_an_image_is_capacitance_over_rest() -> None:
+    frame = np.full((2, 2), 30.0, dtype=np.float32)
+    rest = np.array([[30.0, 60.0], [15.0, 30.0]])
+    assert z_image(frame, rest, RATIO).tolist() == [[1.0, 0.5], [2.0, 1.0]]
+
+
+def test_a_taxel_without_a_lead_says_nothing() -> None:
+    frame = np.array([[30.0, 0.2, 40.0, 1.0]], dtype=np.float32)
+    rest = np.array([[60.0, 0.0, 1.0, 40.0]])  # never had one, it is mended, it broke just now
+    assert z_image(frame, rest, RATIO).tolist() == [[0.5, 1.0, 1.0, 1.0]]
+
+
+def test_a_sensor_that_reads_0_untouched_is_measured_by_its_difference() -> None:
+    stage = Preprocessor(PreprocessSettings(normalise="difference", scale=400.0), 2, 2)
+    for _ in range(10):
+        stage.step(np.zeros((2, 2), dtype=np.float32))
+    touched = stage.step(np.array([[400.0, 0.0], [100.0, 0.0]], dtype=np.float32))
+    assert touched.ready
+    assert touched.image.tolist() == [[2.0, 1.0], [1.25, 1.0]]
+    assert not touched.quiet
+
+
+@pytest.mark.parametrize(("normalise", "scale"), [("sum", 1.0), ("difference", 0.0)])
+def test_a_normalisation_that_cannot_be_is_refused(normalise: str, scale: float) -> None:
+    with pytest.raises(ValueError, match="ratio or difference, with a scale above 0"):
+        PreprocessSettings(normalise=normalise, scale=scale)
+
+
+def test_frame_and_rest_of_different_shapes_are_refused_with_advice() -> None:
+    with pytest.raises(ValueError, match=r"\(4, 4\).*\(5, 5\).*recalibrate"):
+        z_image(np.ones((4, 4), np.float32), np.ones((5, 5)), RATIO)
+
+
+def test_play_may_begin_after_one_quiet_second_with_a_whole_window() -> None:
+    stage = fresh()
+    ready = [stage.step(frame).ready for frame in idle(1.5)]
+    assert ready.index(True) == 9
+    window = stage.window()
+    assert window is not None
+    assert window.shape == (10, 5, 5)
+    assert np.abs(window - 1.0).max() < 0.02
+
+
+def test_a_hand_that_is_still_moving_at_the_start_is_waited_for() -> None:
+    stage = fresh()
+    ramp = np.linspace(0.7, 1.0, 20)[:, None, None]
+    arriving = (idle(2.0) * ramp).astype(np.float32)
+    assert not any(stage.step(frame).ready for frame in arriving)
+    assert stage.step(idle(0.1)[0]).ready is False
+    assert any(stage.step(frame).ready for frame in idle(2.0))
+
+
+@pytest.mark.parametrize("rate_hz", [1.0, 2.0, 2.5, 5.0])
+def test_a_noisy_sensor_comes_to_rest_however_slowly_it_is_read(rate_hz: float) -> None:
+    """Two frames of 4 % noise differ by more than they scatter: more are asked for."""
+    found = 0
+    for seed in range(20):
+        stage = Preprocessor(PreprocessSettings(rate_hz=rate_hz), 5, 5)
+        frames = 40.0 * (1.0 + np.random.default_rng(seed).normal(0.0, 0.04, (12, 5, 5)))
+        found += any(stage.step(frame.astype(np.float32)).ready for frame in frames)
+    assert found == 20
+
+
+def test_a_window_holds_the_latest_images_oldest_first() -> None:
+    stage = fresh()
+    images = [stage.step(frame).image for frame in np.concatenate([idle(2.0), pressed(1.0)])]
+    window = stage.window()
+    assert window is not None
+    np.testing.assert_array_equal(window, np.stack(images[-10:]))
+
+
+def test_a_long_press_is_not_absorbed_by_the_rest_image() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    deviations = [stage.step(frame).deviation for frame in pressed(20.0)]
+    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
+
+
+def test_slow_drift_of_the_untouched_sensor_is_followed() -> None:
+    stage = fresh()
+    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]  # 10 % in two minutes
+    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
+    assert last.quiet
+    assert abs(float(last.image.mean()) - 1.0) < 0.01
+
+
+def test_a_steady_change_of_half_a_minute_is_a_new_sensor_not_a_hand() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    changed = (idle(40.0) * 1.2).astype(np.float32)
+    quiet = [stage.step(frame).quiet for frame in changed]
+    assert not any(quiet[:290])
+    assert all(quiet[-50:])
+
+
+def test_short_touches_never_add_up_to_a_new_sensor() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    for _ in range(10):
+        touched = [stage.step(frame).deviation for frame in pressed(8.0)]
+        left = [stage.step(frame).quiet for frame in idle(2.0, seed=3)]
+    assert touched[-1] == pytest.approx(touched[0], rel=0.1)
+    assert all(left)
+
+
+def test_a_light_hand_on_a_noisy_skin_takes_less_of_rest_along() -> None:
+    """Nearly all that it touches is quiet; followed at the usual pace it leaves rest at 0.978."""
+    stage, quiet = fresh(), 0
+    for frame in idle(5.0, noise=0.066):
+        stage.step(frame)
+    for touch in range(40):
+        for frame in idle(0.6, seed=2 * touch, noise=0.066) * np.float32(0.93):
+            quiet += stage.step(frame).quiet
+        for frame in idle(0.7, seed=2 * touch + 1, noise=0.066):
+            stage.step(frame)
+    assert quiet > 0.9 * 240
+    assert stage.rest is not None
+    assert float((stage.rest / REST_PF).mean()) > 0.982
+
+
+def test_a_quiet_skin_is_followed_at_the_usual_pace_wherever_it_goes() -> None:
+    """A step is followed to within 1/e in the time constant: there noise hides no finger."""
+    for to in (0.99, 1.01):
+        stage = fresh()
+        for frame in np.concatenate([idle(5.0, noise=0.002), idle(2.0, noise=0.002) * to]):
+            stage.step(frame.astype(np.float32))
+        assert stage.rest is not None
+        followed = (float((stage.rest / REST_PF).mean()) - 1.0) / (to - 1.0)
+        assert followed == pytest.approx(1.0 - 1.0 / math.e, abs=0.05)
+
+
+def test_a_noisy_skin_that_drifts_fast_is_followed_down_as_well_as_up() -> None:
+    for way in (-1.0, 1.0):
+        stage = fresh()
+        drift = 1.0 + way * np.linspace(0.0, 0.2, 600)[:, None, None]  # 20 % in a minute
+        for frame in (idle(60.0, noise=0.066) * drift).astype(np.float32):
+            stage.step(frame)
+        assert stage.rest is not None
+        assert abs(float((stage.rest / (REST_PF * drift[-1])).mean()) - 1.0) < 0.015
+
+
+def test_rest_is_frozen_for_four_tenths_of_a_second_after_a_touch() -> None:
+    stage = fresh()
+    for frame in [*idle(3.0), *pressed(1.0)]:
+        stage.step(frame)
+    assert stage.rest is not None
+    frozen, same = stage.rest.tolist(), []
+    for frame in idle(0.8, seed=7):
+        stage.step(frame)
+        same.append(stage.rest is not None and stage.rest.tolist() == frozen)
+    assert same == [True] * 4 + [False] * 4
+
+
+def test_drift_is_followed_again_after_a_touch() -> None:
+    stage = fresh()
+    for frame in np.concatenate([idle(5.0), pressed(3.0)]):
+        stage.step(frame)
+    drift = np.linspace(1.0, 1.1, 1200)[:, None, None]
+    last = [stage.step(frame) for frame in (idle(120.0) * drift).astype(np.float32)][-1]
+    assert last.quiet
+    assert abs(float(last.image.mean()) - 1.0) < 0.01
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 60))
+def test_a_restored_stage_continues_exactly(cut: int) -> None:
+    frames = np.concatenate([idle(3.0), pressed(2.0), idle(2.0, seed=2)])
+    whole, before, after = fresh(), fresh(), fresh()
+    expected = [whole.step(frame) for frame in frames]
+    for frame in frames[:cut]:
+        before.step(frame)
+    after.restore(before.state())
+    for frame, wanted in zip(frames[cut:], expected[cut:], strict=True):
+        got = after.step(frame)
+        np.testing.assert_array_equal(got.image, wanted.image)
+        assert (got.ready, got.quiet) == (wanted.ready, wanted.quiet)
+
+
+def test_learning_from_a_frame_at_once_or_with_the_next_one_is_the_same() -> None:
+    prompt, late, asked = fresh(), fresh(), fresh()
+    frames = [idle(3.0), pressed(1.0), idle(2.0), pressed(1.0, depth=0.2), idle(0.5)]
+    frames[3][:, 1, :] = 0.0  # a lead is off
+    for frame in np.concatenate(frames):
+        one, other = prompt.step(frame), late.step(frame)
+        prompt.settle()
+        prompt.settle()  # there is nothing left to learn
+        assert one.quiet == other.quiet == asked.step(frame).quiet
+        np.testing.assert_array_equal(one.image, other.image)
+        rest = asked.rest  # who asks for it gets what the frame made of it
+        assert (rest is None) == (prompt.rest is None)
+        if rest is not None:
+            np.testing.assert_array_equal(rest, prompt.rest)
+    ends = [stage.state() for stage in (prompt, late, asked)]
+    for name, array in ends[0].items():
+        np.testing.assert_array_equal(array, ends[1][name])
+        np.testing.assert_array_equal(array, ends[2][name])
+
+
+def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
+    stage = fresh()
+    for frame in idle(2.0):
+        stage.step(frame)
+    drifted = (idle(0.5) * 1.025).astype(np.float32)  # more than the gate, and never longer at rest
+    for touch in range(12):
+        for frame in (*pressed(0.6), *drifted):
+            deviation = stage.step(frame).deviation
+        assert touch < 10 or deviation < 0.01
+    assert stage.step(idle(0.1)[0]).deviation == pytest.approx(0.024, abs=0.004)
+
+
+def test_three_returns_make_a_rest_once_the_sensor_has_been_busy_for_long() -> None:
+    returns = Rebaseline(PreprocessSettings(adopt_s=0.3))  # a third of it is long
+    settled, found = REST_PF * 1.025, []
+    for _ in range(3):
+        for frame, deviation in ((REST_PF * 0.8, 0.2), *[(settled, 0.025)] * 3):
+            found.append(returns.step(frame, deviation, REST_PF, 0.015))
+    assert [one is None for one in found] == [True] * 11 + [False]
+    assert found[-1] == pytest.approx(settled)
+
+
+def test_a_long_touch_is_not_what_the_sensor_comes_back_to() -> None:
+    stage = fresh()
+    for frame in (*idle(2.0), *pressed(25.0)):
+        prepared = stage.step(frame)
+    assert prepared.deviation > 0.05
+
+
+def test_one_hands_press_is_not_absorbed_while_the_other_hand_taps() -> None:
+    stage = fresh()
+    for frame in idle(2.0):
+        stage.step(frame)
+    tap = pressed(0.6)
+    tap[:, :, :2] *= 0.6
+    for _ in range(15):
+        for frame in (*tap, *pressed(0.5)):
+            deviation = stage.step(frame).deviation
+    assert deviation > 0.05
+
+
+def test_a_lasting_touch_is_judged_once_every_thirty_seconds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shape, asked = drift.shape, []
+
+    def judge(change: NDArray[np.float64]) -> drift.Shape:
+        asked.append(change)
+        return shape(change)
+
+    monkeypatch.setattr(drift, "shape", judge)
+    stage, judged = fresh(), []
+    for number, frame in enumerate((*idle(2.0), *pressed(70.0))):
+        before = len(asked)
+        stage.step(frame)
+        if number > 100 and len(asked) > before:
+            judged.append(number)
+    assert judged == [judged[0], judged[0] + 300]
+
+
+# --- fingers that are there from the start, and for long ------------------------------------------
+
+
+def test_a_press_of_ten_minutes_is_never_absorbed() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    deviations = [stage.step(frame).deviation for frame in pressed(600.0)]
+    assert deviations[-1] == pytest.approx(deviations[0], rel=0.1)
+    after = [stage.step(frame).quiet for frame in idle(2.0, seed=4)]
+    assert all(after)
+
+
+def test_a_finger_that_was_there_from_the_start_is_noticed_when_it_leaves() -> None:
+    stage = fresh()
+    touched = [stage.step(frame) for frame in pressed(10.0)]
+    assert touched[-1].ready
+    assert touched[-1].quiet
+    left = [stage.step(frame) for frame in idle(5.0)]
+    assert not left[0].quiet
+    assert all(prepared.quiet for prepared in left[11:])
+    assert stage.rest == pytest.approx(REST_PF, rel=0.01)
+
+
+# --- a calibration --------------------------------------------------------------------------------
+
+
+def known() -> Preprocessor:
+    return Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003)
+    )
+
+
+def test_with_a_calibration_play_may_begin_after_a_third_of_a_second() -> None:
+    stage = known()
+    prepared = [stage.step(frame) for frame in idle(0.5) * np.float32(0.95)]  # cooler today
+    assert [one.ready for one in prepared] == [False, False, True, True, True]
+    assert stage.window() is not None
+    assert prepared[-1].quiet
+
+
+def test_with_a_calibration_a_finger_from_the_start_is_a_touch_at_once() -> None:
+    stage = known()
+    prepared = [stage.step(frame) for frame in pressed(5.0)]
+    assert prepared[3].ready
+    assert not any(one.quiet for one in prepared)
+    assert prepared[-1].image[2, 2] == pytest.approx(0.72, abs=0.1)
+    left = [stage.step(frame) for frame in idle(10.0)]
+    assert left[-1].quiet
+    assert stage.rest == pytest.approx(REST_PF, rel=0.02)
+
+
+def test_a_calibration_of_a_sensor_that_is_another_today_is_given_up() -> None:
+    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
+    stage = Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
+    )
+    ready = [stage.step(frame).ready for frame in idle(2.0)]
+    assert ready.index(True) < 14
+    assert stage.rest == pytest.approx(REST_PF, rel=0.01)
+
+
+def followed(stage: Preprocessor, change: float, frames: int) -> list[float]:
+    """How much of a change of the whole sensor rest has taken up, frame by frame."""
+    shares = []
+    for _ in range(frames):
+        stage.step((REST_PF * (1.0 + change)).astype(np.float32))
+        assert stage.rest is not None
+        shares.append((stage.rest[0, 0] / REST_PF[0, 0] - 1.0) / change)
+    return shares
+
+
+def test_a_calibration_that_holds_counts_like_the_ten_frames_of_a_first_second() -> None:
+    stage = known()
+    for _ in range(3):
+        stage.step(REST_PF.astype(np.float32))
+    assert followed(stage, 0.01, 3) == pytest.approx([0, 1 / 11, 2 / 12], abs=1e-3)
+
+
+def test_a_known_rest_follows_with_a_time_constant_of_two_seconds() -> None:
+    stage = known()
+    for _ in range(40):
+        stage.step(REST_PF.astype(np.float32))
+    assert followed(stage, 0.01, 2) == pytest.approx([1 / 20, 1 - (19 / 20) ** 2], abs=1e-3)
+
+
+def test_a_calibration_that_began_under_a_finger_counts_like_one_frame() -> None:
+    stage = known()
+    finger = np.ones((5, 5))
+    finger[1:4, 1:4] = 0.85
+    for _ in range(3):
+        stage.step((REST_PF * finger).astype(np.float32))
+    assert followed(stage, 0.01, 7) == pytest.approx([0, 0, 0, 0, 1 / 2, 2 / 3, 3 / 4], abs=1e-3)
+
+
+def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
+    other = np.random.default_rng(5).permutation(REST_PF.ravel()).reshape(5, 5)
+    stage = Preprocessor(
+        PreprocessSettings(), 5, 5, StoredBaseline(other.astype(np.float32), 0.003)
+    )
+    without = fresh()
+    for frame in idle(0.3):
+        assert not stage.step(frame).ready
+        assert not without.step(frame).ready
+    assert {name: value.tolist() for name, value in stage.state().items()} == {
+        name: value.tolist() for name, value in without.state().items()
+    }
+
+
+def test_a_calibration_of_another_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match="calibrate anew"):
+        Preprocessor(PreprocessSettings(), 4, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003))
+
+
+# --- leads ----------------------------------------------------------------------------------------
+
+
+def test_a_row_that_is_cut_off_in_a_touch_is_filled_in_and_comes_back_as_it_was() -> None:
+    stage = fresh()
+    for frame in idle(5.0):
+        stage.step(frame)
+    whole = stage.step(pressed(0.1)[0]).image
+    cut = pressed(60.0)
+    cut[:, 2] = 1.0
+    for frame in cut:
+        prepared = stage.step(frame)
+        assert np.abs(prepared.image - whole).max() < 0.15
+    assert prepared.lost is not None
+    assert np.argwhere(prepared.lost)[:, 0].tolist() == [2] * 5
+    prepared = stage.step(idle(0.1)[0])
+    assert prepared.lost is None
+    assert prepared.quiet
+
+
+def test_a_lead_that_is_mended_only_later_needs_no_new_start() -> None:
+    stage = fresh()
+    cut = idle(5.0)
+    cut[:, :, 1] = 1.0
+    for frame in cut:
+        assert not stage.step(frame).deviation > 0.01
+    last = [stage.step(frame) for frame in idle(3.0, seed=6)][-1]
+    assert last.lost is None
+    assert last.quiet

@@ -1,0 +1,227 @@
+"""Health: what a sensor is told to lack while people play on it."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.recognition.preprocess import Prepared, Preprocessor, PreprocessSettings
+from controller.recognition.sensor_health import LETTERS, MOST, HealthMonitor
+
+REST_PF = np.random.default_rng(2).normal(41.2, 2.9, (5, 5))
+
+
+def idle(seconds: float, seed: int = 0) -> NDArray[np.float32]:
+    rng = np.random.default_rng(seed)
+    frames = REST_PF * (1.0 + 0.003 * rng.standard_normal((round(seconds * 10), 5, 5)))
+    return frames.astype(np.float32)
+
+
+class Session:
+    """A preprocessor and its health."""
+
+    def __init__(self) -> None:
+        self.stage = Preprocessor(PreprocessSettings(), 5, 5)
+        self.health = HealthMonitor(10.0, ratio=True)
+
+    def feel(self, frames: NDArray[np.floating]) -> tuple[str, ...]:
+        for frame in frames.astype(np.float32):
+            prepared = self.stage.step(frame)
+            self.health.notice(prepared)
+            found = self.health.look(prepared.dead, self.stage.resting)
+        return found
+
+
+def test_a_sound_sensor_lacks_nothing() -> None:
+    assert Session().feel(idle(20.0)) == ()
+
+
+def test_falling_pressure_is_told_apart_from_an_electrode_and_from_the_film() -> None:
+    slow = np.linspace(0.0, 1.0, 1200)[:, None, None]
+    session = Session()
+    session.feel(idle(5.0))
+    [line] = session.feel(idle(120.0) * (1.0 - 0.12 * slow))
+    assert line == "pressure down 6 %: pump (or the orb has cooled)"
+
+    row, session = np.ones((5, 5)), Session()
+    row[3] = 0.8
+    session.feel(idle(5.0))
+    [line] = session.feel(idle(120.0) * (1.0 + (row - 1.0) * slow))
+    assert line == "row 3 has drifted by -20 %; look at its lead"
+
+    film, session = np.ones((5, 5)), Session()
+    film[1, 2] = 1.5
+    session.feel(idle(5.0))
+    [line] = session.feel(idle(120.0) * (1.0 + (film - 1.0) * slow))
+    assert line == "taxel row 1, column 2: drifted by +49 %; the film may be cracking"
+
+
+def test_what_is_told_is_taken_back_only_when_it_is_clearly_less() -> None:
+    slow = np.linspace(0.0, 1.0, 600)[:, None, None]
+    session = Session()
+    session.feel(idle(5.0))
+    assert session.feel(idle(60.0) * (1.0 - 0.09 * slow))
+    assert session.feel(idle(60.0) * (0.91 + 0.02 * slow))
+    assert session.feel(idle(60.0) * (0.93 + 0.06 * slow)) == ()
+
+
+def test_a_lead_that_is_off_is_named_and_one_that_crackles_is_told() -> None:
+    session = Session()
+    session.feel(idle(5.0))
+    cut = idle(3.0)
+    cut[:, :, 2] = 1.0
+    assert session.feel(cut) == ("column 2: no signal, play goes on without; fasten the lead",)
+    assert session.feel(idle(3.0)) == ()
+    for _ in range(3):
+        session.feel(cut[:3])
+        found = session.feel(idle(1.0))
+    assert found[0].startswith("a lead crackles")
+
+
+def test_a_hand_that_never_leaves_is_told() -> None:
+    session = Session()
+    session.feel(idle(5.0))
+    pressed = idle(70.0)
+    pressed[:, 1:4, 1:4] *= np.float32(0.8)
+    assert session.feel(pressed) == ("something has touched the orb for 1 min; take it off",)
+    restless = Session()
+    moving = idle(12.0) * (0.97 ** np.arange(120))[:, None, None]
+    assert restless.feel(moving)[0].startswith("no quiet second")
+
+
+def test_sentences_fit_on_the_wire() -> None:
+    session = Session()
+    session.feel(idle(5.0))
+    slow = np.linspace(0.0, 1.0, 1800)[:, None, None]
+    far = np.exp(np.random.default_rng(8).normal(-0.5, 0.8, (5, 5)))
+    found = session.feel(idle(180.0) * (1.0 + (far - 1.0) * slow))
+    assert 0 < len(found) <= MOST
+    assert max(map(len, found)) <= LETTERS
+    assert all(line.isascii() and line.isprintable() for line in found)
+
+
+# --- the limits, frame by frame ---
+
+FELT = Prepared(np.ones((5, 5), np.float32), True, 0.0, True)
+OFF = np.eye(5, dtype=np.bool_)[2][:, None] & np.ones((5, 5), np.bool_)  # all of row 2
+
+
+def found(frames: list[Prepared], rest: NDArray[np.float64] | None = None) -> tuple[str, ...]:
+    """What is found after these frames, at 10 Hz."""
+    health = HealthMonitor(10.0, ratio=True)
+    for prepared in frames:
+        health.notice(prepared)
+        lines = health.look(prepared.dead, rest)
+    return lines
+
+
+def test_a_lead_counts_as_off_after_one_second() -> None:
+    off = replace(FELT, lost=OFF)
+    assert found([FELT, *[off] * 9]) == ()
+    told = ("row 2: no signal, play goes on without; fasten the lead",)
+    assert found([off] * 10) == found([*[FELT] * 10, *[off] * 10]) == told
+
+
+def test_three_losses_within_thirty_seconds_are_a_crackle_and_two_are_none() -> None:
+    loss = [replace(FELT, lost=OFF), FELT]
+    crackle = ("a lead crackles: it was off and on again several times; fasten leads and plug",)
+    assert found([*loss * 2, *[FELT] * 6]) == ()
+    assert found([*loss * 3, *[FELT] * 4]) == crackle
+    assert found([*loss * 3, *[FELT] * 294]) == crackle  # the first one 29.9 s ago
+    assert found([FELT, *loss * 2, *[FELT] * 297, *loss, *[FELT] * 6]) == ()  # the first two 30 s
+
+
+def test_a_lead_that_is_off_once_for_long_does_not_crackle() -> None:
+    assert found([*[replace(FELT, lost=OFF)] * 9, FELT]) == ()
+
+
+def test_a_sensor_that_is_not_ready_after_ten_seconds_is_never_quiet() -> None:
+    restless = replace(FELT, ready=False, quiet=False)
+    assert found([restless] * 90) == ()
+    assert found([restless] * 100) == (
+        "no quiet second since the start; take hands and things off the orb",
+    )
+    assert found([FELT, *[restless] * 199]) == ()
+
+
+def test_a_hand_has_to_stay_for_a_minute_without_a_pause() -> None:
+    touched = replace(FELT, quiet=False)
+    assert found([touched] * 590) == ()
+    assert found([touched] * 600) == ("something has touched the orb for 1 min; take it off",)
+    assert found([touched] * 1800) == ("something has touched the orb for 3 min; take it off",)
+    assert found([*[touched] * 599, FELT, *[touched] * 200]) == ()
+
+
+def test_taxels_that_do_not_answer_are_named() -> None:
+    assert found([replace(FELT, dead=OFF)] * 10) == (
+        "row 2: no answer to touch, filled in; run: controller doctor",
+    )
+
+
+def test_what_is_found_is_looked_for_once_a_second() -> None:
+    off = replace(FELT, lost=OFF)
+    assert found([off] * 19) == found([off] * 10)
+    assert found([*[off] * 10, *[FELT] * 9]) == found([off] * 10)
+    assert found([*[off] * 10, *[FELT] * 10]) == ()
+
+
+def drifted(factor: NDArray[np.float64] | float, *, ratio: bool = True) -> tuple[str, ...]:
+    """What is found once rest has become so many times what a calibration has found."""
+    health = HealthMonitor(10.0, ratio=ratio, before=REST_PF)
+    for _ in range(10):
+        health.notice(FELT)
+        lines = health.look(None, REST_PF * factor)
+    return lines
+
+
+def test_a_drift_against_the_calibration_is_told_from_the_first_second() -> None:
+    assert drifted(np.exp(0.079)) == ()
+    assert drifted(np.exp(0.081)) == ("pressure up 4 %: let air out (or the orb has warmed)",)
+    assert drifted(np.exp(-0.081)) == ("pressure down 4 %: pump (or the orb has cooled)",)
+    assert drifted(np.exp(0.081), ratio=False) == ()
+
+
+def test_an_electrode_and_the_film_may_drift_less_than_they_are_told_of() -> None:
+    column, taxel = np.zeros((5, 5)), np.zeros((5, 5))
+    column[:, 1], taxel[4, 0] = 1.0, 1.0
+    assert drifted(np.exp(0.119 * column)) == ()
+    assert drifted(np.exp(0.121 * column)) == ("column 1 has drifted by +13 %; look at its lead",)
+    assert drifted(np.exp(0.299 * taxel)) == ()
+    assert drifted(np.exp(-0.301 * taxel)) == (
+        "taxel row 4, column 0: drifted by -26 %; the film may be cracking",
+    )
+
+
+def test_a_line_and_a_taxel_are_told_until_they_are_at_seven_tenths() -> None:
+    column, taxel = np.zeros((5, 5)), np.zeros((5, 5))
+    column[:, 1], taxel[4, 0] = 0.13, 0.31
+    for change in (column, taxel, np.full((5, 5), 0.085)):
+        health = HealthMonitor(10.0, ratio=True, before=REST_PF)
+        told = []
+        for share in (0.9, 1.0, 0.9, 0.75, 0.6, 0.9):
+            for _ in range(10):
+                health.notice(FELT)
+                lines = health.look(None, REST_PF * np.exp(share * change))
+            told.append(bool(lines))
+        assert told == [False, True, True, True, False, False]
+
+
+def test_no_more_than_eight_sentences_are_told_at_once() -> None:
+    health, rest = (
+        HealthMonitor(10.0, ratio=True, before=np.full((20, 20), 40.0)),
+        np.full((20, 20), 40.0),
+    )
+    rest[:9] *= 1.2
+    for _ in range(10):
+        health.notice(FELT)
+        lines = health.look(None, rest)
+    assert [line.split(" has")[0] for line in lines] == [f"row {row}" for row in range(8)]
+
+
+def test_a_sensor_that_was_never_calibrated_drifts_from_its_first_rest() -> None:
+    health = HealthMonitor(10.0, ratio=True)
+    for rest, lines in ((None, 0), (REST_PF, 0), (REST_PF * 0.9, 1)):
+        for _ in range(10):
+            health.notice(FELT)
+            found = health.look(None, rest)
+        assert len(found) == lines

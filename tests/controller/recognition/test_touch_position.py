@@ -1,0 +1,163 @@
+"""The image of a touch: its frames laid over each other."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller.recognition.preprocess import Image
+from controller.recognition.touch_position import PositionSpread, TouchImage
+
+QUIET = np.ones((5, 5), dtype=np.float32)
+
+
+def finger(x: int, depth: float = 0.2) -> Image:
+    """The image of a finger at column x of the middle row."""
+    image = QUIET.copy()
+    image[2, x] += depth
+    return image
+
+
+def shown(*images: Image, idle: float = 0.0) -> TouchImage:
+    """A touch after these images; whatever is not quiet is a gesture to the networks."""
+    touch = TouchImage(30, 5, 5)
+    for image in images:
+        touch.step(image, idle, null=bool((image == QUIET).all()))
+    return touch
+
+
+def seen(touch: TouchImage) -> NDArray[np.float32]:
+    image = touch.image()
+    assert image is not None
+    return image
+
+
+def test_there_is_no_image_while_nothing_touches() -> None:
+    assert shown().image() is None
+    assert shown(QUIET, QUIET).image() is None
+    assert shown(finger(1), QUIET, QUIET, QUIET).image() is None
+
+
+def test_many_noisy_frames_show_the_finger_as_one_frame_without_noise_would() -> None:
+    rng = np.random.default_rng(3)
+    frames = [
+        (finger(1) + 0.05 * rng.standard_normal((5, 5))).astype(np.float32) for _ in range(16)
+    ]
+    one = np.abs(seen(shown(frames[0])) - finger(1)).mean()
+    all_ = np.abs(seen(shown(*frames)) - finger(1)).mean()
+    assert all_ == pytest.approx(one / 4, rel=0.35)  # the root of sixteen
+
+
+def test_firm_frames_count_more_than_faint_ones() -> None:
+    arriving = [finger(1, depth) for depth in (0.02, 0.2, 0.2)]
+    assert seen(shown(*arriving))[2, 1] == pytest.approx(1.2, abs=0.02)
+
+
+def test_the_frames_before_the_networks_noticed_belong_to_the_touch() -> None:
+    touch = TouchImage(30, 5, 5)
+    touch.step(finger(1, 0.1), 0.0, null=True)
+    touch.step(finger(1, 0.3), 0.0, null=False)
+    touch.step(finger(1, 0.3), 0.0, null=False)
+    assert 1.2 < seen(touch)[2, 1] < 1.3
+
+
+def test_a_blink_of_the_networks_does_not_end_a_touch() -> None:
+    touch = shown(finger(1), finger(1))
+    touch.step(finger(1), 0.0, null=True)
+    touch.step(finger(1), 0.0, null=True)
+    assert seen(touch).tolist() == finger(1).tolist()
+    touch.step(finger(1), 0.0, null=False)
+    assert seen(touch)[2, 1] == pytest.approx(1.2)
+
+
+def test_when_a_gesture_is_over_the_next_touch_is_another_one() -> None:
+    touch = shown(finger(1), finger(1))
+    touch.step(QUIET, 0.0, null=True, released=True)
+    assert touch.image() is None
+    touch.step(finger(3), 0.0, null=False)
+    assert seen(touch)[2, 1] == pytest.approx(1.0)
+    assert seen(touch)[2, 3] > 1.15
+
+
+def test_what_the_rubber_remembers_is_taken_away() -> None:
+    touch = TouchImage(30, 5, 5)
+    for _ in range(6):
+        touch.step(finger(0, 0.03), 0.0, null=True)
+    for _ in range(3):
+        touch.step(finger(3) + finger(0, 0.03) - QUIET, 0.0, null=False)
+    assert seen(touch)[2, 0] == pytest.approx(1.0, abs=1e-6)
+    assert seen(touch)[2, 3] == pytest.approx(1.2, abs=1e-2)
+
+
+def test_a_noisy_sensor_is_not_believed_what_it_remembers() -> None:
+    touch = TouchImage(30, 5, 5)
+    for _ in range(6):
+        touch.step(finger(0, 0.03), 0.1, null=True)
+    touch.step(finger(3) + finger(0, 0.03) - QUIET, 0.1, null=False)
+    assert touch.state()["left"].max() < 0.002
+
+
+def test_an_image_says_how_much_of_it_is_noise() -> None:
+    rng = np.random.default_rng(6)
+    rest = [QUIET.copy() for _ in range(5)]
+
+    def blur(frames: int, depth: float, idle: float) -> float:
+        noisy = [finger(1, depth) + idle * rng.standard_normal((5, 5)) for _ in range(frames)]
+        touch = shown(*rest, *[one.astype(np.float32) for one in noisy], idle=idle)
+        seen(touch)
+        return touch.blur
+
+    assert blur(1, 0.2, 0.002) == pytest.approx(0.002 / 0.2, rel=0.5)
+    assert blur(8, 0.2, 0.02) < 0.6 * blur(1, 0.2, 0.02)  # frames are laid over each other
+    assert blur(4, 0.1, 0.02) > 1.5 * blur(4, 0.2, 0.02)  # a faint touch
+    assert blur(1, 0.0, 0.02) <= 1.0  # nothing but noise
+
+
+def test_the_noise_of_an_image_is_that_of_a_reading_and_of_what_was_left_before() -> None:
+    reading, left = math.pi / 2 * 0.02**2, 0.01**2  # variances
+    alone = shown(finger(1), idle=0.02)
+    seen(alone)
+    assert alone.blur == pytest.approx(math.sqrt((reading + left) / 0.2**2), rel=1e-4)
+    # Four images of the untouched sensor, before the one in which the finger arrives.
+    after_rest = shown(*[QUIET] * 9, finger(1), idle=0.02)
+    seen(after_rest)
+    known = reading / left / 4
+    noise = reading + left * known / (1.0 + known)
+    assert after_rest.blur == pytest.approx(math.sqrt(noise / 0.2**2), rel=1e-4)
+
+
+def test_an_image_that_shows_nothing_is_all_noise() -> None:
+    touch = TouchImage(30, 5, 5)
+    touch.step(QUIET, 0.0, null=False)
+    assert seen(touch).tolist() == QUIET.tolist()
+    assert touch.blur == 1.0
+
+
+def test_a_place_is_off_by_its_floor_and_by_the_noise_of_its_image() -> None:
+    assert PositionSpread(0.3, 2.0).sigma(0.2) == pytest.approx(0.5)
+
+
+def test_only_the_latest_frames_of_a_long_touch_count() -> None:
+    touch = TouchImage(3, 5, 5)
+    for x in (0, 1, 1, 1):
+        touch.step(finger(x), 0.0, null=False)
+    assert seen(touch).tolist() == finger(1).tolist()
+
+
+def test_it_goes_on_exactly_where_its_state_was_taken() -> None:
+    rng = np.random.default_rng(4)
+    images = [(QUIET + 0.1 * rng.standard_normal((5, 5))).astype(np.float32) for _ in range(60)]
+    nulls = (rng.random(60) < 0.6).tolist()
+    for cut in range(60):
+        whole, copy = TouchImage(8, 5, 5), TouchImage(8, 5, 5)
+        for image, null in zip(images[:cut], nulls[:cut], strict=True):
+            whole.step(image, 0.01, null=null)
+        copy.restore(whole.state())
+        for image, null in zip(images[cut:], nulls[cut:], strict=True):
+            for touch in (whole, copy):
+                touch.step(image, 0.01, null=null)
+            one, other = whole.image(), copy.image()
+            assert one is None or whole.blur == copy.blur
+            assert (one is None) == (other is None)
+            assert one is None or other is None or one.tobytes() == other.tobytes()

@@ -1,0 +1,274 @@
+"""Identified users change what their gestures mean and whose network judges them; nothing more."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controller.__main__ import main
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.capture.labels import Labeller
+from controller.capture.session_recorder import SessionRecorder
+from controller.cli.options import parser
+from controller.protocol.messages import Command, Message, UserIdentified
+from controller.recognition.mapping import Mapping, Rule
+from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.preprocess import Frame, Image, Window
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import Provenance
+from controller.runtime import assemble
+from controller.runtime.device import Device, steady
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorOptions
+from controller.sensors.virtual import Virtual, show
+from tests.support import user_bundles as enrolled
+
+REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return enrolled.write(tmp_path_factory.mktemp("people") / "two.orb")
+
+
+def felt(*words: str) -> list[Frame]:
+    """What the virtual orb feels of a twist in the first seconds."""
+    virtual = assemble.prepare(parser().parse_args(words)).sensor
+    assert isinstance(virtual, Virtual)
+    virtual.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    return [virtual.read(k / 10) for k in range(1, 25)]
+
+
+def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    as_taught = SensorOptions(10.0, user="ada", day="sub-ada_ses-6_run-01")  # `teach` names it so
+    taught = sensors.load("virtual", as_taught)
+    assert isinstance(taught, Virtual)
+    taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
+    frames = [taught.read(k / 10) for k in range(1, 25)]
+    assert np.array_equal(felt("--hand-of", "ada:6"), frames)
+    for other in ((), ("--hand-of", "ben:6"), ("--hand-of", "ada:7")):
+        assert not np.array_equal(felt(*other), frames)
+    for wrong in (
+        ["--sensor", "orb", "--hand-of", "ada"],
+        ["--replay", "x.npz", "--hand-of", "ada"],
+    ):
+        assert main(wrong) == 2
+        assert "--hand-of is the virtual orb's own" in capsys.readouterr().err
+
+
+class Certain:
+    """Networks that see a pinch wherever something touches, and who it is by the side."""
+
+    asked: list[str]
+
+    def __init__(self) -> None:
+        self.asked = []
+
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        self.asked.append(user)
+        touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
+        return np.array([1 - touched, 0, touched, 0, 0], dtype=np.float32)
+
+    def people(self, window: Window) -> NDArray[np.float32]:
+        left = np.abs(window[-1, :, :2] - 1.0).max() > 0.1
+        return np.array([0.1, 0.8, 0.1] if left else [0.1, 0.1, 0.8], dtype=np.float32)
+
+    def touch(self, image: Image) -> tuple[float, float]:
+        return 2.0, 2.0
+
+
+def touched(x: int) -> Frame:
+    frame = REST.copy()
+    frame[2, x] *= 0.4
+    return frame
+
+
+LEFT = [touched(0)] * 10 + [REST] * 15
+RIGHT = [touched(4)] * 10 + [REST] * 15
+
+
+def played(pipeline: Pipeline, frames: list[Frame], start: int = 1) -> list[Step]:
+    return [pipeline.step(f, k / 10, k) for k, f in enumerate(frames, start)]
+
+
+def test_a_person_is_known_after_some_gestures_and_theirs_mean_what_they_want(path: Path) -> None:
+    two = bundle.read(path)
+    networks = Certain()
+    steps = played(Pipeline(two, networks, two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6)
+    commands = [step.command.command for step in steps if step.command]
+    assert commands[0] == "drop"  # nobody knows yet who it is
+    assert commands[2] == "hold"  # bob's own
+    assert commands[-1] == "drop"  # ann has no rules of her own
+    assert {"", "ann", "bob"} == set(networks.asked)
+    assert [steps[94].user, steps[-1].user] == ["bob", "ann"]
+    assert steps[-1].confidence > 0.9
+
+
+def test_a_new_face_never_changes_anything_amid_a_gesture(path: Path) -> None:
+    two = bundle.read(path)
+    steps = played(Pipeline(two, Certain(), two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6)
+    for before, now in pairwise(steps):
+        assert now.user == before.user or not now.held
+
+
+def test_who_said_who_plays_is_believed_and_nobody_is_asked(path: Path) -> None:
+    two = bundle.read(path)
+    pipeline = Pipeline(two, Certain(), two.mapping, player="bob")
+    steps = played(pipeline, [REST] * 20 + LEFT * 4)
+    assert {(step.user, step.confidence) for step in steps} == {("bob", 1.0)}
+    assert [step.command.command for step in steps if step.command] == ["hold"] * 4
+    assert not any(key.startswith("users.") for key in pipeline.state())
+
+
+def test_a_mapping_that_was_asked_for_goes_over_everybody_s_own(path: Path) -> None:
+    two = bundle.read(path)
+    asked = Mapping({"pinch": (Rule("menu"),)})
+    users = two.users.overridden(asked, {})
+    table = two.mapping.overridden(asked)
+    assert users.mapping("bob", table).command("pinch", None) == "menu"
+    assert "hold" in two.users.commands(two.mapping)
+
+
+def test_a_mapping_file_has_rules_for_single_people(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "home.toml"
+    file.write_text('pinch = "menu"\n[users.ann]\npinch = "pause"\n')
+    options = parser().parse_args(["--bundle", str(path), "--mapping", str(file)])
+    made = assemble.prepare(options)
+    users, of_all = made.bundle.users, made.mapping
+    asked = {who: users.mapping(who, of_all).command("pinch", None) for who in ("", "ann", "bob")}
+    assert asked == {"": "menu", "ann": "pause", "bob": "menu"}
+    for text, why in (
+        (
+            '[users.zoe]\npinch = "drop"',
+            "for 'zoe', but the bundle knows ann, bob",
+        ),
+        ("[users.ann]\nwave = 'drop'", "the gesture 'wave' is unknown"),
+        ('[users."\\u001b"]', r"rules for '\x1b'"),
+        ("users = 3", "[users] holds anything but a table for each name"),
+    ):
+        file.write_text(text)
+        assert main(["--bundle", str(path), "--mapping", str(file)]) == 2
+        assert why in capsys.readouterr().err
+
+
+def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:
+    two = bundle.read(path)
+    frames = [REST] * 20 + RIGHT * 2 + LEFT
+    whole = played(Pipeline(two, Certain(), two.mapping), frames)
+    for cut in (25, 33, 60, 78):
+        first, second = (Pipeline(two, Certain(), two.mapping) for _ in range(2))
+        played(first, frames[:cut])
+        second.restore(first.state())
+        for one, other in zip(whole[cut:], played(second, frames[cut:], cut + 1), strict=True):
+            assert (one.user, one.confidence, one.command) == (
+                other.user, other.confidence, other.command,
+            )  # fmt: skip
+
+
+class Told:
+    """A link that keeps what it is given."""
+
+    connected = True
+
+    def __init__(self) -> None:
+        self.messages: list[Message] = []
+
+    def send(self, message: Message, t_ms: int) -> None:
+        self.messages.append(message)
+
+    def poll(self) -> list[Message]:
+        return []
+
+    def wait(self, timeout_s: float) -> None:
+        """Never."""
+
+
+class Scripted:
+    """A sensor with frames of its own."""
+
+    device_id, virtual, rate_hz = "scripted", False, 10.0
+
+    def __init__(self, frames: list[Frame]) -> None:
+        self.frames = iter(frames)
+
+    def read(self, t_s: float) -> Frame:
+        return next(self.frames)
+
+    def button(self, t_s: float) -> int:
+        return -1
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -> None:
+    two = bundle.read(path)
+    frames = [REST] * 20 + RIGHT * 3
+    link = Told()
+    pipeline = Pipeline(two, Certain(), two.mapping)
+    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    for _ in range(len(frames) - 1):
+        device.advance(10.0)
+    who = [message for message in link.messages if isinstance(message, UserIdentified)]
+    assert [one.user for one in who] == ["", "", "bob", "bob"]
+    assert [one.confidence for one in who] == sorted(one.confidence for one in who)
+    device.greet(100.0)
+    device.advance(10.0)
+    assert link.messages.count(who[-1]) == 2
+
+
+def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
+    shipped = bundle.read(enrolled.SHIPPED)
+    link = Told()
+    pipeline = Pipeline(shipped, Certain(), shipped.mapping)
+    frames = [REST] * 20 + RIGHT
+    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    for _ in frames:
+        device.advance(10.0)
+    assert any(isinstance(message, Command) for message in link.messages)
+    assert not any(isinstance(message, UserIdentified) for message in link.messages)
+
+
+def test_a_replay_says_who_touched_as_the_live_run_did(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    two = bundle.read(path)
+    sensor = sensors.load("virtual", sensors.SensorOptions(10.0, seed=3))
+    pipeline = Pipeline(two, Recognizer(two), two.mapping)
+    origin = Provenance(
+        sensor.device_id, 5, 5, 10.0, 10.0, two.labels, two.hash, "onnxruntime", "test"
+    )  # fmt: skip
+    recording = tmp_path / "session.npz"
+    tape = SessionRecorder(
+        lambda state: Recorder(recording, origin, state), pipeline, Labeller(two.labels)
+    )
+    link = Told()
+    script = show(two.labels, sensor.geometry, seed=3)
+    device = Device(sensor, pipeline, link, steady(10.0), tape=tape, script=script)
+    for _ in range(300):
+        device.advance(10.0)
+    device.close()
+    live = [message for message in link.messages if isinstance(message, UserIdentified)]
+    assert len(live) > 3
+    assert main(["--bundle", str(path), "--replay", str(recording)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    said = [(line["user"], line["confidence"]) for line in lines if "user" in line]
+    assert said == [(who.user, who.confidence) for who in live]
+    assert any("command" in line for line in lines)
+
+
+def test_somebody_who_is_not_enrolled_cannot_be_played_as(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--bundle", str(path), "--user", "eve"]) == 2
+    assert "the bundle knows ann, bob; add --record" in capsys.readouterr().err
+    assert main(["--user", "eve"]) == 2
+    assert "the bundle knows nobody" in capsys.readouterr().err

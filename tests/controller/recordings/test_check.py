@@ -1,0 +1,259 @@
+"""Is a recording any good? What is broken is named, what is sound is left in peace."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from controller.recordings import summary
+from controller.recordings.quality import check, duplicates, labels, response, timing
+from controller.recordings.quality.check import Level, Report
+from controller.recordings.recording import Recording
+from tests.support.recordings import broken, of, origin, played, recordings
+
+
+def report(recording: Recording) -> Report:
+    return check.examine(Path("one.npz"), recording)
+
+
+def complaints(recording: Recording) -> list[str]:
+    """What is said against a recording."""
+    return [f.text for f in report(recording).findings if f.level is not Level.GOOD]
+
+
+# --- what is sound --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_sound_orb_gives_a_good_recording(preset: str, seed: int) -> None:
+    assert complaints(played(preset, seed)) == []
+    assert report(played(preset, seed)).level is Level.GOOD
+
+
+def test_seconds_and_events_are_counted_per_class_and_labeller() -> None:
+    recording = played()
+    assert recording.truth is not None
+    true, button = report(recording).said
+    assert (true.labeller, button.labeller) == ("label", "button")
+    for label in recording.origin.labels[1:]:
+        assert true.events[label] == sum(event.kind == label for event in recording.truth.events)
+    assert sum(true.seconds.values()) == pytest.approx(120.0)
+
+
+# --- taxels ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
+@pytest.mark.parametrize("place", ["2,3", "0,0"])
+def test_a_dead_taxel_is_named_by_row_and_column(preset: str, place: str) -> None:
+    found = report(broken(f"dead:{place}", preset=preset))
+    row, column = map(int, place.split(","))
+    assert found.useless == ((row, column),)
+    assert f"taxel row {row}, column {column}: dead" in found.findings[0].text
+    assert found.level is Level.DOUBTFUL
+
+
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        ("leaky:1,1", "taxel row 1, column 1: noisy"),
+        ("open_row:1", "row 1: 1.4 pF where the others read 38; a lead is off"),
+        ("open_column:4", "column 4: 1 pF where the others read 41"),
+        ("short_row:1", "rows 1 and 2: equal readings"),
+        ("short_column:3", "columns 3 and 4: equal readings"),
+        ("saturation", "saturated, at 29.88 pF"),
+    ],
+)
+def test_what_is_broken_is_said(fault: str, sentence: str) -> None:
+    assert any(sentence in line for line in complaints(broken(fault)))
+
+
+def test_a_sensor_of_which_a_fifth_is_useless_has_failed() -> None:
+    found = report(broken("open_row:1", "open_row:3"))
+    assert found.level is Level.FAILED
+    assert len(found.useless) == 10
+
+
+def test_a_taxel_that_never_changes_is_stuck() -> None:
+    frames = played().frames.copy()
+    frames[:, 4, 4] = 40.0
+    changed = replace(played(), frames=frames)
+    assert complaints(changed) == ["taxel row 4, column 4: stuck, always the same reading"]
+
+
+def test_nobody_can_tell_dead_taxels_where_nothing_touches() -> None:
+    quiet = of(np.random.default_rng(1).normal(40, 0.05, (100, 5, 5)), label=np.zeros(100))
+    [note] = report(quiet).findings
+    assert note.level is Level.GOOD
+    assert "touched too little" in note.text
+
+
+def test_other_sensors_are_judged_in_their_own_unit() -> None:
+    # A screen that counts: nothing where nothing touches, a finger is felt in one place only.
+    rng = np.random.default_rng(2)
+    frames = np.zeros((300, 8, 6))
+    touched = (np.arange(300) // 10) % 3 == 1
+    for k in np.flatnonzero(touched):
+        frames[k, rng.integers(1, 7), rng.integers(1, 5)] = rng.integers(200, 300)
+    recording = of(frames, origin(8, 6, unit="counts"), label=touched)
+    assert response.respond(recording).touched.tolist() == touched.tolist()
+    found = report(recording)
+    assert any("cannot be told from untouched ones" in f.text for f in found.findings)
+    assert complaints(recording) == []  # the rim is not stuck: nobody has touched it
+
+
+# --- time -----------------------------------------------------------------------------------------
+
+
+def test_missing_frames_are_counted_where_their_numbers_are_missing() -> None:
+    keep = np.arange(1200) % 12 != 7
+    whole = played()
+    less = of(whole.frames[keep], t=whole.t[keep], sequence=whole.sequence[keep],
+              label=whole.label[keep])  # fmt: skip
+    rhythm = timing.measure(less)
+    assert (rhythm.missing, rhythm.gaps, rhythm.stretches) == (100, 100, 1)
+    assert rhythm.worst_ms == pytest.approx(100.0)
+    assert "100 of 1200 frames are missing, in 100 gaps" in complaints(less)
+
+
+def test_a_gesture_with_a_missing_frame_in_it_is_one_gesture() -> None:
+    keep = np.arange(100) != 55
+    whole = of(np.ones((100, 1, 1)), label=(np.arange(100) // 10) == 5)
+    less = of(whole.frames[keep], t=whole.t[keep], sequence=whole.sequence[keep],
+              label=whole.label[keep])  # fmt: skip
+    assert report(less).said[0].events["press"] == 1
+
+
+def test_a_pause_between_two_stretches_is_no_missing_frame() -> None:
+    t = np.concatenate([np.arange(50), 500 + np.arange(50)]) / 10
+    sequence = np.concatenate([np.arange(50), 51 + np.arange(50)])
+    rhythm = timing.measure(of(np.ones((100, 1, 1)), t=t, sequence=sequence))
+    assert (rhythm.missing, rhythm.stretches, rhythm.complaints()) == (0, 2, [])
+
+
+@pytest.mark.parametrize(
+    ("times", "sentence"),
+    [
+        (np.arange(600) / 9.0, "frames came at 9.00 Hz, 10 % slower than the 10 Hz intended"),
+        (np.arange(600) / 10 + 0.09 * (np.arange(600) % 10 == 5), "one frame in twenty came 19"),
+        (np.arange(600) / 10 + 2.0 * (np.arange(600) > 300), "a frame came 2.1 s late"),
+    ],
+)
+def test_a_cadence_that_is_off_is_told(times: np.ndarray, sentence: str) -> None:
+    lines = timing.measure(of(np.ones((600, 1, 1)), t=times)).complaints()
+    assert any(sentence in line for line in lines), lines
+
+
+# --- labels ---------------------------------------------------------------------------------------
+
+
+def shifted(frames: int) -> Recording:
+    """A session whose button is late by some frames; below zero early."""
+    whole = played()
+    return replace(whole, button=np.roll(whole.label, frames))
+
+
+@pytest.mark.parametrize(("frames", "late_s"), [(0, -0.04), (3, 0.26), (-3, -0.34)])
+def test_label_edges_are_held_against_the_touch(frames: int, late_s: float) -> None:
+    recording = shifted(frames)
+    _, button = labels.said(recording, response.respond(recording))
+    assert button.begin is not None
+    assert button.begin.median_s == pytest.approx(late_s, abs=0.03)
+    assert button.begin.spread_s < 0.1
+    assert button.begin.edges > 20
+
+
+def test_a_button_that_is_half_a_press_late_is_told() -> None:
+    begins, ends = complaints(shifted(5))
+    assert begins.startswith("button usually begins 0.4")
+    assert ends.startswith("button usually ends 0.5")
+
+
+def test_a_cue_may_begin_before_the_touch_and_end_after_it() -> None:
+    whole = played()
+    wide = np.zeros_like(whole.label)
+    for shift in range(-8, 9):
+        wide = np.maximum(wide, np.roll(whole.label, shift))
+    assert complaints(replace(whole, cue=wide)) == []
+
+
+def test_labels_in_which_nothing_is_felt_are_told() -> None:
+    whole = played()
+    rest = whole.frames[:10].mean(axis=0)
+    quiet = rest + np.random.default_rng(1).normal(0.0, 0.05, (1200, 5, 5))
+    silent = (np.arange(1200) // 300 % 2 == 1)[:, None, None]
+    half = replace(whole, frames=np.where(silent, quiet, whole.frames).astype(np.float32))
+    assert any("nothing is felt in" in line for line in complaints(half))
+
+
+def test_frames_that_nobody_labelled_are_told() -> None:
+    whole = played()
+    nobody = of(whole.frames)
+    assert complaints(nobody) == [
+        "no frame is labelled; label them with: controller recordings relabel"
+    ]
+
+
+def test_excluded_frames_count_for_nothing() -> None:
+    whole = played()
+    first = replace(whole, excluded=whole.t <= 90.0)
+    assert complaints(first) == ["75 % of the frames are excluded"]
+    assert sum(report(first).said[0].seconds.values()) == pytest.approx(30.0)
+    nothing = replace(whole, excluded=np.ones(1200, dtype=np.bool_))
+    assert report(nothing).level is Level.FAILED
+
+
+# --- what stands twice ----------------------------------------------------------------------------
+
+
+def test_frames_that_a_driver_gave_twice_are_told() -> None:
+    frames = np.repeat(played().frames[::2], 2, axis=0)
+    assert any("repeat the one before them" in line for line in complaints(of(frames)))
+
+
+def test_frames_that_stand_in_two_recordings_are_found_wherever_they_stand() -> None:
+    whole, other = played(), played(seed=1)
+    piece = of(whole.frames[300:500])
+    register = duplicates.FrameIndex()
+    for recording in (whole, other, piece):
+        register.add(recording)
+    assert register.shared() == {0: {2: 200}, 2: {0: 200}}
+
+
+def test_an_untouched_counter_is_no_duplicate_of_another() -> None:
+    register = duplicates.FrameIndex()
+    for _ in range(2):
+        register.add(of(np.zeros((100, 3, 3))))
+    assert register.shared() == {}
+
+
+# --- odd sensors ----------------------------------------------------------------------------------
+
+
+@given(recordings())
+def test_whatever_a_file_holds_it_gets_a_verdict_and_a_summary(recording: Recording) -> None:
+    assert report(recording).level in Level
+    assert summary.lines(Path("one.npz"), recording)
+    json.dumps([report(recording).plain(), summary.facts(Path("one.npz"), recording)])
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        np.zeros((50, 5, 5)),
+        np.full((1, 5, 5), 40.0),
+        np.full((2, 1, 1), -3.0),
+        np.where(np.arange(50)[:, None, None] % 2, 1e5, -1e5) * np.ones((5, 5)),
+        np.random.default_rng(3).normal(0.0, 1.0, (400, 1, 7)),
+    ],
+)
+@pytest.mark.parametrize("unit", ["pF", "counts"])
+def test_whatever_a_sensor_reads_it_gets_a_verdict(frames: np.ndarray, unit: str) -> None:
+    said = np.arange(len(frames)) % 3
+    rows, columns = frames.shape[1:]
+    found = report(of(frames, origin(rows, columns, unit=unit), label=said))
+    assert found.level in Level

@@ -1,0 +1,410 @@
+"""The recorder: the loop never waits for the disk, and whatever that does, the session stays."""
+
+import contextlib
+import logging
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.capture.run_files import RunFiles
+from controller.recognition.pipeline import CommandRecord
+from controller.recordings import journal_disk, naming, reader, recorder, recovery, writer
+from controller.recordings.journal_repair import decode
+from controller.recordings.recorder import Recorder, refuse_taken
+from controller.recordings.recording import Mark, RecordingError
+from tests.support import ROOT
+from tests.support.fake_disk import FakeDisk
+from tests.support.small_journal import ORIGIN, image, numbers
+
+COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the thread take its turns without rest."""
+    monkeypatch.setattr(recorder, "SYNC_S", 0.001)
+    monkeypatch.setattr(recorder, "RETRY_S", 0.001)
+
+
+def add(to: Recorder, first: int, last: int) -> None:
+    for number in range(first, last + 1):
+        to.add(image(number), number / 10, number)
+
+
+def on_disk(disk: FakeDisk) -> list[int]:
+    """The frames that a power cut would leave."""
+    return numbers(decode(bytes(disk.file.kept)))
+
+
+# --- as it should be ------------------------------------------------------------------------------
+
+
+def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    session = Recorder(path, ORIGIN, {"debounce.mean": np.array([1.0, 0.0])})
+    assert [p.name for p in tmp_path.iterdir()] == ["one.journal"]
+    session.mark(0.0, "cue", "get ready")
+    session.rest(image(0))
+    session.add(image(1), 0.1, 1, label=1, button=2, key=0, cue=1)
+    session.add(image(2), 0.2, 2, excluded=True, touch=(0.5, 3.0), command=COMMAND)
+    session.amend("key", 0.0, 9.0, 2)
+    assert session.problem == ""
+    assert not session.full
+    assert session.close() == path
+    assert session.close() is None  # only once
+    assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
+    loaded = reader.load(path)
+    assert loaded.origin == session.origin == replace(ORIGIN, id=session.origin.id)
+    assert len(session.origin.id) == 32
+    assert loaded.key.tolist() == [2, 2]
+    assert loaded.cue.tolist() == [1, -1]
+    assert loaded.excluded.tolist() == [False, True]
+    assert loaded.commands == (COMMAND,)
+    assert loaded.marks == (Mark(0.0, "cue", "get ready"),)
+    assert loaded.rest is not None
+
+
+def test_the_journal_and_its_name_are_on_the_disk_before_the_first_frame(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[Path] = []
+    monkeypatch.setattr(journal_disk, "sync_folder", synced.append)
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    assert synced == [tmp_path]
+    decoded = decode((tmp_path / "one.journal").read_bytes())
+    assert decoded.id == session.origin.id
+    session.close()
+
+
+def test_every_recording_has_an_id_of_its_own(tmp_path: Path) -> None:
+    one, two = (Recorder(tmp_path / name, ORIGIN, {}) for name in ("one.npz", "two.npz"))
+    assert one.origin.id != two.origin.id
+    assert (one.close(), two.close()) == (None, None)
+    assert not list(tmp_path.iterdir())  # nothing was recorded, and nothing is left
+
+
+def test_frames_reach_the_disk_while_the_session_runs(tmp_path: Path) -> None:
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    add(session, 1, 20)
+    disk.file.until(lambda: on_disk(disk) == list(range(1, 21)))
+    add(session, 21, 25)
+    disk.file.until(lambda: on_disk(disk) == list(range(1, 26)))
+    assert session.close() == tmp_path / "one.npz"
+    assert disk.file.removed
+
+
+def test_a_journal_that_is_being_written_is_left_alone_by_recovery(tmp_path: Path) -> None:
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    add(session, 1, 3)
+    [journal] = recovery.leftovers(tmp_path)
+    with pytest.raises(recovery.LockedError, match="is being recorded"):
+        recovery.recover(journal)
+    with pytest.raises(RecordingError, match="being recorded, or a crash left it"):
+        Recorder(tmp_path / "one.npz", ORIGIN, {})
+    session.close()
+
+
+def test_a_process_that_is_killed_leaves_its_journal_to_recovery(tmp_path: Path) -> None:
+    script = """
+import os, signal, sys
+from pathlib import Path
+from controller.recordings import recorder
+from tests.controller.recordings.test_recorder import ORIGIN, Recorder, add
+recorder.SYNC_S = 0.001
+session = Recorder(Path(sys.argv[1]), ORIGIN, {})
+add(session, 1, 50)
+while session._keeper._confirmed < len(session._journal.data) - 100:
+    pass
+os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
+"""
+    path = tmp_path / "one.npz"
+    subprocess.run([sys.executable, "-c", script, path], cwd=ROOT, timeout=60)
+    [journal] = recovery.leftovers(tmp_path)
+    assert recovery.recover(journal).path == path
+    assert reader.load(path).sequence.tolist() == list(range(1, 51))
+
+
+# --- a disk with trouble --------------------------------------------------------------------------
+
+
+def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    disk.file.answers.clear()
+    add(session, 1, 500)  # would never return
+    disk.file.answers.set()
+    assert session.close() == tmp_path / "one.npz"
+    assert len(reader.load(tmp_path / "one.npz").frames) == 500
+
+
+def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, "controller")
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    disk.file.room = len(disk.file.seen) + 1000  # in the middle of a record
+    add(session, 1, 100)
+    wait(lambda: session.problem != "")
+    assert "No space left on device; make room: what is recorded waits" in session.problem
+    add(session, 101, 120)
+    disk.file.room = 1 << 40
+    disk.file.until(lambda: on_disk(disk) == list(range(1, 121)))
+    wait(lambda: session.problem == "")
+    session.close()
+    told = [r.message for r in caplog.records]
+    assert len(told) == 2
+    assert "cannot write" in told[0]
+    assert "is up to date again" in told[1]
+    assert len(reader.load(tmp_path / "one.npz").frames) == 120
+
+
+def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> None:
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    disk.file.fails = True
+    add(session, 1, 30)
+    wait(lambda: "Input/output error; look at the disk" in session.problem)
+    disk.file.fails = False
+    disk.file.until(lambda: on_disk(disk) == list(range(1, 31)))
+    session.close()
+
+
+def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
+    disk = FakeDisk()
+    disk.file.bite = 7
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    add(session, 1, 30)
+    disk.file.until(lambda: on_disk(disk) == list(range(1, 31)))
+    session.close()
+
+
+def test_a_disk_too_slow_to_keep_the_promise_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ticks = iter(range(0, 10_000, 3))  # every look at the clock is 3 s after the one before
+    monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    add(session, 1, 3)
+    wait(lambda: "the disk took 3.0 s" in session.problem)
+    session.close()
+
+
+def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_path: Path) -> None:
+    disk = FakeDisk()
+    disk.file.room = 100
+    with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: No space left"):
+        Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    assert disk.file.removed
+
+
+def wait(done: Callable[[], bool]) -> None:
+    """Wait until the recorder's thread has done something."""
+    end = time.monotonic() + 20.0
+    while not done():
+        assert time.monotonic() < end
+
+
+# --- places that are taken, gone or full ----------------------------------------------------------
+
+
+def test_a_file_that_exists_is_refused_before_anything_is_made(tmp_path: Path) -> None:
+    (tmp_path / "one.npz").write_text("precious")
+    with pytest.raises(RecordingError, match="exists and is kept"):
+        refuse_taken(tmp_path / "one.npz")
+    with pytest.raises(RecordingError, match="cannot write into"):
+        refuse_taken(tmp_path / "absent" / "two.npz")
+    refuse_taken(tmp_path / "two.npz")
+    assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
+
+
+def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> None:
+    """All have looked for a free name before any of them has taken one."""
+    everyone = threading.Barrier(5)
+
+    def record(path: Path) -> Recorder:
+        with contextlib.suppress(threading.BrokenBarrierError):
+            everyone.wait(20.0)
+        everyone.abort()  # the second choice is made without the others
+        return Recorder(path, ORIGIN, {})
+
+    starts = [RunFiles(tmp_path, "ab", "20200101") for _ in range(5)]
+    with ThreadPoolExecutor(5) as pool:
+        begun = list(pool.map(lambda runs: runs.begin(record), starts))
+    for number, session in enumerate(begun):
+        add(session, 1, number + 1)
+        session.close()
+    names = [f"sub-ab_ses-20200101_run-0{number}.npz" for number in range(1, 6)]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert sorted(len(reader.load(tmp_path / name).t) for name in names) == [1, 2, 3, 4, 5]
+
+
+def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
+    runs = RunFiles(tmp_path / "mine.npz", "", "20200101")
+    (tmp_path / "mine-2.npz").write_text("precious")
+
+    def record(path: Path) -> Recorder:
+        return Recorder(path, ORIGIN, {})
+
+    runs.begin(record).close()  # nothing was recorded
+    made = []
+    for _ in range(2):
+        session = runs.begin(record)
+        add(session, 1, 3)
+        made.append(session.close())
+    assert made == [tmp_path / "mine.npz", tmp_path / "mine-3.npz"]
+    with pytest.raises(RecordingError, match="exists and is kept as it is"):
+        RunFiles(tmp_path / "mine.npz", "", "20200101")
+
+
+def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:
+    path = tmp_path / "sub-ab_ses-20200101_run-01.npz"
+    session = Recorder(path, ORIGIN, {})
+    add(session, 1, 3)
+    path.write_text("precious")
+    with pytest.raises(RecordingError, match=r"appeared meanwhile; recorded into .*run-02\.npz"):
+        session.close()
+    assert path.read_text() == "precious"
+    assert len(reader.load(tmp_path / "sub-ab_ses-20200101_run-02.npz").frames) == 3
+    assert not recovery.leftovers(tmp_path)
+
+
+def rescued(folder: Path) -> int:
+    """Return the frames of the one session in a temporary folder, which is private."""
+    (file,) = folder.glob("orbtouch-*/one.npz")
+    assert file.parent.stat().st_mode & 0o077 == 0
+    return len(reader.load(file).frames)
+
+
+def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journal_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rescue = tmp_path / "rescue"
+    rescue.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    add(session, 1, 5)
+    disk.full = True
+    with pytest.raises(RecordingError, match=r"No space left on device; the session is kept in"):
+        session.close()
+    assert rescued(rescue) == 5
+    assert on_disk(disk) == [1, 2, 3, 4, 5]
+    assert disk.file.closed
+    assert not disk.file.removed
+
+
+def test_a_sealed_file_is_read_again_before_the_journal_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rescue = tmp_path / "rescue"
+    rescue.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+    disk = FakeDisk()
+    disk.spoils = True
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    add(session, 1, 5)
+    with pytest.raises(RecordingError, match="cannot be read again; the session is kept in"):
+        session.close()
+    assert rescued(rescue) == 5
+    assert not disk.file.removed
+
+
+def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stick, rescue = tmp_path / "stick", tmp_path / "rescue"
+    stick.mkdir()
+    rescue.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+    session = Recorder(stick / "one.npz", ORIGIN, {})
+    add(session, 1, 5)
+    shutil.rmtree(stick)
+    with pytest.raises(RecordingError, match="the session is kept in"):
+        session.close()
+    assert rescued(rescue) == 5
+
+
+def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(writer, "atomic_write", full)
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    add(session, 1, 5)
+    with pytest.raises(RecordingError, match=r"took is in .*one\.journal: make room, `controller"):
+        session.close()
+    monkeypatch.undo()
+    assert recovery.recover(tmp_path / "one.journal").path == tmp_path / "one.npz"
+    assert len(reader.load(tmp_path / "one.npz").frames) == 5
+
+
+def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "HANG_S", 0.01)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    disk = FakeDisk()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    disk.file.answers.clear()
+    add(session, 1, 5)
+    with pytest.raises(RecordingError, match="does not answer; the session is kept in"):
+        session.close()
+    disk.file.answers.set()
+    assert rescued(tmp_path) == 5
+
+
+def test_a_frame_that_cannot_be_kept_ends_the_session_and_loses_nothing_before_it(
+    tmp_path: Path,
+) -> None:
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {})
+    add(session, 1, 5)
+    with pytest.raises(RecordingError, match="frame 6 must be 2×3 numbers"):
+        session.add(image(6) * np.nan, 0.6, 6)
+    assert session.close() == tmp_path / "one.npz"
+    assert len(reader.load(tmp_path / "one.npz").frames) == 5
+
+
+# --- names ----------------------------------------------------------------------------------------
+
+
+def test_runs_are_counted_on_whatever_of_them_is_left(tmp_path: Path) -> None:
+    def following() -> str:
+        return naming.next_free(tmp_path, "anna", "20200131").name
+
+    assert following() == "sub-anna_ses-20200131_run-01.npz"
+    (tmp_path / "sub-anna_ses-20200131_run-01.journal").touch()
+    assert following() == "sub-anna_ses-20200131_run-02.npz"
+    (tmp_path / "sub-anna_ses-20200131_run-09.npz").touch()
+    (tmp_path / "sub-Anna_ses-20200131_run-10.npz").touch()  # the same file on some systems
+    (tmp_path / "sub-annabel_ses-20200131_run-30.npz").touch()
+    assert following() == "sub-anna_ses-20200131_run-11.npz"
+    (tmp_path / "sub-anna_ses-20200131_run-99.journal.damaged").touch()
+    assert following() == "sub-anna_ses-20200131_run-100.npz"
+    absent = naming.next_free(tmp_path / "absent", "a", "1")
+    assert absent.name == "sub-a_ses-1_run-01.npz"
+
+
+@pytest.mark.parametrize("name", ["", "a b", "../a", "a_b", "ä", "a" * 65])
+def test_an_id_is_letters_and_digits(tmp_path: Path, name: str) -> None:
+    with pytest.raises(RecordingError, match=r"letters \(a to z\) and digits"):
+        naming.next_free(tmp_path, name, "20200131")
+    with pytest.raises(RecordingError, match=r"letters \(a to z\) and digits"):
+        naming.next_free(tmp_path, "anna", name)
+
+
+def test_a_journal_lies_beside_its_recording() -> None:
+    assert naming.journal_of(Path("a/one.npz")) == Path("a/one.journal")
+    assert naming.journal_of(Path("a/one.two")) == Path("a/one.two.journal")

@@ -1,0 +1,326 @@
+"""Recordings: what goes in comes out, and nothing else is taken for one."""
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller import npz
+from controller.bundles import bundle
+from controller.recognition.event_metric import Event
+from controller.recognition.pipeline import CommandRecord
+from controller.recordings import reader, writer
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import (
+    Mark,
+    Provenance,
+    RecordingError,
+    SimulatedTruth,
+    refuse_misfit,
+)
+
+ORIGIN = Provenance(
+    device_id="virtual-1",
+    rows=5,
+    columns=5,
+    pitch_mm=10.0,
+    rate_hz=10.0,
+    labels=("null", "press", "pinch"),
+    bundle="ab" * 32,
+    engine="onnxruntime 1.20",
+    software="0.1.0",
+)
+NEW_IN_FORM_2 = ("user", "session", "protocol", "preset", "seed")
+NEW_IN_FORM_3 = ("id", "started", "hardware", "unit")
+COMMAND = CommandRecord(0.7, 7, "press", 0.98, (0.5, 3.0), "left")
+
+
+def record(path: Path, frames: int = 30, rate_hz: float = 10.0) -> Path:
+    """A recording of noise with one command."""
+    recorder = Recorder(path, ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])})
+    rng = np.random.default_rng(3)
+    for k in range(1, frames + 1):
+        frame = rng.normal(41.2, 2.9, (5, 5)).astype(np.float32)
+        recorder.add(
+            frame, k / rate_hz, k, label=k % 2, touch=None, command=COMMAND if k == 7 else None
+        )
+    assert recorder.close() == path
+    return path
+
+
+def changed(path: Path, **arrays: Any) -> Path:
+    """The recording with some arrays put in place of its own; None takes one away."""
+    whole = {**npz.unpack(path, reader.MAX_BYTES), **arrays}
+    path.write_bytes(npz.pack({name: array for name, array in whole.items() if array is not None}))
+    return path
+
+
+def test_what_was_recorded_is_loaded_again(tmp_path: Path) -> None:
+    loaded = reader.load(record(tmp_path / "one.npz"))
+    assert loaded.origin == replace(ORIGIN, id=loaded.origin.id)
+    assert loaded.frames.shape == (30, 5, 5)
+    first = np.random.default_rng(3).normal(41.2, 2.9, (5, 5)).astype(np.float32)
+    assert loaded.frames[0].tobytes() == first.tobytes()
+    assert loaded.t[:3].tolist() == [0.1, 0.2, 0.3]
+    assert loaded.sequence[:3].tolist() == [1, 2, 3]
+    assert loaded.label[:3].tolist() == [1, 0, 1]
+    assert loaded.commands == (COMMAND,)
+    assert loaded.state["debounce.mean"].tolist() == [1.0, 0.0, 0.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]  # nothing is left beside
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
+    whole = record(tmp_path / "good.npz").read_bytes()
+    contents: dict[str, tuple[bytes, str]] = {
+        "empty": (b"", "is empty"),
+        "truncated": (whole[:-1], "not a whole .npz"),
+        "half": (whole[: len(whole) // 2], "not a whole .npz"),
+        "random": (np.random.default_rng(4).bytes(4000), "not a whole .npz"),
+        "text": (b"not a recording", "not a whole .npz"),
+        "zip": (zipped({"notes.txt": b"hello"}), "holds 'notes.txt'"),
+        "strange": (zipped({"meta.npy": b"hello"}), "not a whole .npz"),
+        "other": (npz.pack({"x": np.zeros(3)}), "is no recording of OrbTouch"),
+    }
+    for name, (data, complaint) in contents.items():
+        path = tmp_path / name
+        path.write_bytes(data)
+        with pytest.raises(RecordingError, match=complaint):
+            reader.load(path)
+    with pytest.raises(RecordingError, match="does not exist"):
+        reader.load(tmp_path / "absent.npz")
+    with pytest.raises(RecordingError, match="is not a file"):
+        reader.load(tmp_path)
+
+
+def zipped(members: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+def test_a_pickle_is_never_loaded(tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
+            return os.mkdir, (str(tmp_path / "sprung"),)
+
+    path = tmp_path / "trap.npz"
+    np.savez(path, frames=np.array([Trap()], dtype=object))
+    with pytest.raises(RecordingError, match="pickled objects in 'frames'"):
+        reader.load(path)
+    assert not (tmp_path / "sprung").exists()
+
+
+def test_a_zip_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("frames.npy", "w") as member,
+    ):
+        for _ in range(reader.MAX_BYTES // (8 << 20) + 1):
+            member.write(bytes(8 << 20))
+    assert path.stat().st_size < 8 << 20
+    with pytest.raises(RecordingError, match="unpacks to"):
+        reader.load(path)
+
+
+def test_a_shape_larger_than_the_data_asks_for_no_memory(tmp_path: Path) -> None:
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (999999999999, 5, 5), }"
+    header += b" " * (-(len(header) + 11) % 64) + b"\n"
+    member = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(100)
+    path = tmp_path / "liar.npz"
+    path.write_bytes(zipped({"frames.npy": member}))
+    with pytest.raises(RecordingError, match="does not fit its shape"):
+        reader.load(path)
+
+
+def meta(**fields: Any) -> Any:
+    origin = {**asdict(ORIGIN), **fields}
+    return np.array(json.dumps(origin))
+
+
+FRAMES = np.full((30, 5, 5), 40.0, dtype=np.float32)
+TIMES = np.arange(1, 31) / 10
+BROKEN = FRAMES.copy()
+BROKEN[3, 2, 2] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"frames": None}, "has no 'frames'"),
+        ({"frames": FRAMES.astype(np.float64)}, "'frames' as float64"),
+        ({"frames": FRAMES[:, :4]}, r"not float32 \(n, 5, 5\)"),
+        ({"frames": FRAMES[0]}, r"not float32 \(n, 5, 5\)"),
+        ({"frames": FRAMES[:0]}, "holds no frames"),
+        ({"frames": BROKEN}, "not all numbers below 1e.06"),
+        ({"frames": FRAMES * 1e6}, "not all numbers below"),
+        ({"t": TIMES[:-1]}, r"not float64 \(30\)"),
+        ({"t": TIMES[::-1].copy()}, "does not rise"),
+        ({"t": TIMES * np.nan}, "does not rise"),
+        ({"t": TIMES * 0}, "does not rise"),
+        ({"label": np.full(30, 3, dtype=np.int16)}, "a label that it does not name"),
+        ({"touch": np.zeros((30, 3))}, r"not float64 \(30, 2\)"),
+        ({"command_name": np.zeros(1)}, "without its"),
+        ({"command_touch": np.zeros((2, 2))}, r"not float64 \(1, 2\)"),
+        ({"state.debounce.mean": np.full(3, np.inf)}, "state that is not all finite"),
+        ({"meta": None}, "no recording of OrbTouch"),
+        ({"meta": np.array("{")}, "nothing legible"),
+        ({"meta": np.array("[1]")}, "nothing legible"),
+        ({"meta": meta(schema=4)}, "has form 4, this program reads 1, 2, 3"),
+        ({"meta": meta(rows=-1)}, "impossible things"),
+        ({"meta": meta(rows="5")}, "impossible things"),
+        ({"meta": meta(rate_hz=float("nan"))}, "impossible things"),
+        ({"meta": meta(mood="good")}, "nothing legible"),
+    ],
+)
+def test_a_recording_with_something_wrong_in_it_is_refused_with_what(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(record(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        reader.load(path)
+
+
+TRUTH = SimulatedTruth(
+    touch=np.full((30, 2), 2.0, dtype=np.float32),
+    contact=np.full((30, 3, 3), np.nan, dtype=np.float32),
+    events=(Event(0.3, 0.9, "press"), Event(1.2, 1.6, "brush")),
+)
+
+
+def simulated(path: Path) -> Path:
+    """A simulated recording, which knows the truth."""
+    origin = replace(ORIGIN, user="03", session="01", seed=7, preset="nominal", protocol="free")
+    whole = reader.load(record(path))
+    path.write_bytes(writer.pack(replace(whole, origin=origin, truth=TRUTH)))
+    return path
+
+
+def test_a_simulated_recording_keeps_the_truth_and_who_played(tmp_path: Path) -> None:
+    loaded = reader.load(simulated(tmp_path / "one.npz"))
+    assert (loaded.origin.user, loaded.origin.seed) == ("03", 7)
+    assert loaded.truth is not None
+    assert loaded.truth.events == TRUTH.events
+    np.testing.assert_array_equal(loaded.truth.contact, TRUTH.contact)
+    assert reader.load(record(tmp_path / "two.npz")).truth is None
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"true_touch": TRUTH.touch[1:]}, r"not float32 \(30, 2\)"),
+        ({"true_contact": TRUTH.contact[:, :, :2]}, r"not float32 \(30, n, 3\)"),
+        ({"true_contact": None}, "has no 'true_contact'"),
+        ({"event_release": np.zeros(3)}, r"not float64 \(2\)"),
+        ({"event_release": np.array([0.1, 1.6])}, "end before they begin"),
+        ({"event_onset": np.array([np.nan, 1.2])}, "end before they begin"),
+        ({"event_name": np.zeros(2)}, "without its"),
+        ({"button": np.full(30, 7, dtype=np.int16)}, "a button that it does not name"),
+        ({"meta": meta(seed=-1)}, "impossible things"),
+        ({"meta": meta(user=3)}, "impossible things"),
+    ],
+)
+def test_a_truth_that_cannot_be_is_refused(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(simulated(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        reader.load(path)
+
+
+def test_a_recording_of_the_form_before_is_still_read(tmp_path: Path) -> None:
+    new = (*NEW_IN_FORM_2, *NEW_IN_FORM_3)
+    old = {k: v for k, v in asdict(ORIGIN).items() if k not in new}
+    without = dict.fromkeys(("key", "cue", "excluded", "mark_t", "mark_kind", "mark_text"))
+    path = record(tmp_path / "one.npz")
+    changed(path, meta=np.array(json.dumps({**old, "schema": 1})), **without)
+    loaded = reader.load(path)
+    assert (loaded.origin.user, loaded.origin.seed, loaded.truth) == ("", None, None)
+
+
+def test_any_damage_is_a_recording_error_or_harmless(tmp_path: Path) -> None:
+    whole = record(tmp_path / "good.npz").read_bytes()
+    path = tmp_path / "damaged.npz"
+    rng = np.random.default_rng(7)
+    for place in rng.integers(0, len(whole), 300).tolist():
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        with suppress(RecordingError):  # where the bit is a date in the archive, nothing is wrong
+            reader.load(path)
+
+
+def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None:
+    shipped = bundle.read(bundle.default_path())
+    for rate_hz in (9.9, 10.15):
+        near = reader.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
+        refuse_misfit(near, shipped)
+    for rate_hz in (9.7, 10.3, 25.0):
+        far = reader.load(record(tmp_path / f"far-{rate_hz}.npz", rate_hz=rate_hz))
+        with pytest.raises(RecordingError, match=f"runs at {rate_hz:.2f} Hz, the bundle at 10.00"):
+            refuse_misfit(far, shipped)
+
+
+def test_a_missed_frame_does_not_change_the_rate(tmp_path: Path) -> None:
+    path = record(tmp_path / "one.npz")
+    times = TIMES.copy()
+    times[20:] += 0.4
+    assert reader.load(changed(path, t=times)).rate_hz == pytest.approx(10.0)
+
+
+def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
+    shipped = bundle.read(bundle.default_path())
+    path = record(tmp_path / "one.npz")
+    other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
+    with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):
+        refuse_misfit(reader.load(other), shipped)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "complaint"),
+    [
+        ({"key": np.full(30, 3, dtype=np.int16)}, "a key that it does not name"),
+        ({"cue": np.full(30, -2, dtype=np.int16)}, "a cue that it does not name"),
+        ({"excluded": np.zeros(30, dtype=np.int8)}, r"not bool \(30\)"),
+        ({"rest": np.full((5, 4), 40.0, dtype=np.float32)}, r"not float32 \(5, 5\)"),
+        ({"rest": np.full((5, 5), np.nan, dtype=np.float32)}, "rest image that is not all numbers"),
+        ({"mark_t": np.array([1.0])}, "a table without its 1 names, 'mark_kind'"),
+        ({"command_t": np.array([np.nan])}, "commands whose times or probabilities"),
+        ({"sequence": np.zeros(30, dtype=np.int64)}, "'sequence' that does not rise"),
+    ],
+)
+def test_what_form_3_brought_is_checked_as_well(
+    tmp_path: Path, arrays: dict[str, Any], complaint: str
+) -> None:
+    path = changed(record(tmp_path / "one.npz"), **arrays)
+    with pytest.raises(RecordingError, match=complaint):
+        reader.load(path)
+
+
+def test_marks_stand_in_order_of_time_and_say_anything(tmp_path: Path) -> None:
+    marks = {"mark_kind": np.array(["cue", "note"]), "mark_text": np.array(["go", "a, b\n\x07ü"])}
+    path = changed(record(tmp_path / "one.npz"), mark_t=np.array([0.5, 0.5]), **marks)
+    assert reader.load(path).marks == (Mark(0.5, "cue", "go"), Mark(0.5, "note", "a, b\n\x07ü"))
+    with pytest.raises(RecordingError, match="marks that are not in order of time"):
+        reader.load(changed(path, mark_t=np.array([0.5, 0.4])))
+
+
+def test_a_survey_says_what_a_file_holds_and_finds_what_a_glance_can(tmp_path: Path) -> None:
+    path = record(tmp_path / "one.npz")
+    found = reader.survey(path)
+    assert (found.path, found.frames, found.origin) == (path, 30, reader.load(path).origin)
+    assert found.seconds == pytest.approx(2.9)
+    for arrays in ({"t": TIMES[::-1].copy()}, {"frames": FRAMES[:, :4]}, {"meta": None}):
+        with pytest.raises(RecordingError):
+            reader.survey(changed(record(tmp_path / "bad.npz"), **arrays))
+        (tmp_path / "bad.npz").unlink()

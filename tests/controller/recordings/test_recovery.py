@@ -1,0 +1,317 @@
+"""Recovery: a journal that a crash left becomes its recording, and nothing is lost on the way."""
+
+import io
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from controller.recordings import journal_disk, reader, recovery, writer
+from controller.recordings.journal import BLOCK
+from controller.recordings.journal_repair import decode
+from controller.recordings.recorder import Recorder
+from controller.recordings.recording import RecordingError
+from controller.recordings.recovery import leftovers, recover
+from tests.support.small_journal import KEY, ORIGIN, image, written
+
+
+def left(folder: Path, frames: int = 30, name: str = "one", damaged: bool = False) -> Path:
+    """A journal as a crash leaves it; where it is damaged, frame 5 was hit."""
+    journal = written(frames)
+    if damaged:
+        journal.data[journal.head + 86 * 4 + 30] ^= 1
+    path = folder / f"{name}.journal"
+    path.write_bytes(journal.data)
+    return path
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_journal_becomes_its_recording_and_is_removed(tmp_path: Path) -> None:
+    journal = left(tmp_path)
+    assert leftovers(tmp_path) == [journal]
+    recovered = recover(journal)
+    assert recovered.path == tmp_path / "one.npz"
+    assert str(recovered) == f"recovered 30 frames (2.9 s) into {recovered.path}"
+    assert names(tmp_path) == ["one.npz"]
+    loaded = reader.load(recovered.path)
+    assert loaded.frames[29].tobytes() == image(30).tobytes()
+    assert loaded.origin.id == KEY.hex()
+
+
+def test_a_journal_with_damage_is_kept_beside_what_was_whole(tmp_path: Path) -> None:
+    recovered = recover(left(tmp_path, damaged=True))
+    assert names(tmp_path) == ["one.journal.damaged", "one.npz"]
+    assert str(recovered).endswith(
+        f"; 86 bytes of the journal damaged, 1 record lost; the journal is kept as "
+        f"{tmp_path / 'one.journal.damaged'}"
+    )
+    missing = set(range(1, 31)) - set(reader.load(tmp_path / "one.npz").sequence.tolist())
+    assert missing == {5}
+    recover(left(tmp_path, 40, damaged=True))  # the next one damaged has a name of its own
+    assert {"one.journal-2.damaged", "one.journal.damaged"} < set(names(tmp_path))
+
+
+def test_whole_records_after_a_gap_are_left_out_and_kept(tmp_path: Path) -> None:
+    journal = written(35)  # the disk confirmed 30
+    journal.data[-200] ^= 1
+    (tmp_path / "one.journal").write_bytes(journal.data)
+    recovered = recover(tmp_path / "one.journal")
+    assert "; 2 records after a gap left out; the journal is kept as" in str(recovered)
+    assert names(tmp_path) == ["one.journal.damaged", "one.npz"]
+
+
+def test_what_a_crash_tore_is_no_damage(tmp_path: Path) -> None:
+    journal = left(tmp_path)
+    journal.write_bytes(journal.read_bytes()[:-50])
+    recover(journal)
+    assert names(tmp_path) == ["one.npz"]
+
+
+def test_a_journal_that_was_sealed_already_is_removed(tmp_path: Path) -> None:
+    recover(left(tmp_path))
+    recovered = recover(left(tmp_path))  # a crash between sealing and removing
+    assert recovered.path == tmp_path / "one.npz"
+    assert names(tmp_path) == ["one.npz"]
+
+
+def test_a_name_that_another_session_took_is_left_and_the_next_one_used(tmp_path: Path) -> None:
+    (tmp_path / "one.npz").write_text("precious")
+    assert recover(left(tmp_path)).path == tmp_path / "one-2.npz"
+    assert recover(left(tmp_path)).path == tmp_path / "one-2.npz"  # once is enough
+    assert recover(left(tmp_path, frames=31)).path == tmp_path / "one-3.npz"  # holds more
+    assert (tmp_path / "one.npz").read_text() == "precious"
+
+
+def test_the_next_name_is_none_that_is_being_recorded(tmp_path: Path) -> None:
+    (tmp_path / "one_run-01.npz").write_text("precious")
+    (tmp_path / "one_run-02.journal").touch()
+    assert recover(left(tmp_path, name="one_run-01")).path == tmp_path / "one_run-03.npz"
+
+
+def test_a_journal_without_a_frame_is_removed(tmp_path: Path) -> None:
+    recovered = recover(left(tmp_path, frames=0))
+    assert recovered.path is None
+    assert str(recovered) == f"{tmp_path / 'one.journal'} held no frame"
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", "is empty; it is kept as it is, delete it if you do not need it"),
+        (bytes(9000), "has no header that is whole; it is kept"),
+        (bytes(written(30).data[4:]), "has no header that is whole; it is kept"),
+    ],
+)
+def test_a_journal_that_cannot_be_read_is_refused_and_kept(
+    tmp_path: Path, content: bytes, complaint: str
+) -> None:
+    path = tmp_path / "one.journal"
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match=rf"the journal .*one\.journal {complaint}"):
+        recover(path)
+    assert path.read_bytes() == content
+    assert names(tmp_path) == ["one.journal"]
+
+
+def test_only_plain_files_are_journals(tmp_path: Path) -> None:
+    (tmp_path / "folder.journal").mkdir()
+    real = left(tmp_path)
+    (tmp_path / "link.journal").symlink_to(real)
+    assert leftovers(tmp_path) == [real]
+    assert leftovers(tmp_path / "absent") == []
+    for name in ("folder.journal", "link.journal"):
+        with pytest.raises(RecordingError, match="is not a file"):
+            recover(tmp_path / name)
+    with pytest.raises(RecordingError, match="there is no journal"):
+        recover(tmp_path / "absent.journal")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no pipes with names")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.journal")
+    assert leftovers(tmp_path) == []
+    with pytest.raises(RecordingError, match="is not a file"):
+        recover(tmp_path / "pipe.journal")
+
+
+def test_a_journal_kept_as_damaged_can_be_tried_again_and_stays(tmp_path: Path) -> None:
+    recover(left(tmp_path, damaged=True))
+    kept = tmp_path / "one.journal.damaged"
+    (tmp_path / "one.npz").unlink()
+    assert recover(kept).path == tmp_path / "one.npz"
+    assert names(tmp_path) == ["one.journal.damaged", "one.npz"]
+
+
+def test_a_folder_without_room_keeps_the_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    journal = left(tmp_path)
+    monkeypatch.setattr(writer, "atomic_write", full)
+    with pytest.raises(
+        RecordingError, match="No space left on device; it is kept as it is, try again"
+    ):
+        recover(journal)
+    assert names(tmp_path) == ["one.journal"]
+
+
+def test_blocks_that_the_disk_cannot_read_are_passed_over() -> None:
+    class BadDisk(io.BytesIO):
+        def read(self, size: int | None = -1, /) -> bytes:
+            place = self.tell()
+            if place <= bad < place + (size or 0):
+                raise OSError(5, "Input/output error")
+            return super().read(size)
+
+    journal = written(400)
+    bad = journal.head + 5 * BLOCK // 2
+    decoded = decode(recovery._read(BadDisk(bytes(journal.data))))
+    assert decoded.report.lost_records == pytest.approx(BLOCK / 86, abs=6)
+    assert decoded.report.frames + decoded.report.lost_records >= 400
+
+
+# --- crashes of the recovery itself ---------------------------------------------------------------
+
+
+class PowerCutError(BaseException):
+    """The computer is off: nothing that would tidy up can run."""
+
+
+CALLS: list[tuple[Any, str]] = [
+    (os, "link"), (os, "unlink"), (os, "rename"), (os, "fsync"), (os, "chmod"), (os, "open"),
+]  # fmt: skip
+
+
+@contextmanager
+def power_cut_before(
+    call: int, monkeypatch: pytest.MonkeyPatch, happened: list[str]
+) -> Iterator[None]:
+    """Cut the power before the n-th call that changes the disk; note the calls before it."""
+
+    def guard(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
+        def guarded(*args: Any, **kwargs: Any) -> Any:
+            if len(happened) >= call:
+                raise PowerCutError
+            happened.append(name)
+            return real(*args, **kwargs)
+
+        return guarded
+
+    with monkeypatch.context() as patch:
+        for module, name in CALLS:
+            patch.setattr(module, name, guard(name, getattr(module, name)))
+        with suppress(PowerCutError):
+            yield
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+@pytest.mark.parametrize("links", [True, False])
+def test_a_power_cut_anywhere_in_recovery_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damaged: bool, links: bool
+) -> None:
+    def no_links(*_: Any) -> None:
+        raise OSError(1, "Operation not permitted")
+
+    if not links:  # as on a memory stick
+        monkeypatch.setattr(os, "link", no_links)
+    frames = 29 if damaged else 30
+    call = 0
+    while True:
+        folder = tmp_path / str(call)
+        folder.mkdir()
+        journal = left(folder, damaged=damaged)
+        happened: list[str] = []
+        finished = False
+        with power_cut_before(call, monkeypatch, happened):
+            recover(journal)
+            finished = True
+        sealed = folder / "one.npz"
+        kept = [p for p in folder.iterdir() if ".journal" in p.name]
+        assert kept or len(reader.load(sealed).frames) == frames  # at any moment
+        if sealed.exists():  # under its name a file is whole, or is not there
+            assert len(reader.load(sealed).frames) == frames
+        for path in leftovers(folder):
+            recover(path)
+        found = [p for p in folder.iterdir() if not p.name.startswith(".")]
+        expected = ["one.journal.damaged", "one.npz"] if damaged else ["one.npz"]
+        assert sorted(p.name for p in found) == expected
+        assert len(reader.load(sealed).frames) == frames
+        if finished:
+            break
+        call += 1
+    assert call > 5  # there was something to interrupt
+
+
+def test_a_power_cut_anywhere_in_sealing_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    call = 0
+    while True:
+        folder = tmp_path / str(call)
+        folder.mkdir()
+        session = Recorder(folder / "one.npz", ORIGIN, {})
+        for number in range(1, 31):
+            session.add(image(number), number / 10, number)
+        session._keeper.turn()  # all is on the disk, so the thread has nothing more to do
+        finished = False
+        with power_cut_before(call, monkeypatch, []):
+            finished = session.close() is not None
+        session._keeper.file.close()  # as the end of a process does
+        for path in leftovers(folder):
+            recover(path)
+        assert [p.name for p in folder.iterdir() if not p.name.startswith(".")] == ["one.npz"]
+        assert len(reader.load(folder / "one.npz").frames) == 30
+        if finished:
+            break
+        call += 1
+    assert call > 5
+
+
+def test_the_journal_goes_only_after_its_recording_is_on_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    happened: list[str] = []
+    with power_cut_before(99, monkeypatch, happened):
+        recover(left(tmp_path))
+    # Written aside and synced, named, the other name removed, names synced; then the journal.
+    calls = [call for call in happened if call in ("fsync", "link", "unlink")]
+    assert calls == ["fsync", "link", "unlink", "fsync", "unlink", "fsync"]
+
+
+def test_two_recoveries_at_once_do_not_touch_the_same_journal(tmp_path: Path) -> None:
+    journal = left(tmp_path)
+    with journal.open("r+b") as other:
+        journal_disk.lock(other)
+        with pytest.raises(recovery.LockedError):
+            recover(journal)
+    assert recover(journal).path is not None
+
+
+def test_a_journal_that_is_sealed_while_recovery_waits_for_it_is_left_to_that(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def replace(file: object) -> None:
+        journal.unlink()
+        journal.write_text("the next one of this name")
+
+    journal = left(tmp_path)
+    monkeypatch.setattr(journal_disk, "lock", replace)
+    with pytest.raises(RecordingError, match="has been sealed meanwhile"):
+        recover(journal)
+    assert journal.read_text() == "the next one of this name"
+
+
+def test_a_journal_copied_to_another_folder_is_recovered_there(tmp_path: Path) -> None:
+    (tmp_path / "copy").mkdir()
+    copy = shutil.copy(left(tmp_path), tmp_path / "copy")
+    assert recover(Path(copy)).path == tmp_path / "copy" / "one.npz"

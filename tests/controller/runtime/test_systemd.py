@@ -1,0 +1,248 @@
+"""The device as a service: what systemd is told, its unit, and what status says of it."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from controller.cli import service, status
+from controller.diagnostics import bluetooth
+from controller.diagnostics.report import Verdict
+from controller.links.bluetooth.bluez import explain
+from controller.links.bluetooth.identifiers import SERIAL_PORT_UUID, SERVICE_UUID
+from controller.runtime.long_press import HOLD_S, LongPress
+from controller.runtime.systemd import BEATS, WatchdogHeartbeat
+from tests.support import ROOT
+
+if sys.platform == "win32":
+    pytest.skip("systemd is for Linux", allow_module_level=True)
+
+
+@pytest.fixture
+def systemd(tmp_path: Path) -> socket.socket:
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    listener.bind(str(tmp_path / "notify"))
+    listener.settimeout(60.0)
+    return listener
+
+
+def environment(systemd: socket.socket, **more: str) -> dict[str, str]:
+    return {"NOTIFY_SOCKET": str(systemd.getsockname()), **more}
+
+
+def heard(systemd: socket.socket) -> str:
+    return systemd.recv(4096).decode()
+
+
+def test_it_says_ready_and_stopping(systemd: socket.socket) -> None:
+    with systemd:
+        heart = WatchdogHeartbeat(environment(systemd))
+        heart.ready()
+        heart.stopping()
+        assert [heard(systemd), heard(systemd)] == ["READY=1", "STOPPING=1"]
+
+
+def test_a_state_is_told_once_in_one_line(systemd: socket.socket) -> None:
+    with systemd:
+        heart = WatchdogHeartbeat(environment(systemd))
+        for line in ("waiting", "waiting", "a host\nis there"):
+            heart.tell(line)
+        assert [heard(systemd), heard(systemd)] == ["STATUS=waiting", "STATUS=a host is there"]
+
+
+def test_it_beats_three_times_in_each_interval_however_often_it_is_called(
+    systemd: socket.socket,
+) -> None:
+    now_s = 0.0
+    with systemd:
+        heart = WatchdogHeartbeat(environment(systemd, WATCHDOG_USEC="9000000"), lambda: now_s)
+        for tenth in range(91):
+            now_s = tenth / 10
+            heart.beat()
+        systemd.setblocking(False)
+        beats = 0
+        while True:
+            try:
+                assert heard(systemd) == "WATCHDOG=1"
+            except BlockingIOError:
+                break
+            beats += 1
+    assert beats == BEATS
+
+
+def test_without_systemd_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[object] = []
+    monkeypatch.setattr(socket, "socket", lambda *kind: opened.append(kind))
+    now_s = iter((0.0, 1.0, 1.0))
+    heart = WatchdogHeartbeat({"WATCHDOG_USEC": "1"}, lambda: next(now_s))
+    heart.ready()
+    heart.beat()
+    heart.tell("x")
+    assert opened == []
+
+
+def test_a_watchdog_for_another_process_is_none_of_ours(systemd: socket.socket) -> None:
+    with systemd:
+        heart = WatchdogHeartbeat(
+            environment(systemd, WATCHDOG_USEC="1", WATCHDOG_PID="1"), lambda: 0.0
+        )
+        heart.beat()
+        systemd.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            heard(systemd)
+
+
+def test_a_supervisor_that_has_gone_does_not_stop_the_orb(tmp_path: Path) -> None:
+    heart = WatchdogHeartbeat({"NOTIFY_SOCKET": str(tmp_path / "notify")})
+    heart.ready()
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as back:
+        back.bind(str(tmp_path / "notify"))
+        back.settimeout(60.0)
+        heart.stopping()
+        assert heard(back) == "STOPPING=1"
+
+
+def test_the_real_controller_is_ready_beats_tells_and_stops(systemd: socket.socket) -> None:
+    command = [sys.executable, "-m", "controller", "--link", "listen://127.0.0.1:0"]
+    with systemd:
+        process = subprocess.Popen(
+            command,
+            env={**environment(systemd, WATCHDOG_USEC="30000"), "OMP_NUM_THREADS": "1"},
+            cwd=ROOT,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            assert heard(systemd) == "READY=1"
+            told = {heard(systemd), heard(systemd)}
+            while not any("STATUS=waiting for a host at socket://" in line for line in told):
+                told.add(heard(systemd))
+            while "WATCHDOG=1" not in told:
+                told.add(heard(systemd))
+            process.send_signal(signal.SIGTERM)
+            while "STOPPING=1" not in told:
+                told.add(heard(systemd))
+            assert process.wait(30.0) == 0
+        finally:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="needs systemd")
+def test_systemd_finds_no_fault_in_the_unit_and_little_that_it_exposes(tmp_path: Path) -> None:
+    file = tmp_path / service.NAME
+    file.write_text(service.unit(["/bin/true"], ["--link", "rfcomm:"]))
+    verify = ["systemd-analyze", "verify", "--man=no", str(file)]
+    done = subprocess.run(verify, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    security = ["systemd-analyze", "security", "--offline=yes", "--no-pager", str(file)]
+    done = subprocess.run(security, capture_output=True, text=True, check=False)
+    exposure = float(done.stdout.rsplit("exposure level", 1)[1].split()[2])
+    assert exposure < 2.0  # of 10
+
+
+def test_words_with_a_meaning_for_systemd_are_quoted() -> None:
+    text = service.unit(["/opt/my orb/controller"], ["--record", "50%", "$HOME"])
+    assert 'ExecStart="/opt/my orb/controller" --record 50%% $$HOME\n' in text
+
+
+def test_the_unit_names_this_installation(capsys: pytest.CaptureFixture[str]) -> None:
+    assert service.main(["--", "--sensor", "orb", "--link", "rfcomm:"]) == 0
+    told = capsys.readouterr().out
+    assert "--sensor orb --link rfcomm:\n" in told
+    assert str(Path(sys.executable).parent) in told
+    assert "@" not in told.replace("@system-service", "").replace("@privileged", "")
+
+
+def test_the_state_of_the_service_is_told_in_lines() -> None:
+    text = "LoadState=loaded\nActiveState=active\nSubState=running\nNRestarts=2\n"
+    text += "StatusText=waiting for a host at rfcomm://00:AA:01:01:00:01:22\n"
+    assert status.service_lines(status.parse(text)) == [
+        "service    active (running), restarted 2 times",
+        "           waiting for a host at rfcomm://00:AA:01:01:00:01:22",
+    ]
+    assert "not installed" in status.service_lines({"LoadState": "not-found"})[0]
+    assert "does not run here" in status.service_lines({})[0]
+
+
+def test_a_button_that_is_held_tells_once_and_again_after_it_was_let_go() -> None:
+    button = LongPress()
+    told = [button.step("" if t < 80 or t > 85 else "null", t / 10) for t in range(160)]
+    assert [at / 10 for at, now in enumerate(told) if now] == [HOLD_S, 8.6 + HOLD_S]
+
+
+def test_a_sensor_without_a_button_opens_nothing() -> None:
+    button = LongPress()
+    assert not any(button.step(None, float(t)) for t in range(100))
+
+
+def test_errors_of_bluez_are_said_with_what_to_do() -> None:
+    said = explain("org.bluez.Error.NotPermitted", "UUID already registered")
+    assert "(UUID already registered)" in said
+    assert explain("org.example.Strange", "as {it} is") == "as {it} is"
+
+
+ADAPTER = {"Address": "00:11", "Alias": "OrbTouch", "Powered": True, "UUIDs": [SERVICE_UUID]}
+
+
+def objects(**changes: object) -> dict[str, dict[str, dict[str, object]]]:
+    return {"/org/bluez/hci0": {"org.bluez.Adapter1": {**ADAPTER, **changes}}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"Powered": False}, "off"),
+        ({"UUIDs": []}, "no_service"),
+        ({"UUIDs": [SERIAL_PORT_UUID]}, "other_serial_port"),
+        ({"Discoverable": True, "DiscoverableTimeout": 0}, "always_discoverable"),
+        ({}, "no_bond"),
+    ],
+)
+def test_each_trouble_with_an_adapter_has_a_row_and_advice(
+    changes: dict[str, object], code: str
+) -> None:
+    (row,) = [row for row in bluetooth.judge(objects(**changes)) if row.code == code]
+    assert row.advice
+    assert row.verdict is not Verdict.GOOD
+
+
+def test_an_open_window_that_closes_by_itself_is_no_trouble() -> None:
+    rows = bluetooth.judge(objects(Discoverable=True, DiscoverableTimeout=120))
+    (row,) = [row for row in rows if row.name == "window hci0"]
+    assert row.verdict is Verdict.GOOD
+
+
+def test_a_blocked_radio_is_told_apart_by_who_can_unblock_it(tmp_path: Path) -> None:
+    for number, (kind, soft, hard) in enumerate(
+        [("bluetooth", "1", "0"), ("bluetooth", "0", "1"), ("wlan", "1", "1")]
+    ):
+        folder = tmp_path / f"rfkill{number}"
+        folder.mkdir()
+        for name, value in (("type", kind), ("soft", soft), ("hard", hard)):
+            (folder / name).write_text(value + "\n")
+    soft_row, hard_row = bluetooth.blocked(tmp_path)
+    assert soft_row.advice == "rfkill unblock bluetooth"
+    assert "switch" in hard_row.advice
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict"),
+    [("5.66", Verdict.GOOD), ("5.43", Verdict.DOUBTFUL), ("", Verdict.UNKNOWN)],
+)
+def test_bluez_s_version_is_judged(found: str, verdict: Verdict) -> None:
+    assert bluetooth.version(found).verdict is verdict
+
+
+def test_the_input_plugin_is_seen_on_bluetoothd_s_command_line() -> None:
+    assert (
+        "classic HID can be offered" in bluetooth.plugin(["bluetoothd", "--noplugin=input"]).found
+    )
+    assert "needs bluetoothd --noplugin=input" in bluetooth.plugin(["bluetoothd"]).found
+    assert bluetooth.plugin([]).verdict is Verdict.UNKNOWN

@@ -1,0 +1,166 @@
+"""The real orb's driver: spidev and lgpio as far as they can be tried without a Raspberry Pi."""
+
+import errno
+import sys
+import time
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gpiozero", reason="the driver's pins are gpiozero's")
+
+from gpiozero.pins.mock import MockFactory
+
+from controller.sensors import base as sensors
+from controller.sensors import orb
+from controller.sensors.base import SensorOptions
+from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
+from controller.sensors.hardware.emulated.adc import FakeChip
+from controller.sensors.hardware.emulated.board import EmulatedBoard
+from controller.sensors.hardware.emulated.faults import WiringFault
+from controller.sensors.hardware.spi import SpiDev
+
+
+@dataclass
+class Spidev:
+    """What the module spidev is to us: one class, whose devices answer like a chip."""
+
+    bench: EmulatedBoard | None = None
+    fails: OSError | None = None
+    opened: list[tuple[int, int]] = field(default_factory=list)
+    clock_hz: int = 0
+
+    def module(self) -> ModuleType:
+        outer = self
+
+        class SpiDevice:
+            mode = 3
+
+            def open(self, bus: int, device: int) -> None:
+                if outer.fails is not None:
+                    raise outer.fails
+                outer.opened.append((bus, device))
+
+            @property
+            def max_speed_hz(self) -> int:
+                return outer.clock_hz
+
+            @max_speed_hz.setter
+            def max_speed_hz(self, hertz: int) -> None:
+                outer.clock_hz = hertz
+
+            def xfer2(self, data: list[int]) -> list[int]:
+                assert self.mode == 0
+                if outer.fails is not None:
+                    raise outer.fails
+                assert outer.bench is not None
+                return list(outer.bench.board.buses[0].transfer(bytes(data)))
+
+            def close(self) -> None:
+                pass
+
+        made: Any = ModuleType("spidev")
+        made.SpiDev = SpiDevice
+        return made  # type: ignore[no-any-return]
+
+
+@pytest.fixture
+def pi(monkeypatch: pytest.MonkeyPatch) -> Spidev:
+    """A computer whose pins and bus lead to an emulated orb."""
+    bench = EmulatedBoard(seed=3)
+    bench.board.knobs.close()
+    bench.board.pins.close()
+    fake = Spidev(bench)
+    monkeypatch.setitem(sys.modules, "spidev", fake.module())
+    monkeypatch.setattr(raspberry_pi, "raspberry", lambda: bench.factory)
+    monkeypatch.setattr(raspberry_pi, "wait", bench.circuit.advance)
+    return fake
+
+
+def test_an_orb_on_a_computers_own_pins_and_bus_is_read(
+    pi: Spidev, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert pi.bench is not None
+    circuit = pi.bench.circuit
+    monkeypatch.setattr(time, "perf_counter", lambda: circuit.now_s)
+    sensor = sensors.load("orb", SensorOptions(10.0))
+    assert not sensor.virtual
+    assert sensor.device_id.startswith("orb")
+    assert (sensor.geometry.rows, sensor.geometry.columns) == (5, 5)
+    frame = np.mean([sensor.read(k / 10) for k in range(8)], axis=0)
+    assert frame == pytest.approx(pi.bench.picofarads, rel=0.05)
+    assert sensor.button(0.8) == "null"
+    assert (pi.opened, pi.clock_hz) == ([(0, 0)], 1_000_000)
+    sensor.close()
+
+
+def test_a_bus_that_fails_is_looked_for_again(pi: Spidev) -> None:
+    bus = SpiDev(0, 0, 1_000_000)
+    pi.fails = OSError(errno.ENODEV, "No such device")
+    for _ in range(3):
+        with pytest.raises(OSError, match="No such device"):
+            bus.transfer(b"\x06\0\0")
+    pi.fails = None
+    assert len(bus.transfer(b"\x06\0\0")) == 3
+    assert pi.opened == [(0, 0), (0, 0)]
+
+
+def test_no_permission_and_no_bus_are_one_sentence_each(pi: Spidev) -> None:
+    pi.fails = PermissionError(errno.EACCES, "Permission denied")
+    with pytest.raises(HardwareError, match="add yourself to the group spi"):
+        SpiDev(0, 0, 1_000_000)
+    pi.fails = FileNotFoundError(errno.ENOENT, "No such file or directory")
+    with pytest.raises(HardwareAwayError, match="switch SPI on with raspi-config"):
+        SpiDev(0, 0, 1_000_000)
+
+
+@pytest.mark.parametrize("module", ["spidev", "lgpio"])
+def test_a_missing_library_is_one_sentence(
+    pi: Spidev, monkeypatch: pytest.MonkeyPatch, module: str
+) -> None:
+    monkeypatch.undo()
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
+    if module == "spidev":
+        monkeypatch.setattr(raspberry_pi, "raspberry", MockFactory)
+    with pytest.raises(HardwareError, match=r"'orbtouch\[pi\]' .*, or try --sensor emu"):
+        sensors.load("orb", SensorOptions(10.0))
+
+
+def test_what_is_missing_at_the_start_is_told_at_the_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("unplugged")])
+    monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
+    with pytest.raises(HardwareAwayError, match="the membrane is plugged in"):
+        sensors.load("orb", SensorOptions(10.0))
+
+
+def test_a_board_that_is_too_slow_is_told_at_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("slow_clock=40")])
+    monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
+    with pytest.raises(HardwareError, match=r"a scan takes \d+ ms and 10 Hz leave 100"):
+        sensors.load("orb", SensorOptions(10.0))
+
+
+def test_waiting_is_never_too_short() -> None:
+    for seconds in (0.0, 1e-5, 1e-3):
+        began = time.perf_counter()
+        raspberry_pi.wait(seconds)
+        assert time.perf_counter() - began >= seconds
+
+
+def test_a_chip_answers_as_its_data_sheet_says() -> None:
+    asked: list[int] = []
+
+    def measure(channel: int) -> float:
+        asked.append(channel)
+        return 0.5
+
+    assert FakeChip(12, measure).transfer(b"\x07\x40\0") == bytes((0xFF, 0b11101000, 0))
+    assert FakeChip(10, measure).transfer(b"\x01\xd0\0") == bytes((0xFF, 0b11111010, 0))
+    assert asked == [5, 5]
+    assert FakeChip(12, measure).transfer(b"\0\0\0") == b"\xff\xff\xff"  # no start bit

@@ -1,0 +1,194 @@
+"""Emulated hardware: a driver's picofarads are those of the skin, and faults are felt."""
+
+import gc
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mock pins")
+
+from gpiozero.pins.mock import MockFactory
+
+from controller.protocol.messages import Contact
+from controller.sensors import base as sensors
+from controller.sensors.base import SensorAwayError, SensorError, SensorOptions, VirtualSensor
+from controller.sensors.hardware import HardwareError
+from controller.sensors.hardware.driver import Driver
+from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
+from controller.sensors.hardware.emulated.circuit import Circuit
+from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.pins import GpioPins
+from controller.sensors.hardware.wiring import SCHEMES, CircuitWiring, Electrodes, Scheme, Wiring
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_driver_reads_what_the_skin_is(scheme: Scheme) -> None:
+    bench = EmulatedBoard(Wiring(scheme=scheme, circuit=CircuitWiring(ghosting=0.0)), seed=3)
+    driver = Driver(bench.board)
+    rest = np.mean([driver.frame() for _ in range(8)], axis=0)
+    assert rest == pytest.approx(bench.picofarads, rel=0.05)  # nobody has measured its rows
+    pressed = bench.picofarads.copy()
+    pressed[2, 2] *= 0.6
+    pressed[2, 3] *= 0.9
+    z = pressed / bench.picofarads
+    bench.touch(pressed)
+    image = np.mean([driver.frame() for _ in range(8)], axis=0) / rest
+    assert image == pytest.approx(z, abs=0.006)  # what the rows have cancels
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_fault_can_be_switched_on_and_off_again(kind: str) -> None:
+    place = {"taxel": ":1,3", "row": ":1", "rows": ":1", "column": ":3", "columns": ":3", "": ""}
+    fault = WiringFault.parse(kind + place[KINDS[kind].place])
+    bench = EmulatedBoard(seed=3)
+    bench.switch([fault])
+    assert bench.faults == (fault,)
+    bench.switch([fault], on=False)
+    frame = Driver(bench.board).frame()
+    assert frame == pytest.approx(bench.picofarads, rel=0.08)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("no_converter", "no mcp3208 answers on SPI 0.0"),
+        ("silent_converter", "all electrodes read nothing"),
+        ("unplugged", "the membrane is plugged in"),
+        ("bus_errors", "SPI 0.0 fails: Input/output error"),
+    ],
+)
+@pytest.mark.parametrize("noise_lsb", [1.0, 42.0])  # the presets'
+def test_what_is_unplugged_is_away_blinks_and_comes_back(
+    fault: str, told: str, noise_lsb: float
+) -> None:
+    bench = EmulatedBoard(seed=3, model=BoardModel(noise_lsb=noise_lsb))
+    driver = Driver(bench.board)
+    before = driver.frame(0.0)
+    assert bench.lit
+    bench.switch([WiringFault.parse(fault)])
+    lit = []
+    for k in range(4):
+        with pytest.raises(SensorAwayError, match=told):
+            driver.frame(0.1 * k)
+        lit.append(bench.lit)
+    assert lit == [False, True, False, True]
+    bench.switch(bench.faults, on=False)
+    for _ in range(2):  # a plug bounces
+        with pytest.raises(SensorAwayError, match="coming back"):
+            driver.frame(0.9)
+    assert driver.frame(1.0) == pytest.approx(before, rel=0.03 if noise_lsb < 2.0 else 0.5)
+    assert bench.lit
+
+
+def test_the_label_button_is_down_up_or_not_there() -> None:
+    bench = EmulatedBoard(seed=3)
+    driver = Driver(bench.board)
+    assert driver.button() == "null"
+    bench.press(True)
+    assert driver.button() == ""
+    bench.press(False)
+    assert driver.button() == "null"
+    assert Driver(EmulatedBoard(replace(Wiring(), button=None)).board).button() is None
+
+
+def test_the_pump_inflates_the_orb_and_stops() -> None:
+    bench = EmulatedBoard(seed=3)
+    bench.kpa = 0.0
+    driver = Driver(bench.board)
+    pumped = []
+    for k in range(150):
+        driver.frame(k / 10)
+        pumped.append(bench.pumping)
+        bench.breathe(0.1)
+    assert pumped[:60] == [True] * 60
+    assert not pumped[-1]
+    assert driver.pressure_kpa == pytest.approx(bench.kpa, abs=0.02)
+    assert 2.1 < bench.kpa < 2.3
+
+
+def test_a_driver_that_ends_leaves_pump_and_led_off_and_every_pin_free() -> None:
+    bench = EmulatedBoard(seed=3)
+    bench.kpa = 1.0
+    driver = Driver(bench.board)
+    driver.frame(0.0)
+    assert bench.pumping
+    driver.close()
+    assert not bench.pumping
+    assert not bench.lit
+
+
+def test_two_things_on_one_pin_are_refused_by_the_board() -> None:
+    factory = MockFactory()
+    taken = GpioPins(factory, (5, 6))
+    with pytest.raises(HardwareError, match="cannot use GPIO 6"):
+        GpioPins(factory, (4, 6))
+    taken.close()
+
+
+def test_a_converter_of_ten_bits_reads_the_same_a_little_coarser() -> None:
+    wiring = replace(Wiring(), converter=replace(Wiring().converter, type="mcp3008"))
+    bench = EmulatedBoard(wiring, seed=3)
+    frame = np.mean([Driver(bench.board).frame() for _ in range(8)], axis=0)
+    assert frame == pytest.approx(bench.picofarads, rel=0.06)
+
+
+def test_a_large_orb_needs_two_converters_and_any_order_will_do() -> None:
+    columns, rows = (4, 5, 6, 12, 13, 19, 26), (14, 15, 16, 17, 18, 20, 21, 22, 23)
+    wiring = replace(
+        Wiring(),
+        electrodes=Electrodes(columns, rows, (0, 1, 2, 3, 4, 8, 9, 10, 11)),
+        converter=replace(Wiring().converter, devices=(0, 1)),
+        order=(6, 0, 5, 1, 4, 2, 3), button=None, led=None, pump=None,
+    )  # fmt: skip
+    bench = EmulatedBoard(wiring, seed=3)
+    assert Driver(bench.board).frame() == pytest.approx(bench.picofarads, rel=0.06)
+
+
+def test_the_emulated_orb_is_the_virtual_orb_behind_a_driver() -> None:
+    pressed, plain = (sensors.load(n, SensorOptions(10.0, seed=7)) for n in ("emulated", "virtual"))
+    images = []
+    for sensor in (pressed, plain):
+        assert isinstance(sensor, VirtualSensor)
+        sensor.touch((Contact(0, 1.0, 3.0, 9.0, 7.0),), 2.0)
+        frames = np.array([sensor.read(k / 10) for k in range(1, 31)])
+        images.append(frames[-3:].mean(axis=0) / frames[:18].mean(axis=0))
+        sensor.close()
+    assert np.unravel_index(images[0].argmin(), (5, 5)) == (1, 1)
+    assert images[0] == pytest.approx(images[1], abs=0.03)
+
+
+def test_a_fault_of_the_skin_and_one_of_the_wiring_can_be_asked_for_together() -> None:
+    options = SensorOptions(10.0, faults=("dead:1,1", "open_row:3", "air_leak=0.2"))
+    emulated = sensors.load("emulated", options)
+    frame = np.mean([emulated.read(k / 10) for k in range(1, 8)], axis=0)
+    assert (frame[3] < 2.0).all()
+    assert frame[1, 1] < 2.0
+    assert (np.delete(frame, (1, 3), axis=0) > 20.0).all()
+
+
+def test_a_scan_that_takes_longer_than_a_frame_is_refused(tmp_path: Path) -> None:
+    slow = tmp_path / "slow.toml"
+    slow.write_text(
+        "[electrodes]\ncolumns = [5, 6]\nrows = [17, 27]\nchannels = [0, 1]\n"
+        "[times]\nsettle_us = 50000\n"
+    )
+    with pytest.raises(SensorError, match=r"a scan takes 20\d ms and 10 Hz leave 100"):
+        sensors.load("emulated", SensorOptions(10.0, wiring=slow))
+
+
+def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Collection may come at any moment, when NumPy must not run (see `CircuitPin.close`)."""
+    driver = Driver(EmulatedBoard(seed=1).board)
+    driver.frame()
+
+    def touched(*arguments: object) -> None:
+        raise AssertionError("the circuit was computed")
+
+    for name in ("drive", "release", "advance"):
+        monkeypatch.setattr(Circuit, name, touched)
+    del driver
+    gc.collect()

@@ -1,0 +1,275 @@
+"""Requests, counts and display of a teaching session."""
+
+import io
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller.bundles import vocabulary
+from controller.capture.cue_plan import CueTiming, ExampleRequest
+from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.labels import FrameLabels, Labeller
+from controller.recognition.pipeline import Step
+from controller.teach import TeachError, protocols
+from controller.teach.example_counts import ExampleCounts
+from controller.teach.offline_link import OfflineLink
+from controller.teach.progress import (
+    KEYS,
+    ProgressDisplay,
+    ProgressLog,
+    ProgressPage,
+    drawable,
+    summary,
+)
+
+FIVE = vocabulary.shipped()
+MODEL = FIVE.labels
+
+
+def rng(seed: int = 1) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def step(t_s: float, gesture: str | None = None, touched: bool = True) -> Step:
+    """A frame of which only the model's opinion matters."""
+    probabilities = np.zeros(len(MODEL), dtype=np.float32)
+    probabilities[MODEL.index(gesture) if gesture else 0] = 0.75
+    z = np.ones((5, 5), dtype=np.float32)
+    return Step(1, t_s, z, True, not touched, probabilities, None, gesture, "", None)
+
+
+# --- examples -------------------------------------------------------------------------------------
+
+
+def test_every_gesture_is_asked_for_as_often_and_so_are_touches_that_are_none() -> None:
+    asks = protocols.asks("gestures", FIVE, (5, 5), 3, rng())
+    assert Counter(ask.label for ask in asks) == dict.fromkeys(FIVE.labels, 3)
+    assert {ask.place for ask in asks} == {None}
+
+
+@given(st.integers(0, 30), st.integers(0, 100))
+def test_whoever_stops_early_has_as_many_of_each(stop: int, seed: int) -> None:
+    asks = protocols.asks("gestures", FIVE, (5, 5), 6, rng(seed))[:stop]
+    count = Counter(ask.label for ask in asks)
+    assert max(count.values(), default=0) - min((count[name] for name in MODEL), default=0) <= 1
+
+
+def test_places_are_every_taxel_and_every_middle_between_four_in_any_order() -> None:
+    asks = protocols.asks("locations", FIVE, (3, 2), 2, rng())
+    places = {(0, 0), (1, 0), (0, 1), (1, 1), (0, 2), (1, 2), (0.5, 0.5), (0.5, 1.5)}
+    assert Counter(ask.place for ask in asks) == dict.fromkeys(places, 2)
+    assert {ask.label for ask in asks} == {"press"}
+    again = protocols.asks("locations", FIVE, (3, 2), 2, rng(2))
+    assert sorted(map(repr, again)) == sorted(map(repr, asks))
+    assert again != asks
+
+
+def test_of_a_large_grid_a_hundred_places_are_drawn_half_of_them_between_taxels() -> None:
+    places = protocols.sites(27, 15, rng())
+    assert len(places) == len(set(places)) == 100
+    assert sum(x % 1 == 0.5 for x, _ in places) == 50
+    assert all(0 <= x <= 14 and 0 <= y <= 26 for x, y in places)
+
+
+def test_a_vocabulary_without_places_has_none_to_ask_for() -> None:
+    wave = vocabulary.parse('[[gesture]]\nlabel = "wave"', "wave.toml", Path())
+    with pytest.raises(TeachError, match="write located = true to one"):
+        protocols.asks("locations", wave, (5, 5), 1, rng())
+
+
+def test_nobody_is_asked_for_ten_thousand_examples() -> None:
+    with pytest.raises(TeachError, match="choose fewer --repetitions"):
+        protocols.asks("gestures", FIVE, (5, 5), 9999, rng())
+
+
+# --- counts ---------------------------------------------------------------------------------------
+
+
+def cued(*labels: str) -> Labeller:
+    """Somebody who is asked for these, four seconds each."""
+    asks = [ExampleRequest(label) for label in labels]
+    return Labeller(
+        MODEL, cues=CueSession(asks, CueTiming(1.0, 2.0, 1.0, 0.0), rng(), shuffled=False)
+    )
+
+
+def play(
+    labeller: Labeller,
+    tally: ExampleCounts,
+    seconds: float,
+    answers: dict[float, str],
+    felt: bool = True,
+) -> None:
+    """Let frames pass; `answers` says when the model recognised what."""
+    for k in range(round(seconds * 10)):
+        one = step(k / 10, answers.get(k / 10))
+        tally.take(labeller.step(k / 10, felt=felt), one)
+
+
+def test_examples_are_counted_and_so_is_what_the_model_made_of_them() -> None:
+    labeller = cued("press", "press", "pinch", "null")
+    tally = ExampleCounts({"press": 2, "pinch": 1, "null": 1}, {"press": 7}, MODEL)
+    play(labeller, tally, 17.0, {1.5: "press", 2.0: "pinch", 5.5: "pinch", 11.5: "pinch"})
+    assert [tally.have(label) for label in tally.wanted] == [2, 1, 1]
+    assert tally.understood("press") == (1, 2)  # the first answer of each counts
+    assert tally.understood("pinch") == (1, 1)  # which came while the hand was leaving
+    assert tally.understood("null") == (1, 1)  # nothing was recognised in nothing
+    assert summary(tally)[0] == (
+        "  press: 2 examples, 9 in all; the present model understood 1 of 2"
+    )
+
+
+def test_a_label_that_the_model_does_not_know_has_no_figure() -> None:
+    tally = ExampleCounts({"knock": 1}, {}, MODEL)
+    play(cued("press"), tally, 5.0, {1.5: "press"})
+    assert tally.understood("knock") is None
+    assert summary(tally) == ["  knock: 1 example"]
+
+
+def test_an_example_that_does_not_count_is_nowhere_counted() -> None:
+    tally = ExampleCounts({"pinch": 1}, {}, MODEL)
+    play(cued("pinch"), tally, 8.0, {1.5: "pinch"}, felt=False)
+    assert tally.have("pinch") == 0
+    assert tally.understood("pinch") == (0, 0)
+
+
+# --- the page -------------------------------------------------------------------------------------
+
+
+def page(tally: ExampleCounts, **options: bool) -> ProgressPage:
+    return ProgressPage(FIVE, tally, (3, 3), model=tally.model, example_s=6.0, **options)
+
+
+def test_the_page_says_what_to_do_what_is_enough_and_what_the_model_thinks() -> None:
+    tally = ExampleCounts({"press": 2, "twist_cw": 1}, {"press": 30}, MODEL)
+    cue = Cue(Phase.GO, "twist_cw", None, 1.4, {"press": 1, "twist_cw": 0}, then="pinch")
+    tally.take(FrameLabels(asked=cue), step(65.0))
+    lines = page(tally).lines(FrameLabels(asked=cue, key=2), step(65.0, "press"))
+    assert lines == [
+        "1:05  GO 2 s: twist clockwise   key: pinch",
+        "      then: pinch with your whole hand",
+        "",
+        "      ███████░░░ 2 of 3, about 1 min left",
+        "",
+        "              examples              before  understood  now",
+        "   1 press    █████░░░░░ 1/2   1 more    30         0/0  ████████░░ 0.75",
+        "   3 twist_cw ██████████ 1/1   enough     0         0/0  ░░░░░░░░░░ 0.00",
+        "",
+        KEYS,
+    ]
+    assert max(map(len, lines)) < 80
+
+
+def test_a_place_is_shown_on_a_map_with_y_upward() -> None:
+    tally = ExampleCounts({"press": 2})
+    cue = Cue(Phase.GET_READY, "press", (1.0, 1.5), 0.7, {"press": 2})
+    lines = page(tally, keyboard=False, plain=True).lines(FrameLabels(asked=cue), step(1.0))
+    assert lines[0] == "0:01  get ready 1 s: press with one finger, anywhere, at 1, 1.5"
+    assert lines[-5:] == [
+        "      .   .   .",
+        "          o",
+        "      .   .   .",
+        "",
+        "      .   .   .",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("cue", "words"),
+    [
+        (Cue(Phase.WAIT), "hands off: the sensor finds its rest"),
+        (Cue(Phase.REST, "press"), "rest"),
+        (Cue(Phase.DONE), "done"),
+        (Cue(Phase.GO, "press", paused=True), "PAUSED; space goes on"),
+        (Cue(Phase.GO, "null"), "GO 0 s: touch it, but make none of the gestures"),
+    ],
+)
+def test_whatever_is_asked_is_said_in_words(cue: Cue, words: str) -> None:
+    assert page(ExampleCounts({"press": 1})).do(cue) == words
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_the_board_is_written_over_itself_and_makes_room_for_others() -> None:
+    screen, tally = Terminal(), ExampleCounts({"press": 1})
+    board = ProgressDisplay(screen, page(tally), tally, bell=True)
+    for phase in (Phase.GET_READY, Phase.GO):
+        board.show(
+            FrameLabels(asked=Cue(phase, "press", more={"press": 1}), fresh=True), step(1.0), ""
+        )
+    board.clear()
+    board.clear()
+    first, bell, second = screen.getvalue().partition("\a")
+    assert bell
+    assert first.count("\n") == second.count("\n") == 9
+    assert first.endswith("\x1b[J\x1b[9A")
+    assert second.endswith("\x1b[9A\r\x1b[J")
+
+
+def test_the_board_is_not_written_more_often_than_anybody_can_read() -> None:
+    screen, tally = Terminal(), ExampleCounts({"press": 1})
+    board = ProgressDisplay(screen, page(tally), tally)
+    for k in range(1000):  # a second of a fast sensor
+        board.show(FrameLabels(asked=Cue(Phase.GO, "press", left_s=k)), step(1.0 + k / 1000), "")
+    assert screen.getvalue().count("\x1b[J") == 15
+
+
+def test_a_terminal_that_has_gone_does_not_end_the_session() -> None:
+    class Gone(Terminal):
+        def write(self, text: str) -> int:
+            raise OSError(5, "Input/output error")
+
+    tally = ExampleCounts({"press": 1})
+    board = ProgressDisplay(Gone(), page(tally), tally)
+    for k in range(3):
+        board.show(FrameLabels(fresh=True), step(float(k)), "")
+
+
+def test_what_is_wrong_with_the_disk_is_shown() -> None:
+    lines = page(ExampleCounts({"press": 1})).lines(FrameLabels(), step(0.0), "it is full")
+    assert lines[1] == "      DISK PROBLEM: it is full"
+
+
+def test_without_a_terminal_a_line_tells_what_changed() -> None:
+    told: list[str] = []
+    tally = ExampleCounts({"press": 1})
+    log = ProgressLog(tally, told.append)
+    labeller = cued("press")
+    for k in range(100):
+        log.show(labeller.step(k / 10, felt=k > 40), step(k / 10), "")
+    log.clear()
+    assert told == ["press again: nothing was felt", "press: enough (1)"]
+
+
+def test_a_page_is_drawn_on_terminals_that_understand_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    assert [drawable(one) for one in (Terminal(), io.StringIO(), None)] == [True, False, False]
+    monkeypatch.setenv("TERM", "dumb")
+    assert not drawable(Terminal())
+
+
+# --- time -----------------------------------------------------------------------------------------
+
+
+def test_time_passes_as_fast_as_it_was_asked_to() -> None:
+    real = [100.0]
+    alone = OfflineLink(4.0, lambda: real[0], lambda s: real.__setitem__(0, real[0] + s))
+    alone.wait(2.0)
+    assert (alone.now_s(), real[0]) == (2.0, 100.5)
+
+
+def test_time_that_only_waiting_moves_waits_for_nothing() -> None:
+    alone = OfflineLink(0.0, lambda: 0.0, lambda s: pytest.fail("it slept"))
+    for _ in range(10):
+        alone.wait(0.1)
+    assert alone.now_s() == pytest.approx(1.0)
+    assert alone.now_s() > 1.0 - 1e-9
+    assert not alone.connected
+    assert alone.poll() == []

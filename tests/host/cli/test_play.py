@@ -1,0 +1,204 @@
+"""The command line of the host."""
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from controller import __version__
+from host.__main__ import main
+from tests.support import special_files
+
+UNSEEN = {
+    name: value
+    for name, value in os.environ.items()
+    if not name.startswith("SDL_") and name not in ("DISPLAY", "WAYLAND_DISPLAY")
+}
+
+
+def test_help_ends_with_a_first_thing_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    assert ended.value.code == 0
+    told = capsys.readouterr().out
+    assert "commands:\n  find     list the orbs" in told
+    assert "--mapping" in told
+    assert "--keys" not in told
+    assert told.rstrip().endswith("host --demo")
+
+
+def test_version_is_that_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"host {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("word", "advice"),
+    [
+        ("fnid", "did you mean `host find`?"),
+        ("Install", "did you mean `host install`?"),
+        ("/dev/ttyACM0", "a port is named with --link /dev/ttyACM0"),
+    ],
+)
+def test_word_that_is_no_command_is_one_sentence(
+    word: str, advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([word]) == 2
+    assert capsys.readouterr().err == f"host: there is no command {word!r}; {advice}\n"
+
+
+def test_mapping_may_be_named_by_its_first_option(capsys: pytest.CaptureFixture[str]) -> None:
+    for option in ("--mapping", "--keys"):
+        assert main(["--target", "keyboard", "--dry-run", option, "none.toml"]) == 2
+        assert "host: cannot read none.toml: no such file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "advice"),
+    [
+        (["--json"], "add --demo"),
+        (["--speed", "0"], "add --demo"),
+        (["--speed", "-1", "--demo"], "0 or more"),
+        (["--seconds", "nan", "--demo"], "must be a number"),
+        (["--seed", "-3"], "whole number"),
+        (["--headless"], "add --demo or --seconds"),
+        (["--demo", "--device", "orb-1"], "leave out --link, --demo"),
+        (["--device", "orb-1", "--link", "COM7"], "leave out --link, --demo"),
+        (["--demo", "--tap", "osc"], "leave out --demo"),
+        (["--profile", "slides"], "need --target keyboard or gamepad"),
+        (["find", "--seconds", "0"], "a number from 0.5 to 600"),
+        (["--target", "tetris", "/dev/ttyACM0"], "named with --link /dev/ttyACM0"),
+        (["--ke", "orb.key"], "unrecognized arguments: --ke"),
+        (["--target", "keyboard", "presets"], "follow two dashes: host -- --preset"),
+        (["--link", ""], "leave it out to play with a virtual orb"),
+        (["--dry-run"], "need --target keyboard or gamepad"),
+        (["--mapping", "mine.toml"], "need --target keyboard or gamepad"),
+        (["--target", "keyboard", "--headless", "--screenshot", "a.png"], "needs a window"),
+        (["--screenshot", "play.txt"], "must end in .png"),
+        (["--screenshot", "no/such/folder/play.png"], "a folder that exists"),
+    ],
+)
+def test_wrong_usage_is_answered_with_what_would_be_right(
+    arguments: list[str], advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert advice in capsys.readouterr().err
+
+
+def test_unknown_target_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--target", "chess"]) == 2
+    told = capsys.readouterr().err
+    assert told == "host: there is no target 'chess'; there are: gamepad, keyboard, tetris\n"
+
+
+def test_unknown_tap_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--tap", "midi"]) == 2
+    told = capsys.readouterr().err
+    assert told == "host: there is no tap 'midi'; there are: lsl, osc (docs/taps.md)\n"
+
+
+def test_device_that_nobody_knows_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--device", "orb-of-nobody"]) == 1
+    told = capsys.readouterr().err
+    assert "'orb-of-nobody' is not there" in told
+    assert told.count("\n") == 1
+
+
+def test_port_that_is_not_there_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    port = tmp_path / "no-such-port"
+    assert main(["--link", str(port), "--headless", "--seconds", "20"]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("host: ")
+    assert str(port) in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")
+def test_without_a_display_one_sentence_names_headless() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "host"], env=UNSEEN, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert "--headless" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+# -- files that are none ----------------------------------------------------------------------
+
+NO_ORB = ("--link", "/dev/null/no-port")
+SOON = ("--headless", "--seconds", "1")
+FILES = {  # what names a file
+    "--mapping": ("--target", "keyboard", "--headless", "--dry-run", "--mapping"),
+    "--keys": ("--target", "gamepad", "--headless", "--dry-run", "--keys"),
+    "--key": (*NO_ORB, *SOON, "--key"),
+    "--install": (*SOON, "--install"),
+    "--link": (*SOON, "--link"),
+    "find --key": ("find", *NO_ORB[1:], "--key"),
+    "find PORT": ("find",),
+    "install FILE": ("install", *NO_ORB),
+    "install --key": ("install", __file__, *NO_ORB, "--key"),
+}
+PORTS = ("--link", "find PORT")  # are no files of the user's: they cannot be opened now
+# Whether a file is a bundle is for the orb to judge.
+BUNDLES = [kind for kind in special_files.KINDS if kind not in special_files.TEXTS]
+SPECIAL = {
+    **dict.fromkeys(FILES, special_files.KINDS),
+    **dict.fromkeys(("--install", "install FILE"), BUNDLES),
+    **dict.fromkeys(PORTS, ("missing", "folder", "pipe", "socket", "sparse", "endless")),
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
+@pytest.mark.parametrize(
+    ("option", "kind"), [(option, kind) for option in FILES for kind in SPECIAL[option]]
+)
+def test_file_that_is_none_or_means_nothing_is_one_sentence(
+    option: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    path = special_files.make(kind, tmp_path)
+    told = special_files.answer(main, [*FILES[option], str(path)])
+    assert told.refused_by("host"), told
+    assert told.status == (1 if option in PORTS else 2)
+    assert told.output == ""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="special files of Linux")
+@pytest.mark.parametrize("kind", ["folder", "pipe", "socket", "full", "null"])
+def test_picture_replaces_nothing_but_a_file(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = special_files.make(kind, tmp_path, "play.png")
+    with pytest.raises(SystemExit) as ended:
+        main(["--screenshot", str(path)])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.endswith("play.png is no file; name another one\n")
+
+
+def test_picture_that_a_full_disk_does_not_take_is_one_sentence_and_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr(os, "fsync", full)
+    picture = tmp_path / "play.png"
+    demo = ["--demo", "--seconds", "0.1", "--speed", "0", "--screenshot", str(picture)]
+    assert main(demo) == 1
+    told = capsys.readouterr()
+    assert told.err == f"host: cannot save the picture {picture}: no space left on device\n"
+    assert told.out == ""
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,800 @@
+"""The host's end: another process over TCP and over a pty, killed, hung, cut off, and back."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pty
+import queue
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import pytest
+import serial
+
+from controller.links import open_link
+from controller.protocol.device_session import DeviceSession
+from controller.protocol.messages import (
+    VERSION,
+    Command,
+    Contact,
+    Contacts,
+    Grant,
+    Granted,
+    GroundTruth,
+    Hello,
+    Join,
+    Message,
+    Offer,
+    Perform,
+    Refuse,
+    State,
+    Telemetry,
+    Welcome,
+)
+from controller.protocol.packets import Decoder, encode
+from host.connection import receiver as receiver_module
+from host.connection import transport as transport_module
+from host.connection.receiver import (
+    Connected,
+    Delivered,
+    LinkError,
+    Lost,
+    Missed,
+    Received,
+    Receiver,
+    Refused,
+    Stale,
+)
+from host.connection.transport import Transport, explain, open_transport
+from host.connection.virtual_orb import VirtualOrbProcess
+from tests.support import SUPPORT
+from tests.support.fake_device import welcome
+from tests.support.manual_host import numbered
+from tests.support.serial_cable import Cable
+
+DEVICE = (sys.executable, str(SUPPORT / "fake_device.py"))
+DEADLINE_S = 20.0
+
+
+class Ear:
+    """Listens to a receiver, and keeps all that it told with the time."""
+
+    def __init__(self, receiver: Receiver) -> None:
+        self.receiver = receiver
+        self.told: list[tuple[float, Received]] = []
+        self.at_s = 0.0  # when the newest of those asked for was told
+        self._heard = 0  # how many of those told were looked at
+
+    def until(self, condition: Callable[[Received], bool]) -> Received:
+        """Return the next news that fulfils a condition; fail after the deadline."""
+        end = time.monotonic() + DEADLINE_S
+        while time.monotonic() < end:
+            while self._heard < len(self.told):
+                self.at_s, news = self.told[self._heard]
+                self._heard += 1
+                if condition(news):
+                    return news
+            self.receiver.wait(0.1)
+            self.told += [(time.monotonic(), news) for news in self.receiver.poll()]
+        raise AssertionError(f"it was not told: {[news for _, news in self.told[-5:]]}")
+
+    def message(self, kind: type) -> Any:
+        """Return the next message of a kind."""
+        news = self.until(lambda news: isinstance(getattr(news, "message", None), kind))
+        assert isinstance(news, Delivered)
+        return news.message
+
+    def next(self, kind: type) -> Any:
+        """Return the next news of a kind."""
+        return self.until(lambda news: isinstance(news, kind))
+
+    def frames(self) -> list[list[int]]:
+        """Return the frames of all commands heard, connection by connection."""
+        connections: list[list[int]] = []
+        for _, news in self.told:
+            if isinstance(news, Connected):
+                connections.append([])
+            elif isinstance(news, Delivered) and isinstance(news.message, Command):
+                connections[-1].append(news.message.frame)
+        return connections
+
+    def accounts_for_every_command(self) -> None:
+        """Of one device's commands, each came once and in order, or was told to be missed."""
+        frame = 0
+        for _, news in self.told:
+            if isinstance(news, Missed):
+                frame += 10 * news.count
+            elif isinstance(news, Delivered) and isinstance(news.message, Command):
+                frame += 10
+                assert news.message.frame == frame
+
+
+@pytest.fixture
+def device() -> Iterator[VirtualOrbProcess]:
+    device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
+    yield device
+    device.close()
+
+
+@pytest.fixture
+def ears() -> Iterator[Callable[[Receiver], Ear]]:
+    made: list[Receiver] = []
+
+    def make(receiver: Receiver) -> Ear:
+        made.append(receiver)
+        return Ear(receiver)
+
+    yield make
+    for receiver in made:
+        receiver.close()
+
+
+# --- two processes over TCP ---
+
+
+def test_two_processes_talk_over_tcp(
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+) -> None:
+    ear = ears(Receiver(device.open, token=device.token))
+    answer = ear.receiver.connect()
+    assert (answer.name, answer.virtual) == ("OrbTouch", True)
+    assert ear.next(Connected) == Connected(answer)
+    assert ear.message(State) == State(())
+    assert ear.message(Telemetry).image == bytes([128] * 25)
+    assert ear.message(Command).name == "drop"
+    assert ear.receiver.send(Contacts((Contact(1, 2.0, 2.0, 3.0, 4.0),)))
+    assert ear.message(State) == State(("down",))
+    assert ear.receiver.send(Perform(5, "press", 1.0, 1.0))
+    assert ear.message(GroundTruth).number == 5
+    assert ear.receiver.state == "live"
+
+
+def test_round_trip_and_clock_offset_are_known_only_while_connected(
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    ear = ears(receiver)
+    known = [(receiver.rtt_ms, receiver.clock_offset_ms)]
+    receiver.connect()
+    ear.until(lambda _: receiver.rtt_ms is not None)
+    assert 0 <= (receiver.rtt_ms or 0) < 1000 * DEADLINE_S
+    assert receiver.clock_offset_ms is not None
+    receiver.close()
+    known.append((receiver.rtt_ms, receiver.clock_offset_ms))
+    assert known == [(None, None), (None, None)]
+
+
+def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> None:
+    receiver = Receiver(device.open, token=device.token)
+    receiver.start()
+    for _ in range(2):  # at the latest the second time, with what waits already
+        receiver.wait(DEADLINE_S)
+    assert isinstance(receiver.poll()[0], Connected)
+    receiver.close()
+
+
+def test_granted_time_gives_the_same_messages_however_it_is_cut(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    def play(step_ms: int) -> list[Delivered]:
+        device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
+        ear = ears(Receiver(device.open, token=device.token, granted=True))
+        ear.receiver.connect()
+        for until_ms in range(step_ms, 6_001, step_ms):
+            assert ear.receiver.send(Grant(until_ms))
+            assert ear.message(Granted) == Granted(until_ms)
+        ear.receiver.close()
+        device.close()
+        delivered = [news for _, news in ear.told if isinstance(news, Delivered)]
+        return [news for news in delivered if not isinstance(news.message, Granted)]
+
+    played = play(10)
+    assert len(played) == 1 + 60 + 6  # the state, 60 frames, and every tenth a command
+    assert play(100) == play(2_000) == played
+
+
+def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_nothing(
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+) -> None:
+    ear = ears(Receiver(device.open, token=device.token))
+    ear.receiver.connect()
+    ear.message(Command)
+    assert device.process is not None
+    killed = device.process
+    killed.send_signal(signal.SIGKILL)
+    killed_s = time.monotonic()
+    assert ear.next(Lost) == Lost("the virtual orb was cut off")
+    assert ear.at_s - killed_s < 2.0
+    assert ear.receiver.state == "lost"
+    assert not ear.receiver.send(Contacts(()))
+    ear.next(Connected)
+    ear.message(Command)
+    ear.message(Command)
+    assert device.process is not killed
+    before, after = ear.frames()
+    assert before == list(range(10, 10 * len(before) + 1, 10))
+    assert after == list(range(10, 10 * len(after) + 1, 10))
+
+
+def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
+    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+) -> None:
+    ear = ears(Receiver(device.open, token=device.token))
+    ear.receiver.connect()
+    ear.message(Command)
+    assert device.process is not None
+    device.process.send_signal(signal.SIGSTOP)
+    stopped_s = time.monotonic()
+    ear.next(Stale)
+    ear.next(Lost)
+    assert ear.at_s - stopped_s < 2.0
+    device.process.send_signal(signal.SIGCONT)
+    ear.next(Connected)
+    ear.message(Command)
+    ear.accounts_for_every_command()
+
+
+def test_a_receiver_that_was_only_started_waits_for_an_orb_to_come(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    url = f"socket://127.0.0.1:{port}"
+    ear = ears(Receiver(lambda: open_transport(url)))
+    ear.receiver.start()
+    refused = ear.next(Refused)
+    assert refused.reason.startswith(f"nothing listens at {url}; start the orb")
+    assert ear.receiver.state == "connecting"
+    link = open_link(f"listen://127.0.0.1:{port}", welcome())
+    ear.next(Connected)
+    assert len([news for _, news in ear.told if isinstance(news, Refused)]) == 1  # not each time
+    link.close()
+    assert ear.next(Lost).reason == f"{url}: the orb was switched off"
+
+
+def test_a_host_that_closes_is_gone_for_the_orb_at_once() -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome())
+    receiver = Receiver(lambda: open_transport(link.url))
+    receiver.connect()
+    receiver.close()
+    receiver.close()
+    requests: list[str] = []
+    while len(requests) < 2:
+        link.wait(DEADLINE_S)
+        requests += [type(request).__name__ for request in link.poll()]
+    assert requests == ["Hello", "Bye"]
+    assert not link.connected
+    link.close()
+
+
+# --- two processes over a pty ---
+
+
+@pytest.fixture
+def cable() -> Iterator[Cable]:
+    cable = Cable()
+    yield cable
+    cable.close()
+
+
+def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugged_in_again(
+    cable: Cable, ears: Callable[[Receiver], Ear]
+) -> None:
+    far, near = cable.ends
+    with subprocess.Popen([*DEVICE, far], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert b"listening" in process.stdout.readline()
+        ear = ears(Receiver(lambda: open_transport(near)))
+        assert ear.receiver.connect().name == "OrbTouch"
+        ear.message(Command)
+        cable.plugged = False
+        ear.next(Stale)
+        ear.next(Lost)
+        cable.plugged = True
+        ear.next(Connected)
+        ear.message(Command)
+        ear.receiver.close()
+        process.terminate()
+    ear.accounts_for_every_command()
+
+
+# --- who is not an orb, and orbs that do not want us ---
+
+
+@pytest.fixture
+def peer() -> Iterator[Callable[[Callable[[bytes], bytes]], str]]:
+    """Start a peer that answers what it hears with a function; return its URL."""
+    listeners: list[socket.socket] = []
+    threads: list[threading.Thread] = []
+
+    def start(answer: Callable[[bytes], bytes]) -> str:
+        listener = socket.create_server(("127.0.0.1", 0))
+
+        def serve() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                while data := connection.recv(4096):
+                    connection.sendall(answer(data))
+
+        listeners.append(listener)
+        threads.append(threading.Thread(target=serve))
+        threads[-1].start()
+        return f"socket://127.0.0.1:{listener.getsockname()[1]}"
+
+    yield start
+    for thread in threads:
+        thread.join()
+    for listener in listeners:
+        listener.close()
+
+
+def failure(url: str, token: str = "") -> str:
+    """Return why a connection cannot be made."""
+    with pytest.raises(LinkError) as raised:
+        Receiver(lambda: open_transport(url), token=token).connect()
+    return str(raised.value)
+
+
+def test_silence_nonsense_and_our_own_echo_are_no_orb(
+    peer: Callable[[Callable[[bytes], bytes]], str], ears: Callable[[Receiver], Ear]
+) -> None:
+    silent, babbling = peer(lambda data: b""), peer(lambda data: b"AT+OK\r\n\0" * 3)
+    other = "says something, but not what an OrbTouch says; name the orb's own port with --link"
+    sentences = {
+        silent: f"opened {silent}, but no OrbTouch answered within 2 s; switch the orb on, or "
+        "name its own port with --link",
+        babbling: f"{babbling} {other}",
+        "loop://": f"loop:// {other}",
+    }
+    listening = {}
+    for url in sentences:
+        listening[url] = ears(Receiver(partial(open_transport, url)))
+        listening[url].receiver.start()
+    for url, ear in listening.items():
+        assert ear.next(Refused) == Refused(sentences[url])
+        assert ear.receiver.state == "connecting"
+
+
+def test_an_orb_of_another_version_says_so_in_its_refusal(
+    peer: Callable[[Callable[[bytes], bytes]], str],
+) -> None:
+    sentence = "the orb speaks protocol versions 3 to 4, the host version 2; update the host"
+
+    def refuse(data: bytes) -> bytes:
+        [packet] = Decoder().feed(data)
+        assert isinstance(packet.message, Hello)
+        return encode(Refuse(sentence), session=0, sequence=packet.sequence, t_ms=0)
+
+    url = peer(refuse)
+    assert failure(url) == f"{url}: {sentence}"
+
+
+def test_an_orb_that_belongs_to_another_program_refuses() -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome(), token="secret")
+    assert "answers only to the program that started it" in failure(link.url, "guess")
+    link.close()
+
+
+def test_a_key_has_to_be_the_same_at_both_ends(ears: Callable[[Receiver], Ear]) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
+    for key, sentence in (
+        (b"", "the orb wants a key; add --key"),
+        (bytes(range(32)), "has another key"),
+    ):
+        with pytest.raises(LinkError, match=sentence):
+            Receiver(lambda: open_transport(link.url), key=key).connect()
+    ear = ears(Receiver(lambda: open_transport(link.url), key=bytes(32)))
+    assert ear.receiver.connect() == welcome()
+    link.wait(DEADLINE_S)
+    assert [type(request) for request in link.poll()] == [Hello]
+    link.send(Command("drop", "pinch", 0.5, None, 1), 0)
+    assert ear.message(Command).name == "drop"
+    link.close()
+
+
+def test_a_port_that_closes_before_an_orb_answers_is_explained() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        threading.Thread(target=lambda: server.accept()[0].close(), daemon=True).start()
+        assert failure(url).startswith(f"{url} was cut off before an OrbTouch answered; name")
+
+
+def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome())
+    first = Receiver(lambda: open_transport(link.url))
+    first.connect()
+    ear = ears(Receiver(lambda: open_transport(link.url)))
+    ear.receiver.start()
+    assert "already connected to another host" in ear.next(Refused).reason
+    first.close()
+    ear.next(Connected)
+    link.close()
+
+
+def test_a_port_without_a_file_descriptor_gives_all_that_has_come() -> None:
+    transport = open_transport("loop://")
+    assert transport.read(0.0) == b""
+    transport.write(b"OrbTouch")
+    assert transport.read(DEADLINE_S) == b"OrbTouch"
+    transport.write(b"!")
+    assert transport.read(0.0) == b"!"
+    assert transport.read(0.0) == b""
+    transport.close()
+
+
+def test_a_reader_that_is_woken_again_and_again_makes_nobody_wait() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+
+        def wake() -> None:
+            for _ in range(5_000):  # more than fit between reader and others
+                transport.wake()
+
+        waking = threading.Thread(target=wake, daemon=True)
+        waking.start()
+        waking.join(DEADLINE_S)
+        assert not waking.is_alive()
+        assert transport.read(DEADLINE_S) == b""
+        transport.close()
+
+
+def test_a_port_that_pyserial_watches_carries_every_byte_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    transport = open_transport(f"spy://{os.ttyname(slave)}")
+    sent = bytes(range(256)) * 80  # more than a pty takes at once
+    transport.write(sent)
+    came = b""
+    end_s = time.monotonic() + DEADLINE_S
+    while len(came) < len(sent) and time.monotonic() < end_s:
+        if select.select([master], [], [], 0.0)[0]:
+            came += os.read(master, 4096)
+        transport.read(0.01)  # sends what has to wait
+    assert came == sent
+    assert "TX" in capsys.readouterr().err
+    transport.close()
+    os.close(slave)
+    os.close(master)
+
+
+def test_pauses_grow_with_failures_and_a_connection_ends_that(
+    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link: Any = open_link("listen://127.0.0.1:0", welcome())
+    failures: list[int] = []
+
+    def pause_s(failed: int, jitter: float) -> float:
+        failures.append(failed)
+        return 0.01
+
+    monkeypatch.setattr(receiver_module, "pause_s", pause_s)
+    attempts = iter((False, False, True))
+
+    def attempt() -> Transport:
+        if next(attempts, False):
+            return open_transport(link.url)
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    ear.next(Connected)
+    link.close()
+    ear.next(Lost)
+    ear.next(Refused)
+    assert failures[:3] == [1, 2, 0]
+
+
+class LateOrb:
+    """An orb in this process: it sends one command, which is 400 ms old, and is gone."""
+
+    name = "orb"
+
+    def __init__(self) -> None:
+        self.device, self.sent = DeviceSession(welcome()), False
+
+    def read(self, timeout_s: float) -> bytes:
+        if self.device.live and not self.sent and not self.device.output:
+            command = Command("drop", "pinch", 0.5, None, 1)
+            self.device.send(command, 0, time.monotonic_ns() // 1_000_000 - 400)
+            self.sent = True
+        data = bytes(self.device.output)
+        self.device.output.clear()
+        if self.sent and not data:
+            raise LinkError("it is gone")
+        return data
+
+    def write(self, data: bytes) -> None:
+        self.device.receive(data, time.monotonic_ns() // 1_000_000)
+
+    def wake(self) -> None:
+        """Nobody waits."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_a_command_that_is_too_late_is_missed_and_counted(
+    ears: Callable[[Receiver], Ear],
+) -> None:
+    orbs = iter([LateOrb()])
+
+    def attempt() -> Transport:
+        for orb in orbs:
+            return orb
+        raise LinkError("there is no orb")
+
+    ear = ears(Receiver(attempt))
+    ear.receiver.start()
+    assert ear.next(Missed) == Missed(1)
+    ear.next(Refused)  # of the next attempt
+    assert (ear.receiver.late, ear.receiver.past.missed) == (1, 1)
+
+
+# --- ports that do not open ---
+
+
+def test_a_port_that_another_program_has_is_explained() -> None:
+    master, slave = pty.openpty()
+    path = os.ttyname(slave)
+    taken = serial.Serial(path, exclusive=True)
+    assert failure(path) == f"{path} is in use by another program; close that one first"
+    taken.close()
+    os.close(master)
+    os.close(slave)
+
+
+@pytest.mark.parametrize(
+    ("url", "sentence"),
+    [
+        ("/dev/ttyNONE", "there is no port /dev/ttyNONE; plug in or pair the orb"),
+        ("/dev/null", "/dev/null is not a serial port; name the one that the orb is behind"),
+        ("/", "/ is not a serial port; name the one that the orb is behind"),
+        ("socket://127.0.0.1", "cannot open socket://127.0.0.1: expected is socket://ADDRESS:"),
+        ("socket://x:y", "cannot open socket://x:y: expected is socket://ADDRESS:PORT; name"),
+        ("socket://127.0.0.1:99999", "cannot open socket://127.0.0.1:99999: expected is socket:"),
+        ("foo://x", "cannot open foo://x: invalid URL, protocol 'foo' not known; name another"),
+    ],
+)
+def test_a_port_that_cannot_be_opened_is_explained(url: str, sentence: str) -> None:
+    assert failure(url).startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (PermissionError(errno.EACCES, "Permission denied"), "no permission to open P; join the"),
+        (serial.SerialException(errno.EACCES, "could not open port"), "no permission to open P;"),
+        (serial.SerialException(errno.EBUSY, "could not open port"), "P is in use by another"),
+        (OSError(errno.EHOSTDOWN, "Host is down"), "P does not answer; check the address"),
+        (OSError(errno.ENXIO, "No such device or address"), "P exists, but no device is behind"),
+        # as pyserial says it on Windows
+        (
+            serial.SerialException(
+                "could not open port 'COM9': FileNotFoundError(2, 'The system cannot find the "
+                "file specified.', None, 2)"
+            ),
+            "there is no port P; plug in",
+        ),
+        (
+            serial.SerialException(
+                "could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)"
+            ),
+            "P is in use by another program",
+        ),
+        (RuntimeError("something\nelse"), "cannot open P: something else; name another port"),
+    ],
+)
+def test_every_error_becomes_one_sentence(error: Exception, sentence: str) -> None:
+    explained = explain("P", error)
+    assert explained.startswith(sentence)
+    assert "\n" not in explained
+
+
+# --- an orb of our own ---
+
+
+def python(code: str) -> tuple[str, ...]:
+    return (sys.executable, "-c", code)
+
+
+def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
+    device = VirtualOrbProcess(1, command=python("import sys; sys.exit('the bundle is\\nmissing')"))
+    with pytest.raises(LinkError, match="ended with status 1: the bundle is missing"):
+        Receiver(device.open, token=device.token).connect()
+    assert device.process is None
+    device.close()
+
+
+def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
+    device = VirtualOrbProcess(1, ("--presett", "nominal"))
+    with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
+        device.open()
+
+
+def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
+    device = VirtualOrbProcess(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
+    with pytest.raises(LinkError, match="does not say where it is: it left no message"):
+        device.open()
+    assert device.process is None
+
+
+@pytest.mark.parametrize("line", ["", "hello", "[]", "{}", "{" * 100_000])
+def test_an_orb_whose_first_line_makes_no_sense_is_ended(line: str) -> None:
+    device = VirtualOrbProcess(1, command=python(f"print({line!r}, flush=True)"))
+    with pytest.raises(LinkError, match="the virtual orb does not start"):
+        device.open()
+
+
+def test_an_orb_that_ignores_the_request_to_end_is_killed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("host.connection.virtual_orb.END_S", 0.1)
+    code = (
+        "import json, signal, sys;"
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN);"
+        "print(json.dumps({'listening': 'loop://'}), flush=True);"
+        "sys.stdin.read(); signal.pause()"
+    )
+    device = VirtualOrbProcess(1, command=python(code))
+    device.open().close()
+    process = device.process
+    assert process is not None
+    device.close()
+    assert process.returncode == -signal.SIGKILL
+    with pytest.raises(LinkError, match="switched off"):
+        device.open()
+
+
+def test_an_orb_that_talks_on_is_never_made_to_wait(device: VirtualOrbProcess) -> None:
+    code = (
+        "import json, os, sys;"
+        "print(json.dumps({'listening': 'loop://'}), flush=True);"
+        "sys.stdout.write('x' * 1_000_000); sys.stdout.flush(); os._exit(7)"
+    )
+    talker = VirtualOrbProcess(1, command=python(code))
+    talker.open().close()
+    assert talker.process is not None
+    assert talker.process.wait(DEADLINE_S) == 7
+    talker.close()
+
+
+def test_the_last_words_of_an_orb_that_dies_in_the_middle_are_seen(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    code = "import json; print(json.dumps({'listening': 'loop://'}), flush=True); 1 / 0"
+    device = VirtualOrbProcess(1, command=python(code))
+    device.open().close()
+    assert device.process is not None
+    device.process.wait(DEADLINE_S)
+    device.open().close()
+    device.close()
+    [record] = caplog.records
+    assert record.levelname == "ERROR"
+    assert "the virtual orb ended with status 1" in caplog.text
+    assert "ZeroDivisionError: division by zero" in caplog.text
+
+
+def test_an_orb_of_our_own_hears_of_our_end_from_its_standard_input(
+    device: VirtualOrbProcess,
+) -> None:
+    device.open().close()
+    assert device.process is not None
+    assert device.process.stdin is not None
+    device.process.stdin.close()  # what the system does when we are killed
+    assert device.process.wait(DEADLINE_S) == 0
+
+
+# --- the receiver's own limits ---
+
+
+class Scripted:
+    """A transport that says what it is given."""
+
+    name = "script"
+
+    def __init__(self) -> None:
+        self.chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self.commands = 0
+
+    def read(self, timeout_s: float) -> bytes:
+        try:
+            return self.chunks.get(timeout=min(timeout_s, 0.05))
+        except queue.Empty:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        for packet in Decoder().feed(data):
+            if isinstance(packet.message, Hello):
+                self.sequence = packet.sequence
+                self.say(Offer(VERSION, bytes(16), False))
+            elif isinstance(packet.message, Join):
+                self.say(welcome())
+
+    def say(self, message: Offer | Welcome | Command | Telemetry | State) -> None:
+        travelling: Message = message
+        if isinstance(message, Command):
+            self.commands += 1
+            travelling = numbered(message, self.commands)
+        self.chunks.put(encode(travelling, session=1, sequence=self.sequence, t_ms=0))
+        self.sequence = (self.sequence + 1) & 0xFFFF
+
+    def wake(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def test_commands_that_a_busy_program_left_waiting_are_too_late(
+    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    transport = Scripted()
+    ear = ears(Receiver(lambda: transport))
+    ear.receiver.connect()
+    transport.say(Command("drop", "pinch", 0.5, None, 1))
+    transport.say(State(("down",)))
+    ear.until(lambda news: news == Delivered(State(("down",)), 0))
+    assert ear.frames() == [[1]]
+    transport.say(Command("drop", "pinch", 0.5, None, 2))
+    transport.say(State(()))
+    monkeypatch.setattr(receiver_module, "LATE_MS", -1)  # so anything has waited too long
+    ear.until(lambda news: news == Delivered(State(()), 0))
+    assert (ear.frames(), ear.receiver.late) == ([[1]], 1)
+
+
+def test_a_program_that_does_not_listen_any_more_costs_no_memory(
+    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(receiver_module, "INBOX", 10)
+    transport = Scripted()
+    ear = ears(Receiver(lambda: transport))
+    ear.receiver.connect()
+    for number in range(50):
+        transport.say(State(("down",) if number % 2 else ()))
+    end_s = time.monotonic() + DEADLINE_S
+    while ear.receiver.state != "lost" and time.monotonic() < end_s:
+        time.sleep(0.001)
+    told = ear.receiver.poll()
+    assert len(told) <= 13
+    assert told[-1] == Lost("the program did not listen to the orb any more")
+
+
+def test_a_mistake_in_the_receivers_thread_is_seen(ears: Callable[[Receiver], Ear]) -> None:
+    def fail() -> Transport:
+        raise ZeroDivisionError
+
+    ear = ears(Receiver(fail))
+    for ask in (ear.receiver.connect, ear.receiver.poll):
+        with pytest.raises(RuntimeError, match="thread has died") as raised:
+            ask()
+        assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+
+def test_an_orb_that_takes_nothing_any_more_is_gone_before_it_costs_memory() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        transport = open_transport(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+
+        def write_on() -> None:
+            while True:  # the system's own buffers fill first
+                transport.write(bytes(4096))
+
+        with peer, pytest.raises(LinkError, match="takes no more bytes"):
+            write_on()
+        transport.close()
+    assert isinstance(transport, transport_module._Selected)
+    assert len(transport._backlog) <= transport_module.BACKLOG + 4096

@@ -1,0 +1,301 @@
+"""The orb on the screen: what is remembered of it, and that its picture shows it."""
+
+import dataclasses
+import os
+from collections.abc import Iterator
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import numpy as np
+import pygame
+import pytest
+
+from controller.protocol.messages import (
+    COMMANDS,
+    Command,
+    Contact,
+    StageTime,
+    Telemetry,
+    UserIdentified,
+    Welcome,
+    quantise_image,
+)
+from host.connection.receiver import Connected, Delivered, Lost, Received
+from host.targets.tetris import TetrisTarget
+from host.ui import orb_state, side_cards, sprites
+from host.ui.orb_state import OrbState
+from host.ui.panel import HEIGHT, WIDTH, Panel, Projection
+from host.ui.pointer_input import DomeArea
+from tetris.window import theme
+
+LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
+WELCOME = Welcome(1, 7, "virtual-1", "OrbTouch", True, 5, 5, 10.0, 10.0, 100, 300, LABELS, COMMANDS)
+RECT = pygame.Rect(0, 0, WIDTH, HEIGHT)
+
+
+def telemetry(
+    z: "np.ndarray[tuple[int, int], np.dtype[np.float64]]", **changes: object
+) -> Telemetry:
+    fields: dict[str, object] = {
+        "frame": 1,
+        "image": quantise_image(z.ravel()),
+        "probabilities": (0.0, 1.0, 0.0, 0.0, 0.0),
+        "touch": None,
+        "gesture": "",
+        "ready": True,
+        "rate_hz": 10.0,
+    }
+    return Telemetry(**{**fields, **changes})  # type: ignore[arg-type]
+
+
+def live_view() -> OrbState:
+    view = OrbState()
+    view.connected(WELCOME)
+    view.telemetry(telemetry(np.ones((5, 5))), 0.0)
+    return view
+
+
+@pytest.fixture
+def surface() -> Iterator[pygame.Surface]:
+    pygame.display.init()
+    yield pygame.display.set_mode((WIDTH, HEIGHT))
+    pygame.display.quit()
+
+
+def drawn(view: OrbState, surface: pygame.Surface, now_s: float = 10.0) -> pygame.Surface:
+    panel = Panel()
+    panel.place(RECT, DomeArea())
+    view.advance(now_s - 5.0)
+    view.advance(now_s)  # long enough for the shown image to have become the felt one
+    panel.draw(surface, view, now_s)
+    return surface.copy()
+
+
+def pixel(picture: pygame.Surface, x: float, y: float) -> pygame.Color:
+    panel = Panel()
+    panel.place(RECT, DomeArea())
+    across, down = panel.projection.to_screen(x, y)
+    return picture.get_at((round(across) + 6, round(down) + 6))  # beside the taxel's own mark
+
+
+# -- the state -----------------------------------------------------------------------------
+
+
+def test_shown_image_eases_towards_the_felt_one() -> None:
+    view = live_view()
+    z = np.ones((5, 5))
+    z[0, 4] = 1.2
+    view.advance(1.0)
+    view.telemetry(telemetry(z), 1.0)
+    view.advance(1.0)
+    assert view.shown[0, 4] == 0.0
+    view.advance(1.0 + orb_state.EASE_S)
+    assert 0.1 < view.shown[0, 4] < 0.15
+    view.advance(2.0)
+    assert view.shown[0, 4] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_silence_of_the_link_lets_the_image_fade_and_the_gesture_go() -> None:
+    view = live_view()
+    view.telemetry(telemetry(np.full((5, 5), 1.3), gesture="press"), 0.0)
+    view.contacts = (Contact(0, 2, 2, 9, 7),)
+    view.silent("stale", "no word")
+    view.advance(0.0)
+    view.advance(3.0)
+    assert view.link == "stale"
+    assert view.gesture == ""
+    assert not view.contacts
+    assert np.abs(view.shown).max() < 1e-3
+
+
+def test_probabilities_and_rate_are_the_newest_ones_eased_and_fade_in_silence() -> None:
+    view = live_view()
+    view.advance(0.0)
+    view.advance(5.0)
+    view.telemetry(telemetry(np.ones((5, 5)), probabilities=(0, 0, 1, 0, 0), rate_hz=9.5), 5.0)
+    view.advance(5.0 + orb_state.EASE_S)
+    assert view.probabilities.tolist() == pytest.approx([0, 0.37, 0.63, 0, 0], abs=0.01)
+    assert view.rate_hz == 9.5
+    view.silent("lost", "gone")
+    view.advance(9.0)
+    assert view.probabilities.max() < 0.01
+
+
+def test_an_orb_that_connects_anew_begins_with_a_blank_image_of_its_own_shape() -> None:
+    view = live_view()
+    view.connected(dataclasses.replace(WELCOME, rows=3, columns=4, labels=LABELS[:2]))
+    assert (view.shape, len(view.probabilities), len(view.trace)) == ((3, 4), 2, 0)
+
+
+def test_the_next_word_after_silence_makes_the_link_live_again() -> None:
+    view = live_view()
+    view.silent("stale", "no word")
+    assert view.heard()
+    assert (view.link, view.reason) == ("live", "")
+    assert not view.heard()
+
+
+def test_who_touches_is_shown_and_forgotten_with_the_session(surface: pygame.Surface) -> None:
+    view = live_view()
+    nobody = pygame.image.tobytes(drawn(view, surface), "RGB")
+    view.who(UserIdentified("ann", 0.97))
+    assert pygame.image.tobytes(drawn(view, surface), "RGB") != nobody
+    view.connected(WELCOME)
+    assert (view.user, view.sure) == ("", 0.0)
+
+
+def test_commands_are_remembered_up_to_the_length_of_the_list() -> None:
+    view = live_view()
+    for frame in range(20):
+        view.command(Command("left", "press", 0.9, (0.5, 2.0), frame), float(frame))
+    assert len(view.history) == orb_state.MEMORY
+    assert view.history[-1].time_s == 19.0
+
+
+def test_last_recognised_touch_is_marked_and_then_fades() -> None:
+    view = live_view()
+    view.command(Command("left", "press", 0.9, (0.5, 2.0), 1), 4.0)
+    assert view.mark(4.0) == (0.5, 2.0, 1.0)
+    assert view.mark(4.0 + orb_state.MARK_S / 4) == pytest.approx((0.5, 2.0, 0.75))
+    assert view.mark(4.0 + orb_state.MARK_S) is None
+
+
+def test_image_of_a_foreign_shape_is_left_out() -> None:
+    view = live_view()
+    view.telemetry(telemetry(np.full((3, 3), 1.3)), 1.0)
+    assert view.shape == (5, 5)
+    assert not view.felt.any()
+
+
+def test_trace_forgets_what_is_too_old() -> None:
+    view = live_view()
+    for frame in range(300):
+        view.telemetry(telemetry(np.ones((5, 5))), frame / 10)
+    view.advance(30.0)
+    assert view.trace[0][0] >= 30.0 - orb_state.TRACE_S
+
+
+# -- the picture ---------------------------------------------------------------------------
+
+
+def test_bulging_taxel_is_drawn_warmer_and_a_dented_one_colder(surface: pygame.Surface) -> None:
+    calm = drawn(live_view(), surface)
+    z = np.ones((5, 5))
+    z[3, 1], z[1, 3] = 1.35, 0.65  # rows from the top: bulge at (1, 1), dent at (3, 3)
+    view = live_view()
+    view.telemetry(telemetry(z), 0.0)
+    felt = drawn(view, surface)
+    assert pixel(felt, 1, 1).g > pixel(calm, 1, 1).g + 30  # towards yellow
+    assert pixel(felt, 3, 3).b > pixel(calm, 3, 3).b + 60  # towards blue
+    assert pixel(felt, 3, 3).r < pixel(calm, 3, 3).r - 60
+    assert pixel(felt, 4, 0) == pixel(calm, 4, 0)
+
+
+def test_fingers_of_the_player_are_drawn_where_they_touch(surface: pygame.Surface) -> None:
+    calm = drawn(live_view(), surface)
+    view = live_view()
+    view.contacts = (Contact(0, 3.0, 1.0, 9.0, 7.0),)
+    touched = drawn(view, surface)
+    assert pixel(touched, 3, 1) != pixel(calm, 3, 1)
+    assert pixel(touched, 1, 3) == pixel(calm, 1, 3)
+
+
+@pytest.mark.parametrize("size", [(5, 5), (4, 6), (8, 8)])
+@pytest.mark.parametrize("link", ["connecting", "live", "stale", "lost"])
+def test_every_shape_and_state_of_an_orb_can_be_drawn(
+    surface: pygame.Surface, size: tuple[int, int], link: orb_state.LinkState
+) -> None:
+    rows, columns = size
+    view = OrbState()
+    view.connected(
+        Welcome(1, 7, "a", "A", False, rows, columns, 8.0, 50.0, 100, 300, ("null", "poke"), ())
+    )
+    view.telemetry(
+        telemetry(np.full(size, 1.1), probabilities=(0.2, 0.8), gesture="poke", ready=False), 0.0
+    )
+    view.command(Command("my_own", "poke", 0.9, (1.0, 1.0), 1), 0.0)
+    if link != "live":
+        view.silent(link, "a long reason that goes on and on " * 10)
+    panel = Panel()
+    panel.place(pygame.Rect(10, 10, 200, 400), DomeArea(rows, columns, 8.0))
+    view.advance(0.5)
+    panel.draw(surface, view, 0.5)
+    unit = sprites.SpriteScale(1.0)
+    side_cards.draw_history(surface, pygame.Rect(0, 0, 214, 300), unit, view, 0.5)
+    side_cards.draw_touches(surface, pygame.Rect(0, 300, 214, 214), unit, view)
+
+
+def test_what_is_wrong_with_the_sensor_stands_below_the_dome_until_a_gesture_does(
+    surface: pygame.Surface,
+) -> None:
+    view = live_view()
+    without = pygame.image.tobytes(drawn(view, surface), "RGB")
+    view.health = ("pressure down 6 %: pump (or the orb has cooled)", "and a second one")
+    assert pygame.image.tobytes(drawn(view, surface), "RGB") != without
+    view.connected(view.welcome or WELCOME)
+    assert not view.health
+
+
+def test_pixels_and_grid_units_are_each_others_inverse() -> None:
+    projection = Projection(DomeArea(), (300.0, 200.0), 40.0)
+    assert projection.to_screen(2.0, 2.0) == (300.0, 200.0)
+    assert projection.to_screen(4.0, 4.0) == (380.0, 120.0)  # up on the dome is up on the screen
+    assert projection.to_grid(*projection.to_screen(0.25, 3.5)) == pytest.approx((0.25, 3.5))
+
+
+# -- names and numbers of any length ---------------------------------------------------------
+
+
+WIDE = "W" * 40
+HUGE = 3e38
+
+
+def whole_window(surface: pygame.Surface, *news: Received, health: tuple[str, ...] = ()) -> bytes:
+    """Return the game's window, the orb's own cards painted over."""
+    target = TetrisTarget(seed=1)
+    target.tick(0.0, [news[0]])
+    target.tick(0.1, news[1:])
+    target.orb.hops, target.orb.period_ms = (StageTime(WIDE, HUGE, HUGE, HUGE),) * 3, HUGE
+    if health:
+        target.orb.health = health
+    target.draw(surface)
+    scene = target._scene
+    assert scene is not None
+    for card in (scene.orb, scene.history):
+        surface.fill((0, 0, 0), card)
+    return pygame.image.tobytes(surface, "RGB")
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (640, 360), (1920, 1080)])
+@pytest.mark.parametrize("place", [(2.0, 9.0), (HUGE, -HUGE), None])
+@pytest.mark.parametrize("gesture", ["", WIDE])
+@pytest.mark.parametrize("end", [(), (Lost(WIDE * 10),), (Lost("W " * 250),)])
+def test_nothing_that_an_orb_says_is_drawn_outside_its_cards(
+    surface: pygame.Surface,
+    size: tuple[int, int],
+    place: tuple[float, float] | None,
+    gesture: str,
+    end: tuple[Received, ...],
+) -> None:
+    window = pygame.Surface(size)
+    said = dataclasses.replace(
+        WELCOME, name="W" * 64, rate_hz=HUGE, labels=("null", WIDE, "wave", "twist_cw", "poke")
+    )
+    felt = telemetry(np.ones((5, 5)), rate_hz=HUGE, touch=place, gesture=gesture)
+    command = Command(WIDE, WIDE, 1.0, place, 1)
+    news = [Delivered(one, 0) for one in (felt, command, UserIdentified(WIDE, 1.0))]
+    long: list[Received] = [Connected(said), *news, *end]
+    short: list[Received] = [Connected(WELCOME), *(Lost("gone") for _ in end)]
+    health = (WIDE * 3, WIDE) if not gesture else ()
+    assert whole_window(window, *long, health=health) == whole_window(window, *short)
+
+
+def test_a_line_that_is_too_wide_ends_in_an_ellipsis() -> None:
+    pygame.font.init()
+    font = theme.font(20)
+    assert sprites.fitted("press", font, 500) == "press"
+    cut = sprites.fitted("press and hold", font, font.size("press and…")[0])
+    assert cut == "press and…"
+    assert sprites.fitted("press", font, 1) == ""
+    for width in range(10, 200, 10):
+        assert sprites.text(WIDE, 20, theme.TEXT, width).get_width() <= width

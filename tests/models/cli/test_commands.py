@@ -1,0 +1,125 @@
+"""The command line of the training machine: one sentence for what is wrong, one way to end it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from controller import __version__
+from models import cli as commands
+from models.__main__ import main
+from models.data.defaults import STEPS
+from tests.support import ROOT
+
+DOCS = ROOT / "docs"
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """Return the one line that a refused command prints."""
+    assert main(list(words)) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith("models: ")
+    return line.removeprefix("models: ")
+
+
+def test_a_misspelt_command_is_answered_with_the_nearest(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert told(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
+    assert told(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
+
+
+def test_the_version_is_the_program_s(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"models {__version__}\n"
+
+
+@pytest.mark.parametrize("command", commands.names())
+def test_no_help_shows_a_doubled_sign(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main([command, "--help"])
+    assert "%%" not in capsys.readouterr().out
+
+
+def test_help_and_pages_say_how_long_the_recipe_trains(capsys: pytest.CaptureFixture[str]) -> None:
+    said = f"the recipe's {STEPS:,}"
+    with pytest.raises(SystemExit, match="0"):
+        main(["folds", "--help"])
+    assert said in " ".join(capsys.readouterr().out.split())
+    for page in ("people.md", "sweeps.md"):
+        told = (DOCS / page).read_text(encoding="utf-8")
+        assert set(re.findall(r"the recipe's [0-9]+,000", told)) == {said}
+
+
+def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    absent = str(tmp_path / "absent" / "x.orb")
+    for words in (["tune", "models/orbtouch.orb", "d"], ["rehearse", "models/orbtouch.orb", "d"]):
+        for out in (".", "x.txt", "orb"):
+            expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
+            assert told(capsys, *words, "--out", out) == expected
+        assert "is no directory; make it first" in told(capsys, *words, "--out", absent)
+
+
+def test_where_there_are_no_recordings_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = told(capsys, "tune", "models/orbtouch.orb", str(tmp_path))
+    assert said.startswith(f"there are no recordings in {tmp_path}; make some with")
+
+
+# Interrupts itself when it is about to import a module.
+INTERRUPTED = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+from models.__main__ import main
+sys.exit(main(["evaluate", "--sessions", "1", "--minutes", "1"]))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no such signals")
+@pytest.mark.parametrize(
+    "module",
+    [
+        "models.cli._command_line",
+        "argparse",
+        "controller.console",
+        "models.cli",
+        "numpy._core.multiarray",
+        "onnxruntime.capi._pybind_state",
+    ],
+)
+def test_ctrl_c_while_a_module_is_imported_ends_it_without_a_traceback(module: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, module],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 130
+    assert "Traceback" not in done.stderr
+
+
+def test_ctrl_c_says_what_is_whole(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def interrupted(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("models.data.simulate.generate", interrupted)
+    assert main(["simulate", "--out", str(tmp_path)]) == 130
+    assert capsys.readouterr().err == ("models: interrupted; the same command goes on from here\n")
+    monkeypatch.setattr("controller.bundles.bundle.read", interrupted)
+    assert main(["evaluate", "--sessions", "1"]) == 130
+    assert capsys.readouterr().err == "models: interrupted; every file written is whole\n"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

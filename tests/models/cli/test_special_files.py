@@ -1,0 +1,240 @@
+"""Every file option of the training machine, given files that never end, never answer, or lie."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from controller.bundles.bundle import default_path
+from controller.recordings import writer
+from models import user_files
+from models.__main__ import main
+from models.data.simulate import DataSet
+from models.reports import page
+from models.reports.data import ReportData
+from models.studies.information import games
+from models.studies.sweep import kept
+from tests.support.report_results import evaluation
+from tests.support.special_files import KINDS, answer, make
+
+BUNDLE = str(default_path())
+NEEDS_TORCH = pytest.mark.train
+# A name that is free, and files that may be replaced.
+REPLACEABLE = ("missing", "sparse", "locked", "unreadable", "dangling", "empty", "binary", "dots",
+               "brackets", "json", "digits", "sequences")  # fmt: skip
+UNFIT = [kind for kind in KINDS if kind not in REPLACEABLE]
+
+# What is read: the option's words, with {} for the file and {data} for a folder.
+READ = [
+    pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=name)
+    for torch in [("train", "folds", "sweep", "figures", "information")]
+    for name, words in {
+        "evaluate BUNDLE": "evaluate {}",
+        "evaluate DATA": f"evaluate {BUNDLE} {{}}",
+        "tune BUNDLE": "tune {} {data}",
+        "tune DATA": f"tune {BUNDLE} {{}}",
+        "rehearse BUNDLE": "rehearse {} {data} --out {data}/new.orb",
+        "rehearse DATA": f"rehearse {BUNDLE} {{}} --out {{data}}/new.orb",
+        "simulate --gestures": "simulate --out {data}/new --gestures {}",
+        "train DATA": "train {} --out {data}/new.orb",
+        "train --with": "train {data} --task gesture --with {} --out {data}/new.orb",
+        "train --auxiliary": "train {} --task gesture --auxiliary {} --out {data}/new.orb",
+        "train --others": "train {} --task user --others {} --out {data}/new.orb",
+        "train --mapping": "train {data} --task user --mapping {} --out {data}/new.orb",
+        "folds DATA": "folds {} --out {data}/new.json",
+        "sweep FILE": "sweep {}",
+        "figures --paper": "figures --out {data} --paper {}",
+        "information DATA": "information {} --only none",
+        "information --games": "information --only none --games {}",
+        "information --paper": "information --only none --paper {}",
+    }.items()
+]
+# What is written: it is refused before anything is done.
+WRITTEN = [
+    pytest.param(words, marks=NEEDS_TORCH if words.split()[0] in torch else (), id=words)
+    for torch in [("train", "folds")]
+    for words in (
+        "evaluate --card {}",
+        "evaluate --json {}",
+        "evaluate --html {}",
+        f"tune {BUNDLE} {{data}} --out {{}}",
+        f"tune {BUNDLE} {{data}} --json {{}}",
+        f"tune {BUNDLE} {{data}} --html {{}}",
+        f"rehearse {BUNDLE} {{data}} --out {{}}",
+        "train {data} --out {}",
+        "train {data} --task user --out {}",
+        "folds {data} --out {}",
+    )
+]
+
+
+@pytest.fixture(scope="module")
+def recorded() -> bytes:
+    """A short recording."""
+    return writer.pack(DataSet(minutes=0.5).session(0, 0))
+
+
+def refused(words: str, special: Path, data: Path, status: int = 2) -> None:
+    told = answer(main, [one.format(special, data=data) for one in words.split()])
+    assert told.refused_by("models"), told
+    assert told.status == status
+    assert not told.output
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("words", READ)
+def test_what_cannot_be_read_is_refused_in_one_sentence(
+    words: str, kind: str, tmp_path: Path
+) -> None:
+    if words == "sweep {}" and kind in ("empty", "locked"):
+        pytest.skip("an empty file asks for a sweep with every setting as it is")
+    data = tmp_path / "data"
+    data.mkdir()
+    refused(words, make(kind, tmp_path, "special.toml"), data)
+
+
+@pytest.mark.parametrize("kind", UNFIT)
+@pytest.mark.parametrize("words", WRITTEN)
+def test_what_cannot_be_replaced_is_refused_before_anything_is_done(
+    words: str, kind: str, tmp_path: Path
+) -> None:
+    special = make(kind, tmp_path, "special.orb")
+    refused(words, special, tmp_path)
+    assert not special.is_file()
+    assert special.exists() or special.is_symlink()
+
+
+@pytest.mark.parametrize("kind", ["sparse", "unreadable", "binary", "dots", "json", "sequences"])
+@pytest.mark.parametrize("words", ["evaluate --html {}", f"tune {BUNDLE} {{data}} --html {{}}"])
+def test_a_page_that_is_no_report_is_refused_before_anything_is_done(
+    words: str, kind: str, tmp_path: Path
+) -> None:
+    refused(words, make(kind, tmp_path), tmp_path)
+
+
+def test_a_report_whose_data_were_tampered_with_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    page.write(path, ReportData(evaluation=evaluation()))
+    whole = path.read_text()
+    for old, new in (
+        ('"bundle": "my.orb"', '"bundle": 7'),
+        ('"sessions": 4', '"sessions": "many"'),
+        ('"sessions": 4', f'"sessions": {"9" * 5000}'),
+        ('"notes": []', f'"notes": {"[" * 50_000}'),
+    ):
+        assert old in whole
+        path.write_text(whole.replace(old, new))
+        with pytest.raises(ValueError, match="it is a report of another version; remove it"):
+            page.read(path)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "missing"])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("dataset.json", "simulate --out {data} --users 1 --sessions 1 --minutes 0.5"),
+        pytest.param("figure7.json", "figures --out {data}", marks=NEEDS_TORCH),
+        pytest.param("information.json", "information --out {data}", marks=NEEDS_TORCH),
+    ],
+)
+def test_what_lies_in_a_folder_is_refused_in_one_sentence(
+    name: str, words: str, kind: str, tmp_path: Path
+) -> None:
+    if kind == "dangling":
+        pytest.skip("it is replaced, as if there were none")
+    make(kind, tmp_path, name)
+    # That a name leads to itself is found out when something is to be written there.
+    late = kind == "loop" and name != "information.json"
+    refused(words, tmp_path, tmp_path, 1 if late else 2)
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("kind", KINDS[1:])
+def test_a_vocabulary_that_cannot_be_read_is_refused_in_one_sentence(
+    kind: str, tmp_path: Path, recorded: bytes
+) -> None:
+    (tmp_path / "it.npz").write_bytes(recorded)
+    make(kind, tmp_path, "gestures.toml")
+    refused("train {data}/it.npz --out {data}/x.orb", tmp_path, tmp_path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_finished_training_that_cannot_be_read_is_done_again(kind: str, tmp_path: Path) -> None:
+    (tmp_path / kept.JOBS).mkdir()
+    make(kind, tmp_path / kept.JOBS, "special.json")
+    assert kept.answers(tmp_path) == {}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda one: one["result"].update(held=[{}]),
+        lambda one: one["result"]["held"][0].update(events=["many", 20]),
+        lambda one: one["result"].update(learned={}),
+        lambda one: one["result"].update(notes=7),
+        lambda one: one.update(where=7),
+        lambda one: one.update(result=[]),
+        lambda one: one.pop("cpu_s"),
+    ],
+)
+def test_a_finished_training_of_another_shape_is_done_again(
+    change: Callable[[dict[str, Any]], Any], tmp_path: Path
+) -> None:
+    learned = {"users": 1, "sessions": 1, "minutes": 3.0, "windows": 100}
+    held = [{"user": "4", "session": "4 01", "frames": [80, 90], "events": [9, 20]}]
+    result = {"learned": learned, "notes": [], "random": 0.99, "held": held}
+    one = {"name": "n", "result": result, "where": "here 1", "seconds": 1.5, "cpu_s": 1.0}
+    (tmp_path / kept.JOBS).mkdir()
+    kept.keep(tmp_path, one)
+    assert set(kept.answers(tmp_path)) == {"n"}
+    change(one)
+    kept.keep(tmp_path, {**one, "name": "n"})
+    assert kept.answers(tmp_path) == {}
+
+
+def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "game.json"
+    good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
+    path.write_text(f"noise\n{good}\n")
+    assert games.read(path)["seconds"] == 5.5
+    for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
+        path.write_text(good.replace(old, new))
+        with pytest.raises(games.GameError, match="holds no game; make one with"):
+            games.read(path)
+
+
+def test_a_full_disk_is_one_sentence_that_names_the_file_and_leaves_no_half(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    card = tmp_path / "card.md"
+    card.write_text("the old one")
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", full)
+        words = ["evaluate", "--sessions", "1", "--minutes", "0.5", "--card", str(card)]
+        told = answer(main, words)
+    assert told.status == 1
+    assert told.error.splitlines()[-1] == f"models: {card}: no space left on device"
+    assert card.read_text() == "the old one"
+    assert list(tmp_path.iterdir()) == [card]
+
+
+@pytest.mark.train
+def test_a_checkpoint_that_holds_something_else_is_damaged(tmp_path: Path) -> None:
+    import numpy as np
+
+    from models.training import checkpoint
+
+    path = tmp_path / "kept.npz"
+    for words in ("[" * 50_000, "9" * 5_000, "no JSON"):
+        np.savez(path, words=np.array(words))
+        with pytest.raises(checkpoint.CheckpointError, match="is damaged; remove it"):
+            checkpoint.load(path)
+
+
+def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    with pytest.raises(user_files.UserFileError, match=f"cannot read {tmp_path}: it is a folder"):
+        user_files.read_text(tmp_path)

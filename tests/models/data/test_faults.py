@@ -1,0 +1,88 @@
+"""Faults put into a recording afterwards are as if they had been there from the first frame."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.bundles import bundle
+from controller.recordings import writer
+from controller.recordings.quality.response import respond
+from controller.simulator.faults import KINDS, Fault
+from models.__main__ import main
+from models.data import faults
+from tests.support.recordings import broken, of, played
+
+
+def test_a_dead_taxel_reads_as_if_nothing_touched_and_no_other_taxel_changes() -> None:
+    recording = played()
+    touched = respond(recording).touched
+    dead = faults.broken(recording, Fault.parse("dead:2,2"))
+    others = np.ones((5, 5), dtype=np.bool_)
+    others[2, 2] = False
+    assert (dead.frames[:, others] == recording.frames[:, others]).all()
+    assert (dead.frames[~touched] == recording.frames[~touched]).all()
+    calm = recording.frames[~touched][:, 2, 2]
+    assert np.isin(dead.frames[touched][:, 2, 2], calm).all()
+    felt = np.abs(respond(recording).change[touched][:, 2, 2]).max()
+    left = np.abs(respond(dead).change[touched][:, 2, 2]).max()
+    assert left < 0.15 * felt
+
+
+def test_it_reads_as_the_simulated_fault_does() -> None:
+    simulated = broken("dead:1,3")
+    edited = faults.broken(broken(), Fault.parse("dead:1,3"))
+    spread = [np.abs(respond(r).change[:, 1, 3]).mean() for r in (simulated, edited, broken())]
+    assert abs(spread[1] - spread[0]) < 0.1 * (spread[2] - spread[0])
+
+
+def test_a_dead_electrode_takes_its_whole_line_with_it() -> None:
+    recording = played()
+    touched = respond(recording).touched
+    row = faults.broken(recording, Fault.parse("open_row:1"))
+    assert (row.frames[:, [0, 2, 3, 4]] == recording.frames[:, [0, 2, 3, 4]]).all()
+    assert (row.frames[touched][:, 1] != recording.frames[touched][:, 1]).mean() > 0.9
+    column = faults.broken(recording, Fault.parse("open_column:4"))
+    assert (column.frames[:, :, :4] == recording.frames[:, :, :4]).all()
+
+
+def test_nothing_is_touched_nothing_changes() -> None:
+    still = of(np.full((40, 2, 2), 40.0))
+    assert (faults.broken(still, Fault.parse("dead:0,0", 2, 2)).frames == still.frames).all()
+
+
+def test_what_frames_cannot_tell_is_refused() -> None:
+    with pytest.raises(ValueError, match="mains"):
+        faults.broken(played(), Fault.parse("mains"))
+
+
+@pytest.mark.parametrize("grid", [(5, 5), (2, 3), (8, 4)])
+def test_every_fault_is_tried_once_and_is_on_the_grid(grid: tuple[int, int]) -> None:
+    rows, columns = grid
+    every = [*faults.taxels(*grid), *faults.electrodes(*grid), *faults.others(*grid)]
+    assert len(faults.taxels(*grid)) == rows * columns
+    assert len(faults.electrodes(*grid)) == rows + columns
+    parsed = [Fault.parse(fault, *grid) for fault in every]
+    assert {fault.kind for fault in parsed} == set(KINDS)
+    assert len(set(every)) == len(every)
+    assert all(faults.meaning(fault) for fault in every)
+
+
+def test_a_bundle_is_judged_with_each_taxel_and_electrode_of_a_recording_dead(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", minutes=0.5)))
+    out = tmp_path / "card.md"
+    command = ["evaluate", str(bundle.default_path()), str(tmp_path), "--broken"]
+    assert main([*command, "--card", str(out), "--json", str(tmp_path / "x.json")]) == 0
+    card = out.read_text(encoding="utf-8")
+    assert card.strip() == capsys.readouterr().out.strip()
+    assert "| dead:4,4 | a taxel does not react |" in card
+    assert "| open_column:4 |" in card
+
+
+def test_without_recordings_new_people_are_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["evaluate", "--sessions", "2", "--minutes", "0.5"]) == 0
+    card = capsys.readouterr().out
+    assert "| figure | nominal | paper-snr |" in card
+    assert "| sessions, users | 2, 2 | 2, 2 |" in card

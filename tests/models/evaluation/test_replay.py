@@ -1,0 +1,69 @@
+"""Recordings played many windows at once: the device's pipeline says the same, frame by frame."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.bundles import bundle
+from controller.bundles.inference.networks import Recognizer
+from controller.recognition.event_metric import Answer
+from controller.recognition.pipeline import Pipeline
+from controller.recordings.recording import RecordingError
+from models.data.ground_truth import know
+from models.evaluation import replay
+from tests.support.recordings import of, origin, played
+
+SHIPPED = bundle.read(bundle.default_path())
+LABELS = SHIPPED.labels
+NETWORKS = replay.Batched(SHIPPED)
+
+
+@pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
+def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
+    recording = played(preset, seed=1, minutes=1.5)
+    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
+    pipeline = Pipeline(SHIPPED, Recognizer(SHIPPED), SHIPPED.mapping)
+    steps = [
+        pipeline.step(frame, float(t))
+        for frame, t in zip(recording.frames, recording.t, strict=True)
+    ]
+    np.testing.assert_allclose(
+        stream.probabilities, [step.probabilities for step in steps], atol=1e-5
+    )
+    touches = [step.touch or (np.nan, np.nan) for step in steps]
+    np.testing.assert_allclose(stream.touches, touches, atol=1e-4)
+    fired = [Answer(step.t_s, step.gesture) for step in steps if step.gesture]
+    assert list(stream.answers) == fired
+    assert len(fired) > 20
+
+
+def test_without_places_the_answers_are_the_same() -> None:
+    recording = played("nominal", seed=1, minutes=1.5)
+    known = know(recording, LABELS, "it")
+    whole = replay.run(SHIPPED, NETWORKS, recording, known)
+    felt = replay.feel(recording.frames, SHIPPED.preprocess)
+    answers = NETWORKS.probabilities(felt.windows)
+    quick = replay.answered(known, felt, answers, LABELS, SHIPPED.debounce)
+    assert quick.answers == whole.answers
+    assert (quick.probabilities == whole.probabilities).all()
+    assert (quick.ready == whole.ready).all()
+
+
+def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
+    recording = of(np.full((5, 5, 5), 40.0), label=[0] * 5)
+    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
+    assert not stream.ready.any()
+    assert (stream.probabilities[:, 0] == 1.0).all()
+    assert stream.answers == ()
+
+
+def test_a_recording_of_another_sensor_is_refused() -> None:
+    small = of(np.full((30, 4, 5), 40.0), label=[0] * 30)
+    with pytest.raises(RecordingError, match="4×5 sensor"):
+        replay.run(SHIPPED, NETWORKS, small, know(small, LABELS, "it"))
+    other = of(np.full((30, 5, 5), 40.0), origin(unit="counts"), label=[0] * 30)
+    with pytest.raises(RecordingError, match="counts"):
+        replay.refuse(other, SHIPPED)
+    by_difference = replace(SHIPPED.preprocess, normalise="difference", scale=100.0)
+    replay.refuse(other, replace(SHIPPED, preprocess=by_difference))

@@ -1,0 +1,132 @@
+"""The whole way of people's recordings: arrays, recordings, folds, a report; on a look-alike."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support import ROOT
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+pytest.importorskip("sklearn", reason="needs the [train] extra")
+
+import tests.support.synthetic_people as look_alike
+from controller.__main__ import main as controller
+from controller.recordings import reader, writer
+from models.__main__ import main as models
+from models.studies import cross_validation
+from models.studies.cross_validation import Request
+from tests.benchmarks.people import main as benchmark
+
+pytestmark = pytest.mark.train
+
+BESIDE = ROOT / "docs" / "people"
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four people's recordings, imported as docs/people.md says."""
+    folder = tmp_path_factory.mktemp("people")
+    look_alike.write(folder / "frames.npz")
+    out = folder / "recordings"
+    told = str(BESIDE / "capfingerid.toml")
+    asked = ["recordings", "import", str(folder / "frames.npz"), told, "--out", str(out)]
+    assert controller(asked) == 0
+    shutil.copy(BESIDE / "gestures.toml", out)
+    return out
+
+
+def asked(recordings: Path, out: Path, **other: Any) -> Request:
+    plain = {"folds": 2, "steps": 12, "window": 10, "given": True, "choose": True}
+    return Request((recordings,), out, **(plain | other))
+
+
+def test_tasks_of_people_unseen_are_told_by_commands_alone(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "people.json"
+    line = f"folds {recordings} --folds 2 --steps 60 --window 10 --as-given --sound --out {out}"
+    assert models(line.split()) == 0
+    found = json.loads(out.read_text())
+    ours, *others = found["models"]
+    names = ["trajectory trees", "trajectory trees, mended"]
+    assert [one["name"] for one in others] == names
+    assert found["people"] == ["00", "01", "02", "03"]
+    assert found["held"] == ["00, 01", "02, 03"]
+    assert found["kinds"] == ["leftthumb", "rightthumb"]
+    # The same windows for both: each is in one cell of each table.
+    windows = [sum(map(sum, one["confusion"])) for one in found["models"]]
+    assert windows == [found["windows"]] * 3
+    assert ours["windows"]["value"] > 0.6 > found["majority"] + 0.2
+    assert found["chosen"] == []
+    assert "no taxel or electrode dies in training" in found["how"]
+    told = capsys.readouterr().out
+    assert "ours more than trajectory trees" in told
+    assert not (tmp_path / "people.json.folds").exists()
+
+
+def test_an_interrupted_run_goes_on_and_ends_the_same(
+    recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
+    learned = cross_validation._learned
+    calls: list[str] = []
+
+    def stop(folder: Path, name: str, *rest: Any) -> Any:
+        calls.append(name)
+        if len(calls) == 6:  # in the second fold
+            raise KeyboardInterrupt
+        return learned(folder, name, *rest)
+
+    monkeypatch.setattr(cross_validation, "_learned", stop)
+    out = tmp_path / "again.json"
+    with pytest.raises(KeyboardInterrupt):
+        cross_validation.cross(asked(recordings, out), print)
+    again = cross_validation.cross(asked(recordings, out), print)
+    assert all(name.startswith("fold-1") for name in calls[6:])  # fold 0 is not done again
+    assert all("shifted by" in words for words in again.chosen)
+    for one, other in zip(whole.models, again.models, strict=True):
+        assert one.confusion == other.confusion
+    calls.clear()
+    with pytest.raises(KeyboardInterrupt):
+        cross_validation.cross(asked(recordings, out), print)
+    with pytest.raises(ValueError, match="other data or options"):
+        cross_validation.cross(asked(recordings, out, seed=1), print)
+
+
+def test_what_is_left_out_is_said_unless_all_is_asked_for(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, *_, last = sorted(recordings.glob("*.npz"))
+    shutil.copy(one, tmp_path)
+    slow = reader.load(last)
+    (tmp_path / last.name).write_bytes(writer.pack(replace(slow, t=slow.t * 1.05)))
+    words = f"folds {tmp_path} --folds 9 --window 10 --as-given --out {tmp_path / 'x.json'}"
+    for option, done in (("", "left out"), ("--all", "taken although it failed the check")):
+        assert models(f"{words} {option}".split()) == 2
+        lines = capsys.readouterr().err.splitlines()
+        assert lines[-2].startswith(f"{tmp_path / last.name} is {done}: it runs at")
+
+
+@pytest.mark.parametrize("folds", [1, 5])
+def test_there_are_no_more_folds_than_people(recordings: Path, tmp_path: Path, folds: int) -> None:
+    with pytest.raises(ValueError, match="at most one for each"):
+        cross_validation.cross(asked(recordings, tmp_path / "out.json", folds=folds), print)
+
+
+def test_the_benchmark_takes_a_path_and_keeps_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "frames.npz"
+    look_alike.write(path, people=5, repeats=1)
+    assert benchmark([str(path), "--steps", "8", "--why", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["benchmark"] == "people"
+    value = {one["name"]: one["value"] for one in found["results"]}
+    gain = value["people_window_accuracy"] - value["people_window_accuracy@trajectory_trees"]
+    assert value["people_window_gain"] == pytest.approx(100.0 * gain)
+    assert {"people_seen_whole", "people_seen_place", "people_seen_look"} <= set(value)
+    assert [file.name for file in tmp_path.iterdir()] == ["frames.npz"]

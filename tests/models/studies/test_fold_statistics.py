@@ -1,0 +1,185 @@
+"""Folds by people: who is judged when, by what, and how sure one may be of it."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import tests.support.synthetic_people as look_alike
+from controller.recordings import import_description, importer
+from models.data import splits
+from models.data.examples import Examples
+from models.studies import fold_card, fold_statistics, trajectory_baseline
+from models.studies.fold_statistics import Rowed
+from tests.support import ROOT
+
+WINDOW = 3
+DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
+
+
+@settings(deadline=None, max_examples=40)
+@given(sizes=st.lists(st.integers(WINDOW, 12), min_size=4, max_size=9), count=st.integers(2, 4))
+def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
+    sizes: list[int], count: int
+) -> None:
+    person = np.repeat(np.arange(len(sizes)), sizes)
+    starts = np.cumsum([0, *sizes[:-1]])
+    ends = np.concatenate(
+        [np.arange(s + WINDOW - 1, s + n) for s, n in zip(starts, sizes, strict=True)]
+    )
+    judged: list[int] = []
+    for fold in splits.by_group(ends, WINDOW, person, count):
+        inner = fold_statistics.within(fold, ends, WINDOW, person)
+        now = set(person[ends[fold.test]])
+        learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
+        assert learned
+        assert chosen
+        assert not learned & chosen
+        assert not now & (learned | chosen)
+        assert learned | chosen == set(person[ends[fold.train]])
+        judged += sorted(now)
+    assert sorted(judged) == list(range(len(sizes)))
+
+
+def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
+    person = np.repeat([0, 1], 5)
+    ends = np.array([2, 3, 4, 7, 8, 9])
+    fold = splits.by_group(ends, WINDOW, person)[0]
+    with pytest.raises(ValueError, match="nobody to choose on"):
+        fold_statistics.within(fold, ends, WINDOW, person)
+
+
+def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
+    ends = np.array([4, 5, 6, 8, 9, 10, 11])
+    label = np.array([1, 1, 1, 1, 1, 2, 2])
+    session = np.array([0, 0, 0, 0, 0, 0, 1])
+    assert fold_statistics.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
+
+
+def rowed() -> Rowed:
+    """Three people, with two stretches of four windows each, of one class and of the other."""
+    label = np.tile(np.repeat([0, 1], 4), 3)
+    return Rowed(
+        label,
+        stretch=np.repeat(np.arange(6), 4),
+        person=np.repeat([0, 1, 2], 8),
+        kind=np.zeros(24, dtype=np.int64),
+        people=("ada", "ben", "cy"),
+        kinds=("01",),
+        touched=np.full(24, 3),
+        labels=("press", "pinch"),
+    )
+
+
+def certain(named: np.ndarray) -> np.ndarray:
+    return np.asarray(np.eye(2)[named] * 0.8 + 0.1)
+
+
+def test_windows_and_stretches_are_counted_and_the_gain_is_ours_less_theirs() -> None:
+    rows = rowed()
+    ours, other = rows.label.copy(), rows.label.copy()
+    ours[0] = 1  # one window of four: the stretch is still named rightly
+    other[8:11] = 1  # three of four: the stretch is lost
+    other[16] = 1
+    ends = np.arange(24) * 10
+    rounds = splits.by_group(ends, 1, np.repeat(rows.person, 10))
+    mine = fold_statistics.judge(rows, rounds, "ours", certain(ours), 1.0)
+    assert mine.windows.value == pytest.approx(23 / 24)
+    assert mine.windows.low <= 23 / 24 <= mine.windows.high
+    assert mine.stretches.value == 1.0
+    assert mine.confusion == ((11, 1), (0, 12))
+    assert mine.by_fold == mine.by_person == (7 / 8, 1.0, 1.0)
+    theirs = fold_statistics.judge(rows, rounds, "theirs", certain(other), 1.0)
+    assert theirs.stretches.value == pytest.approx(5 / 6)
+    more = fold_statistics.gain(rows, certain(ours), "theirs", certain(other))
+    assert more.windows.value == pytest.approx(3 / 24)
+    assert more.windows.low == pytest.approx(-1 / 8)  # only ada, three times
+    assert more.stretches.value == pytest.approx(1 / 6)
+    assert more.ahead == 2
+
+
+def test_the_report_names_everybody_and_json_has_no_nan() -> None:
+    rows = rowed()
+    ends = np.arange(24) * 10
+    rounds = splits.by_group(ends, 1, np.repeat(rows.person, 10))
+    model = fold_statistics.judge(rows, rounds, "ours", certain(rows.label), 60.0)
+    found = fold_statistics.Crossed(
+        command="models folds",
+        software="test",
+        data="24 windows",
+        how=(),
+        labels=rows.labels,
+        majority=0.5,
+        windows=24,
+        stretches=6,
+        people=rows.people,
+        held=rows.people,
+        chosen=("", "", ""),
+        kinds=(),
+        touched=(0, 0, 0, 24),
+        models=(replace(model, cpu_s=float("nan")),),
+        gains=(fold_statistics.gain(rows, certain(rows.label), "theirs", certain(1 - rows.label)),),
+        reading_cpu_s=1.0,
+        cpu_minutes=2.0,
+    )
+    told = fold_card.text(found)
+    assert "| ada | 1.000 |" in told
+    assert "+100.0 points (+100.0 … +100.0) | +100.0" in told
+    assert "better for 3 of 3 people" in told
+    assert json.loads(found.text())["models"][0]["cpu_s"] is None
+
+
+def windowed(images: np.ndarray) -> Examples:
+    """Two windows of these six images."""
+    empty = np.zeros(6)
+    return Examples(
+        images, empty.astype(np.int64), np.full((6, 2), np.nan, dtype=np.float32),
+        np.array([2, 5]), empty.astype(np.int32), empty.astype(np.float32), WINDOW,
+    )  # fmt: skip
+
+
+X, Y = slice(0, WINDOW), slice(WINDOW, 2 * WINDOW)
+SPREAD, TOTAL = slice(2 * WINDOW, 3 * WINDOW), slice(3 * WINDOW, 4 * WINDOW)
+
+
+def moving() -> np.ndarray:
+    """A finger over three rows that goes to the right, a taxel an image; the first is untouched."""
+    images = np.ones((6, 6, 7), dtype=np.float32)
+    for i in range(1, 6):
+        images[i, 1:4, i] = 2.0, 3.0, 2.0
+    return images
+
+
+def test_the_plain_model_sees_where_a_touch_is_how_wide_and_how_strong() -> None:
+    rows = trajectory_baseline.features(windowed(moving()))
+    assert rows[1, X].tolist() == [3.0, 4.0, 5.0]
+    assert rows[1, Y].tolist() == [2.0, 2.0, 2.0]
+    assert rows[1, SPREAD].tolist() == pytest.approx([np.sqrt(0.5)] * 3)
+    assert rows[1, TOTAL].tolist() == [4.0, 4.0, 4.0]
+    assert rows[0, X].tolist() == [-1.0, 1.0, 2.0]  # nowhere, then it is touched
+    assert trajectory_baseline.touched(windowed(moving())).tolist() == pytest.approx([2 / 3, 1.0])
+
+
+def test_a_taxel_that_is_read_wrongly_moves_a_centroid_until_it_is_mended() -> None:
+    images = moving()
+    images[:, 5, 6] = 2.5  # alone in its corner, in every image
+    images[4, 4, 0] = -3.0  # what is below untouched counts for nothing
+    told = trajectory_baseline.features(windowed(images))
+    assert (told[1, Y] > 2.5).all()
+    mended = trajectory_baseline.features(windowed(images), mended=True)
+    clean = trajectory_baseline.features(windowed(moving()))
+    np.testing.assert_allclose(mended, clean, rtol=1e-6)
+
+
+def test_the_description_that_ships_reads_what_looks_like_capfingerid() -> None:
+    told = import_description.read(DESCRIPTION)
+    made = list(importer.recordings(look_alike.arrays(people=2), told))
+    assert [(r.origin.user, r.origin.session) for r in made] == [
+        ("00", "leftthumb"), ("00", "rightthumb"), ("01", "leftthumb"), ("01", "rightthumb"),
+    ]  # fmt: skip
+    assert made[0].origin.labels == ("null", "drag", "scroll", "tap")
+    assert made[0].origin.rate_hz == pytest.approx(1 / look_alike.STEP_S, abs=0.1)
+    assert (np.diff(made[0].sequence) > 1).sum() == 8  # nine stretches

@@ -1,0 +1,128 @@
+"""Tables, drawings and page of a study; and docs/paper.md shows what was found."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from models.__main__ import main
+from models.studies.information import check, tables
+from models.studies.information.results import MEASURED as KEPT
+from models.studies.information.results import load
+from tests.support import ROOT
+
+MEASURED = ROOT / "docs/pictures" / KEPT
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Any]:
+    """What was measured for docs/paper.md."""
+    return load(MEASURED)
+
+
+def test_the_documentation_shows_what_was_measured(found: dict[str, Any]) -> None:
+    page = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
+    assert tables.into(page, found) == page
+
+
+def test_the_papers_figures_stand_beside_ours_in_nats_and_bits(found: dict[str, Any]) -> None:
+    text = tables.section_6(found)
+    assert "| H(y), labels | 1.28, 1.85 |" in text
+    assert "| H(z), a sensor | 2.71, 3.91 |" in text
+    assert "paper’s scaling | 0.13, 0.19 |" in text
+
+
+def test_the_noisy_preset_reproduces_the_papers_statistics(found: dict[str, Any]) -> None:
+    mean = found["parts"]["paper-snr|histogram"]["mean"]
+    assert mean["h_z"] == pytest.approx(2.71, rel=0.1)
+    assert mean["information"] == pytest.approx(0.13, rel=0.1)
+
+
+def test_estimators_that_are_recommended_reach_the_goal_where_the_truth_is_known(
+    found: dict[str, Any],
+) -> None:
+    rows = [check.Row(**row) for row in found["check"]]
+    for estimator in ("Ross", "held-out classifier", "Kraskov, corrected"):
+        own = [row for row in rows if row.estimator == estimator and row.ideal]
+        assert {1, 5, 10} <= {row.dimensions for row in own}
+        assert [row for row in own if not row.close] == []
+
+
+def test_no_estimate_of_the_label_exceeds_what_there_is(found: dict[str, Any]) -> None:
+    for key, part in found["parts"].items():
+        if key.endswith("|classifier"):
+            for row in part["rows"].values():
+                assert row["scaled"][0] < part["h_y"]
+                assert row["gesture"][0] < part["h_gesture"] + 1e-6
+
+
+def test_what_was_not_measured_is_not_shown() -> None:
+    assert tables.text({"parts": {}, "games": {}, "check": []}) == ""
+    with pytest.raises(ValueError, match="no place"):
+        tables.into("no marks", {"parts": {}, "games": {}, "check": []})
+
+
+@pytest.mark.train
+def test_drawings_and_page_need_nothing_else(found: dict[str, Any], tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs the [train] extra")
+    from models.studies.information import figures, report
+
+    paths = figures.draw(found, tmp_path)
+    assert {path.name for path in paths} >= {"figure9.svg", "capacity.svg"}
+    for path in paths:
+        assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    page = report.write(tmp_path, found).read_text(encoding="utf-8")
+    assert page.count("<svg") == len(paths)
+    assert not re.search(r'(src|href)="(?!#)', page)  # nothing is fetched
+    identities = re.findall(r'\bid="([^"]+)"', page)
+    assert len(identities) == len(set(identities))
+
+
+@pytest.mark.train
+def test_games_alone_make_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("torch", reason="needs the [train] extra")
+    game = {"seconds": 60.0, "events": [[1000, 1500, "left"], [3000, 3600, "drop"]],
+            "commands": [[1200, "left"], [3300, "drop"]]}  # fmt: skip
+    (tmp_path / "game.json").write_text(json.dumps(game))
+    out = tmp_path / "out"
+    out.mkdir()
+    asked = ["information", "--only", "none", "--games", str(tmp_path / "game.json")]
+    assert main([*asked, "--out", str(out)]) == 0
+    assert "| played games | games |" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {
+        "capacity.png", "capacity.svg", "information.html", "information.json",
+    }  # fmt: skip
+    assert main([*asked, "--out", str(out)]) == 0  # again: what is there is gone on with
+
+
+@pytest.mark.train
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--only", "everything"], "there is no part 'everything'"),
+        (["nothing-here"], "nothing-here"),
+        (["--out", "nowhere"], "nowhere is no directory; make it first"),
+        (["--only", "none", "--games", "none.json"], "cannot read none.json"),
+    ],
+)
+def test_wrong_usage_is_one_sentence(
+    options: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("torch", reason="needs the [train] extra")
+    monkeypatch.chdir(tmp_path)
+    assert main(["information", *options]) == 2
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    (tmp_path / KEPT).write_text("{}")
+    with pytest.raises(ValueError, match="no estimates"):
+        load(tmp_path / KEPT)

@@ -1,0 +1,199 @@
+"""A sweep's file: what it may say, and that a mistake in it is told with its line."""
+
+import re
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from models.studies.sweep import example, jobs, people, plan
+from models.studies.sweep.plan import Plan, PlanError
+from tests.support import ROOT
+
+
+def allow(recipe: str, key: str, value: Any) -> Any:
+    """A recipe with two settings."""
+    if key not in ("gesture.rate", "tracked"):
+        raise ValueError("there is no such setting")
+    return value
+
+
+def parsed(text: str) -> Plan:
+    return plan.parse(text, "people.toml", "people", allow)
+
+
+def fault(text: str) -> str:
+    """The one sentence about a file that is refused."""
+    with pytest.raises(PlanError) as caught:
+        parsed(text)
+    said = str(caught.value)
+    assert "\n" not in said
+    return said
+
+
+def test_every_combination_of_the_axes_is_a_training() -> None:
+    made = parsed("""
+        [test]
+        hold = 2
+        [axes]
+        users = [1, 3]
+        gesture.rate = [0.1, 0.2, 0.3]
+    """)
+    at = [job["at"] for job in jobs.jobs(made)]
+    assert len(at) == 6
+    assert at[:2] == [{"users": 1, "gesture.rate": 0.1}, {"users": 1, "gesture.rate": 0.2}]
+
+
+def test_without_a_word_everybody_is_held_out_once_in_five_folds() -> None:
+    listed = jobs.jobs(parsed(""))
+    assert [job["test"] for job in listed] == [
+        {"by": "user", "folds": 5, "fold": fold} for fold in range(5)
+    ]
+    assert listed[0]["data"]["users"] == 10
+
+
+def test_an_axis_of_the_simulation_changes_what_is_simulated() -> None:
+    made = parsed('[axes]\ndata.preset = ["nominal", "paper-snr"]\n[test]\nhold = 1')
+    assert [job["data"]["preset"] for job in jobs.jobs(made)] == ["nominal", "paper-snr"]
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("try", 12), ("figure7b", 10), ("figure7d", 10), ("figure7f", 10), ("crossed", 5),
+     ("search", 8), ("days", 6)],
+)  # fmt: skip
+def test_an_example_that_is_printed_can_be_read(name: str, count: int) -> None:
+    made = plan.parse(example.text(name), name, name, lambda recipe, key, value: value)
+    assert len(jobs.jobs(made)) == count
+
+
+def test_the_files_in_the_documentation_can_be_read() -> None:
+    text = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    blocks = [
+        "\n".join(line.removeprefix("    ") for line in part.splitlines())
+        for part in re.findall(r"(?m)(?:^    .*\n|^\n)+", text)
+        if "[data]" in part
+    ]
+    counts = [len(jobs.jobs(plan.parse(one, "", "", lambda *three: three[2]))) for one in blocks]
+    assert counts == [45, 20]
+
+
+def test_every_file_that_ships_can_be_asked_for() -> None:
+    shipped = files("models.studies.sweep").joinpath("examples").iterdir()
+    assert {path.name for path in shipped} == {f"{name}.toml" for name in example.NAMES}
+
+
+def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
+    (job,) = jobs.jobs(parsed('[train]\ntask = "user"'))
+    assert job["test"] == {"by": "session", "hold": 1, "fold": 0}
+    unit = np.repeat(np.arange(3), 4)  # three people on four days
+    day = np.arange(12)
+    held = people.held_of_each(unit, day, job["test"])
+    assert day[held].tolist() == [3, 7, 11]
+    folds = [people.held_of_each(unit, day, {"folds": 4, "fold": fold}) for fold in range(4)]
+    assert np.array_equal(np.sum(folds, axis=0), np.ones(12))
+    assert all(set(unit[fold]) == {0, 1, 2} for fold in folds)
+    with pytest.raises(ValueError, match="somebody came for 4 sessions, too few for 4 held out"):
+        people.held_of_each(unit, day, {"hold": 4})
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[data]\nusrs = 3", "people.toml, line 2: [data] usrs: there is no such setting; did you "
+         "mean 'users'?"),
+        ("[data]\n\nusers = 'ten'", 'line 3: [data] users: expected a whole number from 1 to '
+         '100000, found "ten"'),
+        ("[data]\nusers = true", "found true"),
+        ("[data]\npreset = 'nominl'", "line 2: [data] preset: expected one of nominal, paper-snr"),
+        ("[data]\nseed = 900001", "line 2: [data] seed: this simulation has seed 900001, and seeds "
+         "900000 to 999999 are for tests only"),
+        ("[data]\ngestures = ['wave']", "line 2: [data] gestures: there is no gesture 'wave'"),
+        ("[data]\nfolders = ['a']\nusers = 3", "line 3: [data] users: folders hold recordings"),
+        ("[data]\nfolders = []", "line 2: [data] folders: expected a list of folders"),
+        ("[tran]\nseed = 1", "line 1: 'tran' is no section; there are [data], [train]"),
+        ("seed = 1", "line 1: 'seed' is no section"),
+        ("[train]\ntask = 'orb'", "line 2: [train] task: expected one of gesture, location, user"),
+        ("[train]\ntask = 'user'\n[test]\nby = 'user'", "line 4: [test] by: whoever was never"),
+        ("[train]\ntask = 'user'\n[test]\nhold = 2", "line 4: [test] hold: 2 is too many of 2 "
+         "sessions of each user"),
+        ("[train]\ntask = 'user'\nsessions = 2", "line 3: [train] sessions: 2 cannot be learned "
+         "from: 1 are there"),
+        ("[train]\ntask = 'user'\n[axes]\nusers = [1, 2]", "line 4: [axes] users: one person is"),
+        ("[data]\none_orb = 1", "line 2: [data] one_orb: expected true or false"),
+        ("[train]\ngesture.rat = 1", "line 2: [train] gesture.rat: there is no such setting"),
+        ("[train]\nseed = 900000", "line 2: [train] seed: this training has seed 900000"),
+        ("[test]\nby = 'windows'", "line 2: [test] by: expected one of user, session"),
+        ("[test]\nfolds = 2\nhold = 1", "line 3: [test] hold: folds hold everybody out in turn"),
+        ("[test]\nfolds = 11", "line 2: [test] folds: 11 is too many of 10 users"),
+        ("[test]\nhold = 10", "line 2: [test] hold: 10 is too many of 10 users"),
+        ("[axes]\nseed = 3", "line 2: [axes] seed: expected a list of values, found 3"),
+        ("[axes]\nseed = []", "line 2: [axes] seed: expected a list of values"),
+        ("[axes]\nseed = [1, 1]", "line 2: [axes] seed: a value is there twice"),
+        ("[test]\nhold = 2\n[axes]\nusers = [1, 9]", "line 4: [axes] users: 9 cannot be learned "
+         "from: 8 are there beside what is held out"),
+        ("[axes]\nsessions = [1, 3]", "line 2: [axes] sessions: 3 cannot be learned from: 2 are"),
+        ("[axes]\nminutes = [1, 4.5]", "line 2: [axes] minutes: 4.5 cannot be learned from: 3 are"),
+        ('[axes]\ntask = ["gesture", "location"]', "line 2: [axes] task: tasks are not judged"),
+        ("[axes]\n[axes.gesture]\nrat = [1]", "line 3: [axes] gesture.rat: there is no such"),
+        ("[data]\nfolders = ['a']\n[axes]\ndata.seed = [1, 2]", "line 4: [axes] data.seed: only "
+         "simulations have such an axis"),
+        (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
+         f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
+        ("[axes\n", "people.toml, line 1: "),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_with_its_line_and_what_was_expected(text: str, said: str) -> None:
+    assert said in fault(text)
+
+
+def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match="no such file or directory; models sweep"):
+        plan.read(tmp_path / "none.toml", allow)
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(PlanError, match="not text in UTF-8"):
+        plan.read(tmp_path / "odd.toml", allow)
+
+
+@pytest.mark.parametrize(
+    "command", [["sweep"], ["sweep", "x.toml", "--cluster", "a:1", "--workers", "2"]]
+)
+def test_the_command_refuses_in_one_sentence_what_it_cannot_mean(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    from models.__main__ import main
+
+    assert main(command) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[str]) -> None:
+    from models.__main__ import main
+
+    assert main(["sweep", "--example"]) == 0
+    assert capsys.readouterr().out == example.text()
+    assert main(["sweep", "--example", "figure7d"]) == 0
+    assert 'task = "user"' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("missing", "extra"), [("joblib", "train,sweep"), ("distributed", "sweep")]
+)
+def test_what_is_not_installed_is_asked_for_by_its_extra(
+    missing: str,
+    extra: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from models.__main__ import main
+    from models.cli import _extras as extras
+
+    found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
+    monkeypatch.setattr(extras, "find_spec", found)
+    assert main(["sweep", "x.toml", "--cluster", "127.0.0.1:1"]) == 2
+    error = capsys.readouterr().err
+    assert f"pip install -e '.[{extra}]'" in error
+    assert error.count("\n") == 1

@@ -1,0 +1,308 @@
+"""A sweep is trained for real: on this process, on others, and on a cluster that loses a worker."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.support import ROOT
+
+pytest.importorskip("torch", reason="needs the [train] extra")
+
+from controller.recordings import writer
+from models.__main__ import main
+from models.data.recipe import DEFAULT
+from models.data.simulate import DataSet
+from models.studies.sweep import kept, local
+
+pytestmark = pytest.mark.train
+
+PATIENCE_S = 240.0  # for what a busy machine takes long to do
+TINY = """
+[data]
+users = 4
+sessions = 1
+minutes = 1
+
+[train]
+gesture.epochs = 1
+
+[test]
+hold = 1
+
+[axes]
+users = [1, 2, 3]
+seed = [0, 1, 2]
+"""
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tiny sweep, trained one after the other in this process."""
+    folder = tmp_path_factory.mktemp("alone")
+    (folder / "tiny.toml").write_text(TINY)
+    assert main(["sweep", str(folder / "tiny.toml"), "--workers", "1"]) == 0
+    return folder / "tiny.sweep"
+
+
+def results(folder: Path) -> bytes:
+    return (folder / kept.RESULTS).read_bytes()
+
+
+def done(folder: Path) -> int:
+    return len(list((folder / kept.JOBS).glob("[!.]*.json")))
+
+
+def test_a_sweep_learns_from_as_many_as_it_was_told_and_judges_one_it_never_saw(
+    alone: Path,
+) -> None:
+    found = json.loads(results(alone))
+    assert [job["at"] for job in found["jobs"]] == [
+        {"users": users, "seed": seed} for users in (1, 2, 3) for seed in (0, 1, 2)
+    ]
+    for job in found["jobs"]:
+        assert job["result"]["learned"]["users"] == job["at"]["users"]
+        (held,) = job["result"]["held"]
+        assert held["user"].endswith(" 03")
+        assert held["frames"][1] > 400
+        assert 0 < held["frames"][0] <= held["frames"][1]
+    assert (alone / kept.REPORT).stat().st_size > 10_000
+
+
+def test_people_are_told_apart_on_days_of_their_own_and_strangers_are_nobodys_question(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toml = tmp_path / "who.toml"
+    toml.write_text(
+        "[data]\nusers = 3\nsessions = 2\nminutes = 1\ngestures = ['twist_cw']\none_orb = true\n"
+        "[train]\ntask = 'user'\nuser.epochs = 2\ngesture.epochs = 1\n"
+        "[axes]\nusers = [2, 3]\nrecipe = ['default', 'paper']"
+    )
+    assert main(["sweep", str(toml), "--workers", "1"]) == 0
+    found = json.loads(results(tmp_path / "who.sweep"))
+    for job in found["jobs"]:
+        held = job["result"]["held"]
+        assert job["result"]["learned"]["users"] == job["at"]["users"] == len(held)
+        assert all(session["session"].endswith(" 02") for session in held)
+        assert all(0 <= one["events"][0] <= one["events"][1] > 10 for one in held)
+    few, more = ({one["user"] for one in found["jobs"][at]["result"]["held"]} for at in (0, 2))
+    assert few < more
+    said = capsys.readouterr().out
+    assert "the last session of each held out" in said
+    assert "unseen gestures given to the right person" in said
+
+
+def test_a_process_that_dies_is_replaced_and_its_work_done_again(
+    alone: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("joblib", reason="needs the [sweep] extra")
+    out = tmp_path / "x"
+    run = [sys.executable, "-m", "models", "sweep", str(alone.parent / "tiny.toml"), "--workers"]
+    with subprocess.Popen([*run, "2", "--out", str(out)], cwd=ROOT, stderr=subprocess.PIPE,
+                          text=True) as swept:  # fmt: skip
+        until(lambda: done(out) >= 1, swept)
+        answer = json.loads(next((out / kept.JOBS).glob("[!.]*.json")).read_text())
+        os.kill(int(answer["where"].split()[-1]), signal.SIGKILL)
+        assert swept.stderr is not None
+        said = swept.stderr.read()
+        assert swept.wait(PATIENCE_S) == 0
+    assert "a process died" in said
+    assert results(out) == results(alone)
+
+
+@contextlib.contextmanager
+def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A program that is ended, whatever happens."""
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL) as process:  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def until(
+    there: Callable[[], bool], process: "subprocess.Popen[str] | subprocess.Popen[bytes]"
+) -> None:
+    """Wait for something that a process does."""
+    end = time.monotonic() + PATIENCE_S
+    while not there():
+        assert process.poll() is None, "it ended before its time"
+        assert time.monotonic() < end, "it did not happen"
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(0.05)
+
+
+def test_a_cluster_that_loses_one_of_two_workers_gives_the_same_bytes(
+    alone: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed", reason="needs the [sweep] extra")
+    file, out = tmp_path / "scheduler.json", tmp_path / "x"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1"]
+    own = ["--port", "0", "--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(file)]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file),
+              "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard",
+              "--local-directory", str(tmp_path)]  # fmt: skip
+    toml = str(alone.parent / "tiny.toml")
+    with running(*dask, *own) as scheduler:
+        until(file.exists, scheduler)
+        address = json.loads(file.read_text())["address"]
+        sweep = [sys.executable, "-m", "models", "sweep", toml, "--out", str(out)]
+        with running(*worker) as lost, running(*worker):
+            with running(*sweep, "--cluster", address) as swept:
+                until(lambda: done(out) >= 2, swept)
+                lost.kill()
+                assert done(out) < 9
+                assert swept.wait(PATIENCE_S) == 0
+            assert results(out) == results(alone)
+            again = subprocess.run(
+                [*sweep, "--cluster", "127.0.0.1:1"], cwd=ROOT, capture_output=True, text=True,
+                timeout=PATIENCE_S, check=True,
+            )  # fmt: skip
+    assert "9 trainings, 9 of them done already" in again.stderr  # and nobody was asked
+
+
+def test_recordings_are_swept_as_simulations_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = DataSet(minutes=1.0)
+    (tmp_path / "data").mkdir()
+    for user in range(3):
+        name = f"sub-0{user + 1}_ses-01_run-01.npz"
+        (tmp_path / "data" / name).write_bytes(writer.pack(made.session(user, 0)))
+    toml = tmp_path / "own.toml"
+    toml.write_text(
+        "[data]\nfolders = ['data']\n[train]\ngesture.epochs = 1\nlocation.epochs = 1\n"
+        "task = 'location'\n[test]\nfolds = 3"
+    )
+    assert main(["sweep", str(toml), "--workers", "1"]) == 0
+    found = json.loads(results(tmp_path / "own.sweep"))
+    users = [job["result"]["held"][0]["user"].split()[-1] for job in found["jobs"]]
+    assert users == ["01", "02", "03"]
+    assert "grid units" in capsys.readouterr().out
+    assert str(tmp_path) not in json.dumps(found)
+    toml.write_text("[data]\nfolders = ['elsewhere']")
+    assert main(["sweep", str(toml)]) == 2
+    assert "there is no folder elsewhere" in capsys.readouterr().err
+
+
+def test_one_training_that_cannot_be_is_told_and_the_others_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toml = tmp_path / "short.toml"
+    toml.write_text(
+        "[data]\nusers = 2\nsessions = 1\nminutes = 1\n[train]\ngesture.epochs = 1\n[test]\n"
+        "hold = 1\n[axes]\nminutes = [0.001, 0.9]"
+    )
+    assert main(["sweep", str(toml), "--workers", "1"]) == 1
+    said = capsys.readouterr()
+    assert "failed (1): nothing is left to learn from" in said.out
+    found = json.loads(results(tmp_path / "short.sweep"))
+    assert ["failed" in job for job in found["jobs"]] == [True, False]
+
+
+def test_a_setting_of_the_recipe_is_one_and_another_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toml, own = tmp_path / "x.toml", DEFAULT.gesture
+    for line, said in (
+        ("gesture.rat = 1", "did you mean 'gesture.rate'?"),
+        ("gesture.rate = 'fast'", f'expected a number, such as {own.rate}, found "fast"'),
+        ("gesture.channels = [1]", f"expected a row such as {list(own.channels)}, found [1]"),
+        ("gesture.batch = 1.5", f"expected a whole number, such as {own.batch}, found 1.5"),
+        ("gesture.strides = 1", "expected true or false, such as "),
+    ):
+        toml.write_text(f"[train]\n{line}")
+        assert main(["sweep", str(toml), "--list"]) == 2
+        assert said in capsys.readouterr().err
+    toml.write_text("[train]\ngesture.channels = [4, 8]\ntracked = false\ngesture.rate = 1\n")
+    assert main(["sweep", str(toml), "--list"]) == 0
+    assert capsys.readouterr().out.count("fold") == 5
+
+
+def test_a_scheduler_that_does_not_answer_is_one_sentence(
+    alone: Path, tmp_path: Path, free_port: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("distributed", reason="needs the [sweep] extra")
+    toml = str(alone.parent / "tiny.toml")
+    for address, why in (
+        (f"127.0.0.1:{free_port}", "no Dask scheduler answers at"),
+        ("nonsense", "'nonsense' is no address of a Dask scheduler"),
+    ):
+        assert main(["sweep", toml, "--out", str(tmp_path / "x"), "--cluster", address]) == 2
+        (*_, error) = capsys.readouterr().err.splitlines()
+        assert why in error
+
+
+def test_no_process_of_ours_is_left_behind() -> None:
+    pytest.importorskip("joblib", reason="needs the [sweep] extra")
+    orders = [json.dumps({"name": str(i), "job": {}, "version": {"x": "y"}}) for i in range(3)]
+    answers = [json.loads(one) for one in local.run(orders, 2, print)]
+    pids = {int(one["where"].split()[-1]) for one in answers}
+    assert os.getpid() not in pids
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sweep over recordings of three people, of which one runs at another rate."""
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "data").mkdir()
+    for user in range(4):
+        made = DataSet(minutes=0.5).session(user, 0)
+        if user == 3:
+            made = replace(made, t=made.t * 1.05)
+        (folder / "data" / f"{user}.npz").write_bytes(writer.pack(made))
+    (folder / "data" / "gestures.toml").write_text(
+        "".join(f'[[gesture]]\nlabel = "{name}"\n' for name in DataSet().gestures)
+    )
+    (folder / "few.toml").write_text(
+        '[data]\nfolders = ["data"]\n[train]\ngesture.epochs = 1\n[test]\nhold = 1\n'
+    )
+    return folder / "few.toml"
+
+
+def listed(sweep: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    capsys.readouterr()
+    assert main(["sweep", str(sweep), "--list"]) == 0
+    return capsys.readouterr().out
+
+
+def test_a_sweep_names_what_it_leaves_out_or_takes_all(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sweep", str(recorded), "--workers", "1"]) == 0
+    told = capsys.readouterr()
+    note = f"{recorded.parent / 'data' / '3.npz'} is left out: it runs at 9.52 Hz"
+    assert note in told.err
+    assert note in told.out
+    assert note in (recorded.with_suffix(".sweep") / "report.html").read_text()
+    every = recorded.with_name("every.toml")
+    every.write_text(recorded.read_text().replace("[train]", "[train]\nall = true"))
+    assert main(["sweep", str(every), "--workers", "1"]) == 0
+    assert "taken although it failed the check" in capsys.readouterr().err
+
+
+def test_gestures_that_are_declared_otherwise_make_every_training_a_new_one(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sweep", str(recorded), "--workers", "1"]) == 0
+    assert " done " in listed(recorded, capsys)
+    declared = recorded.parent / "data" / "gestures.toml"
+    before = declared.read_text()
+    declared.write_text(f"# a comment changes nothing\n{before}")
+    assert " done " in listed(recorded, capsys)
+    declared.write_text(before.replace('"press"\n', '"press"\nrotations = "all"\n'))
+    assert " done " not in listed(recorded, capsys)
+    declared.write_text(before)

@@ -1,0 +1,181 @@
+"""The mutation testing of `python -m tests.mutants`, on a project of one function."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.mutants import __main__ as mutants
+from tests.mutants.mutate import Mutation, draw, mutations
+
+SOURCE = '''"""Counts down from 3."""
+
+import logging
+
+log = logging.getLogger(__name__)
+
+
+def late(now_s: int, due_s: int = 10) -> bool:
+    """Return whether it is more than 10 seconds late, or not now."""
+    if now_s < 0:
+        raise ValueError(f"{now_s + 1} is negative" + "!")
+    log.info("%d of %d", now_s + 1, 5)
+    while now_s > 2 * due_s:
+        now_s -= due_s
+    return now_s > due_s
+'''
+TEST = """from late import late
+
+
+def test_late_is_what_comes_after_it_is_due() -> None:
+    assert late(11)
+    assert not late(10)
+    assert late(31)
+"""
+TESTS = ["tests/test_late.py"]
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """A project to mutate."""
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "late.py").write_text(SOURCE)
+    (tmp_path / "tests" / "test_late.py").write_text(TEST)
+    shutil.copy(mutants.ROOT / "tests" / "conftest.py", tmp_path / "tests")
+    return tmp_path
+
+
+def mutation(was: str, becomes: str) -> Mutation:
+    found = mutations("late.py", SOURCE.encode())
+    return next(one for one in found if (one.was, one.becomes) == (was, becomes))
+
+
+HARMFUL = mutation("return now_s > due_s", "return now_s >= due_s")
+UNSEEN = mutation("if now_s < 0:", "if now_s < -1:")
+
+
+def test_code_is_mutated_and_what_only_people_read_is_not() -> None:
+    assert [one.becomes for one in mutations("late.py", SOURCE.encode())] == [
+        "def late(now_s: int, due_s: int = 11) -> bool:",
+        "def late(now_s: int, due_s: int = 9) -> bool:",
+        "if not (now_s < 0):",
+        "if now_s <= 0:",
+        "if now_s >= 0:",
+        "if now_s < -1:",
+        "if now_s < 1:",
+        "while now_s <= 2 * due_s:",
+        "while now_s >= 2 * due_s:",
+        "while now_s > 1 * due_s:",
+        "while now_s > 3 * due_s:",
+        "while now_s > 2 / due_s:",
+        "now_s += due_s",
+        "return not (now_s > due_s)",
+        "return now_s <= due_s",
+        "return now_s >= due_s",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("source", "becomes"),
+    [
+        ("x = a and not b\n", ["x = a or not b", "x = a and  b"]),
+        ("x = a is not None\n", ["x = a is None"]),
+        ("x = (a) in (b)\n", ["x = (a) not in (b)"]),
+        ("x = a if b else c\n", ["x = a if not (b) else c"]),
+        ("x = y[n:]\n", ["x = y[:]", "x = y[(n) + 1:]"]),
+        ("x = True\n", ["x = False"]),
+        ("x = (\n    a  # + b\n    + b\n)\n", ["- b"]),
+        ("def f() -> list[int]:\n    return a\n", ["return (a)[:0]"]),
+        ("def f() -> int | None:\n    return a\n", ["return None"]),
+        ("class C:\n    __slots__ = ('x', 1)\n    x: Literal[1]\n", []),
+        ("assert x > 1\nKind = Number | Field\nz = cast(A | B, y)\n", []),
+        ("for x in zip(a, b, strict=True):\n    f'{x + 1}'\n", []),
+    ],
+)
+def test_each_kind_of_mutation(source: str, becomes: list[str]) -> None:
+    assert [one.becomes for one in mutations("x.py", source.encode())] == becomes
+
+
+def test_a_seed_draws_the_same_mutations_each_of_another_line() -> None:
+    found = mutations("late.py", SOURCE.encode())
+    drawn = draw(found, seed=7, count=4)
+    assert drawn == draw(found, seed=7, count=4)
+    assert len({one.line for one in drawn}) == 4
+    assert len(draw(found, seed=7, count=99)) == len({one.line for one in found})
+
+
+def test_a_mutation_that_a_test_notices_is_caught_by_that_test(tree: Path) -> None:
+    verdict = mutants.judge(tree, HARMFUL, TESTS, 60.0)
+    assert verdict == "caught by tests/test_late.py::test_late_is_what_comes_after_it_is_due"
+    assert mutants.judge(tree, UNSEEN, TESTS, 60.0) == "survived"
+    assert (tree / "late.py").read_text() == SOURCE
+
+
+def test_a_mutation_that_never_ends_is_caught(tree: Path) -> None:
+    endless = mutation("now_s -= due_s", "now_s += due_s")
+    assert mutants.judge(tree, endless, TESTS, 3.0) == "caught by the time limit"
+
+
+def test_a_copy_holds_the_project_alone_and_is_removed_whatever_happens(tree: Path) -> None:
+    for name in (".venv", "recordings", "tests/__pycache__"):
+        (tree / name).mkdir()
+    with mutants.copied(tree) as copy:
+        assert sorted(path.name for path in copy.iterdir()) == ["late.py", "tests"]
+        assert not (copy / "tests" / "__pycache__").exists()
+    assert not copy.exists()
+    with pytest.raises(KeyboardInterrupt), mutants.copied(tree) as copy:
+        raise KeyboardInterrupt
+    assert not copy.exists()
+
+
+def test_equivalent_mutations_are_listed_with_their_reason_and_do_not_count(
+    tree: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(mutants, "ROOT", tree)
+    reasons = {("late.py", UNSEEN.was, UNSEEN.becomes): "no time is negative"}
+    resume = tmp_path / "verdicts"
+    drawn = [HARMFUL, UNSEEN]
+    results = list(mutants.run(drawn, {"late.py": ["late"]}, reasons, resume))
+    assert results[0].verdict.startswith("caught by tests/test_late.py::test_late")
+    assert results[1].verdict == "equivalent: no time is negative"
+    assert mutants.score(results) == 1.0
+    assert mutants.report(results).endswith(
+        "2 mutations: 1 caught, 0 survived, 1 equivalent; 100% caught"
+    )
+    # What was caught is not run again: without its tests that would fail.
+    (tree / "tests" / "test_late.py").unlink()
+    assert list(mutants.run(drawn, {"late.py": ["late"]}, reasons, resume)) == results
+
+
+def test_tests_that_fail_without_any_mutation_are_named(
+    tree: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mutants, "ROOT", tree)
+    (tree / "late.py").write_text(SOURCE.replace("> due_s", ">= due_s"))
+    with pytest.raises(SystemExit, match=r"tests/test_late.py fail without any mutation; mend"):
+        list(mutants.run([UNSEEN], {"late.py": ["late"]}, {}))
+
+
+def test_an_entry_of_the_list_whose_line_has_changed_is_out_of_date() -> None:
+    reasons = {
+        ("late.py", UNSEEN.was, UNSEEN.becomes): "no time is negative",
+        ("late.py", "if now_s < 5:", "if now_s <= 5:"): "no more there",
+        ("other.py", "a", "b"): "of a file that was not looked at",
+    }
+    found = {"late.py": mutations("late.py", SOURCE.encode())}
+    assert mutants.stale(reasons, found) == [("late.py", "if now_s < 5:", "if now_s <= 5:")]
+
+
+def test_all_that_the_tables_name_exists() -> None:
+    related = mutants.related()
+    files = [*related, *(file for file, _, _ in mutants.equivalent())]
+    tests = {mutants.test_file(name) for names in related.values() for name in names}
+    assert [path for path in (*files, *tests) if not (mutants.ROOT / path).exists()] == []
+
+
+def test_a_source_file_without_related_tests_is_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        mutants.main(["controller/runtime/loop.py"])
+    assert "related.toml names no tests for controller/runtime/loop.py" in capsys.readouterr().err

@@ -1,0 +1,100 @@
+"""Bundles that know people, for tests: the shipped one with small networks besides.
+
+Who touches left of the middle is Ann, who touches right of it is Bob, as far as the user network
+can tell: it weighs the taxels of a window, and nothing else. Ann's own gesture network knows
+pinches only.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller import npz
+from controller.bundles import bundle
+from controller.recognition import users
+from tests.support.onnx_files import array, model, node, number, text, value
+
+SHIPPED = bundle.default_path()
+NAMES = ("ann", "bob")
+TABLE = """
+[users]
+names = ["ann", "bob"]
+gestures = ["press", "pinch", "twist_cw", "twist_ccw"]
+temperature = 1.0
+accept = 0.9
+stay = 0.98
+forget_s = 30.0
+heads = ["ann"]
+
+[users.mapping.bob]
+pinch = "hold"
+"""
+
+Array = NDArray[np.float32]
+
+
+def dense(weight: Array, bias: Array) -> bytes:
+    """A network that weighs all taxels of a 10×5×5 window: softmax of a sum for each output."""
+    flat = text(5, number(1, 2) + number(2, 7) + text(8, "flat") + text(9, _int64(-1, 250)))
+    gain = array("gain", *weight.shape, raw=weight.tobytes())
+    offset = array("offset", *bias.shape, raw=bias.tobytes())
+    turned = text(1, "transB") + number(3, 1) + number(20, 2)
+    return model(
+        flat, gain, offset,
+        node("Reshape", "x flat", "long"),
+        text(5, number(2, 1) + text(8, "one") + text(9, np.ones(1, dtype="<f4").tobytes())),
+        node("Sub", "long one", "felt"),
+        node("Gemm", "felt gain offset", "sum", turned),
+        node("Softmax", "sum", "y", text(1, "axis") + number(3, 1) + number(20, 2)),
+        value(11, "x", 0, 10, 5, 5), value(12, "y", 0, len(bias)),
+    )  # fmt: skip
+
+
+def answers(weight: Array, bias: Array, windows: Array) -> Array:
+    """What `dense` answers, by NumPy."""
+    total = (windows.reshape(len(windows), -1) - 1.0) @ weight.T + bias
+    power = np.exp(total - total.max(axis=1, keepdims=True))
+    return np.asarray(power / power.sum(axis=1, keepdims=True), dtype=np.float32)
+
+
+def left_or_right() -> tuple[Array, Array]:
+    """Weights and bias of the user network; nobody enrolled touches where little is felt."""
+    side = np.zeros((3, 10, 5, 5), dtype=np.float32)
+    side[1, :, :, :2] = side[2, :, :, 3:] = -1.0  # a touch takes capacitance
+    return side.reshape(3, 250), np.array([0.5, 0.0, 0.0], dtype=np.float32)
+
+
+def pinches() -> tuple[Array, Array]:
+    """Weights and bias of Ann's gesture network: whatever is deep anywhere is a pinch."""
+    weight = np.zeros((5, 250), dtype=np.float32)
+    weight[2] = -1.0
+    return weight, np.array([20.0, 0.0, 0.0, 0.0, 0.0], dtype=np.float32)
+
+
+def manifest(table: str = TABLE) -> bytes:
+    """The shipped manifest, with users."""
+    text = bundle.unpack(SHIPPED.read_bytes())[bundle.MANIFEST].decode()
+    return (re.sub(r"^format = \d+", "format = 4", text) + table).encode()
+
+
+def parts() -> dict[str, bytes]:
+    """The shipped parts, and those of Ann and Bob."""
+    own = bundle.content(bundle.unpack(SHIPPED.read_bytes()))
+    golden = npz.unpack(own[bundle.GOLDEN], bundle.MAX_BYTES)
+    who, ann = left_or_right(), pinches()
+    golden["people"] = answers(*who, golden["windows"])
+    golden["head.ann"] = answers(*ann, golden["windows"])
+    own |= {users.NETWORK: dense(*who), users.head_part("ann"): dense(*ann)}
+    return own | {bundle.GOLDEN: npz.pack(golden)}
+
+
+def write(path: Path, table: str = TABLE) -> Path:
+    """Write a bundle that knows Ann and Bob."""
+    bundle.write(path, manifest=manifest(table), parts=parts())
+    return path
+
+
+def _int64(*numbers: int) -> bytes:
+    return np.array(numbers, dtype="<i8").tobytes()

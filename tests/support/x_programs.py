@@ -1,0 +1,173 @@
+"""An X server, an orb and a host for tests, each a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+PATIENCE_S = 30.0  # an upper bound; nothing here takes seconds on an idle machine
+DEVICE = Path(__file__).with_name("scripted_device.py")
+
+
+@contextlib.contextmanager
+def server() -> Iterator[Screen]:
+    """Start Xvfb, and end it."""
+    reading, writing = os.pipe()
+    process = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as told:
+        number = told.readline().strip()
+    try:
+        screen = Screen(number)
+        yield screen
+        screen.close()
+    finally:
+        process.terminate()
+        process.wait()
+
+
+class Screen:
+    """An X server that nobody sees."""
+
+    def __init__(self, number: str) -> None:
+        from Xlib.display import Display
+
+        self.environment = {**os.environ, "DISPLAY": f":{number}", "PYTHONUNBUFFERED": "1"}
+        for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER"):
+            self.environment.pop(name, None)
+        self._display = Display(f":{number}")
+
+    def close(self) -> None:
+        self._display.close()
+
+    def down(self) -> list[int]:
+        """Return the codes of the keys that the server holds to be down."""
+        rows = self._display.query_keymap()
+        return [code for code in range(256) if rows[code // 8] >> (code % 8) & 1]
+
+    def lift(self) -> None:
+        """Release every key that is down."""
+        from Xlib import X
+        from Xlib.ext import xtest
+
+        for code in self.down():
+            xtest.fake_input(self._display, X.KeyRelease, code)
+        self._display.sync()
+
+    def focus(self, title: str) -> Any:
+        """Give the keyboard to the window of a title, once it is there; return the window."""
+        from Xlib import X
+        from Xlib.error import XError
+
+        def find() -> Any:
+            for window in self._display.screen().root.query_tree().children:
+                with contextlib.suppress(XError):  # some last for moments only
+                    viewable = window.get_attributes().map_state == X.IsViewable
+                    names = window.get_wm_name(), window.get_full_text_property(name)
+                    if viewable and title in names:
+                        return window
+            return None
+
+        name = self._display.intern_atom("_NET_WM_NAME")
+
+        window = until(find)
+        window.set_input_focus(X.RevertToParent, X.CurrentTime)
+        self._display.sync()
+        until(lambda: self._display.get_input_focus().focus == window)
+        return window
+
+    def ask_to_close(self, window: Any) -> None:
+        """Do what a window manager does for its cross."""
+        from Xlib.protocol.event import ClientMessage
+
+        protocols, delete = map(self._display.intern_atom, ("WM_PROTOCOLS", "WM_DELETE_WINDOW"))
+        window.send_event(
+            ClientMessage(window=window, client_type=protocols, data=(32, [delete, 0, 0, 0, 0]))
+        )
+        self._display.sync()
+
+
+class Orb:
+    """A device that does what it is told."""
+
+    def __init__(self) -> None:
+        command = [sys.executable, str(DEVICE), "listen://127.0.0.1:0"]
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+        )
+        self.url = str(json.loads(self._line())["listening"])
+
+    def met(self) -> None:
+        """Wait until a host has come."""
+        while self._line() != "hello":
+            pass
+
+    def say(self, line: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+        while self._line() != "done":
+            pass
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, "the device has ended"
+        return line.strip()
+
+
+class Player:
+    """`host` with the keyboard as its target."""
+
+    def __init__(
+        self,
+        environment: dict[str, str],
+        orb: Orb,
+        mapping: Path,
+        *,
+        backend: str = "x11",
+        target: str = "keyboard",
+    ) -> None:
+        command = [sys.executable, "-m", "host", "--target", target, "--headless"]
+        command += ["--backend", backend, "--mapping", str(mapping), "--link", orb.url]
+        self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+        orb.met()
+
+    def guard(self) -> int:
+        """Return the process id of its watchdog."""
+        found = subprocess.check_output(["pgrep", "-P", str(self.process.pid)], text=True)
+        return int(found.split()[0])
+
+    def until(self, words: str) -> str:
+        """Return the next line on standard error that has these words."""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            if words in line:
+                return line
+        raise AssertionError(f"it ended without a word of {words!r}")
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+
+
+def until(condition: Callable[[], Any]) -> Any:
+    """Return what a condition becomes when it is true."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        if found := condition():
+            return found
+        time.sleep(0.001)
+    raise AssertionError("it did not happen")

@@ -1,0 +1,165 @@
+"""Best lists: who is in them, and that neither a crash nor a damaged file loses them."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from tetris.engine.modes import MODES
+from tetris.files import config_folder, data_folder, write_beside
+from tetris.history.high_scores import FILE_NAME, PLACES, HighScores, Totals
+from tetris.history.stats import Summary
+
+
+def summary(score: int = 100, time_s: float = 60.0, lines: int = 40) -> Summary:
+    return Summary(score, lines, 5, 100, time_s, 450, 20, 90, 3, 1, 0, {"tetris": 2})
+
+
+def add(records: HighScores, mode: str, won: bool = True, **figures: float) -> int | None:
+    return records.add(MODES[mode], summary(**figures), won=won, seed=7)  # type: ignore[arg-type]
+
+
+def test_the_most_points_come_first() -> None:
+    records = HighScores(Path("nowhere"))
+    records._write = lambda: None  # type: ignore[method-assign]
+    places = [add(records, "marathon", score=score) for score in (500, 900, 700, 100)]
+    assert places == [1, 1, 2, 4]
+    assert [entry.score for entry in records.best("marathon")] == [900, 700, 500, 100]
+
+
+def test_a_sprint_counts_its_time_and_only_when_it_is_finished(tmp_path: Path) -> None:
+    records = HighScores(tmp_path)
+    assert add(records, "sprint", time_s=62.0) == 1
+    assert add(records, "sprint", time_s=58.5) == 1
+    assert add(records, "sprint", won=False, time_s=3.0) is None
+    assert [entry.time_s for entry in records.best("sprint")] == [58.5, 62.0]
+    assert records.totals("sprint").games == 3
+
+
+def test_of_equals_the_earlier_one_leads(tmp_path: Path) -> None:
+    records = HighScores(tmp_path)
+    add(records, "marathon", score=500, lines=1)
+    assert add(records, "marathon", score=500, lines=2) == 2
+
+
+def test_a_list_has_ten_places(tmp_path: Path) -> None:
+    records = HighScores(tmp_path)
+    for score in range(1000, 1000 + PLACES):
+        add(records, "marathon", score=score)
+    assert add(records, "marathon", score=5) is None
+    assert add(records, "marathon", score=5000) == 1
+    assert len(records.best("marathon")) == PLACES
+
+
+def test_what_was_added_is_there_the_next_time(tmp_path: Path) -> None:
+    records = HighScores(tmp_path / "new" / "folder")
+    records.add(MODES["zen"], summary(), won=False, seed=3, date="2025-06-01", replay="a.tetris")
+    again = HighScores(tmp_path / "new" / "folder")
+    assert again.best("zen") == records.best("zen")
+    assert again.totals("zen") == Totals(1, 0, 60.0, 100, 40, 450, 90, {"tetris": 2})
+    (entry,) = again.best("zen")
+    assert (entry.replay, entry.date, entry.commands_per_piece) == ("a.tetris", "2025-06-01", 4.5)
+    assert again.trouble == ""
+
+
+def test_two_programs_add_to_one_list(tmp_path: Path) -> None:
+    one, other = HighScores(tmp_path), HighScores(tmp_path)
+    add(one, "marathon", score=1)
+    add(other, "marathon", score=2)
+    assert [entry.score for entry in HighScores(tmp_path).best("marathon")] == [2, 1]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x00\xff" * 50,
+        b"[1, 2",
+        b"{}",
+        b'{"form": 2, "modes": {}}',
+        b'{"form": 1, "modes": []}',
+        b'{"form": 1, "modes": {"zen": {"best": [], "totals": {}}}}',
+        b'{"form": 1, "modes": {"zen": {"best": [{"score": NaN}], "totals": {}}}}',
+        b"[" * 100_000,
+    ],
+)
+def test_a_damaged_file_is_put_aside_and_said_so(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / FILE_NAME
+    path.write_bytes(content)
+    records = HighScores(tmp_path)
+    aside = tmp_path / "records-damaged-1.json"
+    assert aside.read_bytes() == content
+    assert records.trouble == (f"the best lists were damaged and begin anew; they are in {aside}")
+    assert add(records, "zen") == 1
+    assert records.trouble == ""
+    assert len(HighScores(tmp_path).best("zen")) == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("score", "9" * 9),
+        ("score", -1),
+        ("time_s", None),
+        ("won", 1),
+        ("lines", 1e400),
+        ("pieces", 2.5),
+    ],
+)
+def test_a_value_of_another_kind_is_damage(key: str, value: object, tmp_path: Path) -> None:
+    records = HighScores(tmp_path)
+    add(records, "zen")
+    path = tmp_path / FILE_NAME
+    document = json.loads(path.read_text())
+    document["modes"]["zen"]["best"][0][key] = value
+    path.write_text(json.dumps(document))
+    again = HighScores(tmp_path)
+    assert again.best("zen") == ()
+    assert "damaged" in again.trouble
+
+
+def test_a_second_damaged_file_does_not_replace_the_first(tmp_path: Path) -> None:
+    for number in (1, 2):
+        (tmp_path / FILE_NAME).write_text(f"damaged {number}")
+        HighScores(tmp_path)
+    assert (tmp_path / "records-damaged-1.json").read_text() == "damaged 1"
+    assert (tmp_path / "records-damaged-2.json").read_text() == "damaged 2"
+
+
+def test_a_folder_that_cannot_be_written_is_a_sentence_and_the_game_is_listed(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "file").write_text("")
+    records = HighScores(tmp_path / "file")
+    assert add(records, "zen") == 1
+    assert records.trouble.startswith("cannot ")
+    assert len(records.best("zen")) == 1
+
+
+def test_a_crash_while_writing_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "list"
+    write_beside(path, b"old")
+
+    def crash(_: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", crash)
+    with pytest.raises(KeyboardInterrupt):
+        write_beside(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["list"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="XDG's rules are those of Linux")
+def test_the_users_folders_follow_the_systems_rules(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    assert data_folder() == tmp_path / "data" / "orbtouch" / "tetris"
+    assert config_folder() == tmp_path / "config" / "orbtouch" / "tetris"
+    assert not list(tmp_path.iterdir())  # nothing is made before it is needed

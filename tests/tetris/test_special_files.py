@@ -1,0 +1,186 @@
+"""Special files wherever the game takes one: each is answered in a sentence, at once."""
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pygame
+import pytest
+
+from tests.support.special_files import KINDS, answer, make
+from tests.support.tetris_player import open_app, opened
+from tetris import files
+from tetris.__main__ import main
+from tetris.engine.modes import MODES
+from tetris.history.high_scores import FILE_NAME, HighScores
+from tetris.history.replay import Recorder
+from tetris.history.replay_file import ReplayError, load, save
+from tetris.history.stats import Summary
+from tetris.window import settings
+from tetris.window.app import Start
+from tetris.window.settings import Settings
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="makes special files of Linux")
+
+NEVER_ENDING = ("pipe", "socket", "endless", "full", "null")
+UNREPLACED = (*NEVER_ENDING, "folder", "loop")  # never written over
+PLAY = ("--headless", "--bot", "dellacherie", "--pieces", "1")
+
+
+def identity(path: Path) -> tuple[int, int]:
+    now = path.lstat()
+    return now.st_ino, now.st_mode
+
+
+def replay(folder: Path) -> Path:
+    recorder = Recorder(1)
+    recorder.update(0.0)
+    save(folder / "game.tetris", recorder.replay())
+    return folder / "game.tetris"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("more", [(), ("--headless",), ("--film", "game.gif")])
+def test_a_replay_that_is_none_is_refused(kind: str, more: tuple[str, ...], tmp_path: Path) -> None:
+    told = answer(main, ["--replay", str(make(kind, tmp_path)), *more])
+    assert told.refused_by("tetris")
+    assert told.status == 2
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_recording_replaces_files_only(kind: str, tmp_path: Path) -> None:
+    path = make(kind, tmp_path)
+    before = identity(path) if kind in UNREPLACED else None
+    told = answer(main, [*PLAY, "--record", str(path)])
+    if before is None:
+        assert told.status == 0
+        assert load(path).outcome.pieces == 1
+    else:
+        assert told.refused_by("tetris")
+        assert told.status == 1
+        assert identity(path) == before
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("kind", UNREPLACED)
+def test_a_film_replaces_files_only(kind: str, tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    game, path = replay(tmp_path / "in"), make(kind, tmp_path, "film.gif")
+    before = identity(path)
+    told = answer(main, ["--replay", str(game), "--film", str(path)])
+    assert told.refused_by("tetris")
+    assert told.status == 1
+    assert identity(path) == before
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_settings_that_cannot_be_read_are_as_they_come(kind: str, tmp_path: Path) -> None:
+    path = make(kind, tmp_path, settings.FILE_NAME)
+    chosen, sentence = settings.load(path)
+    assert chosen == Settings()
+    assert (sentence == "") == (kind in ("missing", "dangling", "empty", "locked"))
+    assert sentence.isprintable()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) -> None:
+    make(kind, tmp_path, FILE_NAME)
+    records = HighScores(tmp_path)
+    assert (records.trouble == "") == (kind in ("missing", "dangling"))
+    summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, 0, {})
+    assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
+
+
+@pytest.fixture
+def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
+    yield from opened(monkeypatch)
+
+
+@pytest.mark.parametrize("kind", NEVER_ENDING)
+def test_a_list_of_replays_with_a_special_file_says_so_when_it_is_chosen(
+    kind: str, window: pygame.Surface, tmp_path: Path
+) -> None:
+    folder = tmp_path / "data" / "replays"
+    folder.mkdir(parents=True)
+    make(kind, folder, "2026-01-01_00-00-00_zen.tetris")
+    player = open_app(window, Start(), config=tmp_path / "config", data=tmp_path / "data")
+    player.choose("Replays")
+    player.key(pygame.K_RETURN)
+    assert "expected is a file" in player.menu.menu.notice or "cannot read" in (
+        player.menu.menu.notice
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("pipe", "a pipe"), ("folder", "a folder"), ("full", "a device"), ("endless", "a device")],
+)
+def test_a_special_file_is_named_as_what_it_is(kind: str, words: str, tmp_path: Path) -> None:
+    path = make(kind, tmp_path)
+    with pytest.raises(ReplayError, match=f"cannot read {path}: it is {words}, expected is a file"):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x" + ".a" * 30_000 + " = 1",
+        "x" + " . 'a'" * 30_000 + " = 1",
+        "[" + "a." * 10_000 + "a]",
+        "x = " + "[" * 5_000,
+        "x = " + "{a=" * 5_000,
+        '"' + "\\" * 30_000,
+        "'''" + "'" * 30_001,
+        "x = " + "9" * 30_000,
+    ],
+)
+def test_settings_cost_no_more_than_their_length(text: str) -> None:
+    with pytest.raises(ValueError):
+        files.parse_toml(text)
+
+
+def test_brackets_and_dots_within_texts_and_comments_are_not_counted() -> None:
+    text = 'key = ["' + "[" * 40 + '", "a' + ".a" * 40 + '"] # ' + "[." * 40
+    assert files.parse_toml(text) == {"key": ["[" * 40, "a" + ".a" * 40]}
+
+
+def test_settings_of_more_than_64_kb_are_put_aside(tmp_path: Path) -> None:
+    path = tmp_path / settings.FILE_NAME
+    path.write_text("# " + "x" * 65_536)
+    assert "put aside" in settings.load(path)[1]
+    assert not path.exists()
+
+
+def test_a_name_with_a_zero_byte_cannot_be_read() -> None:
+    with pytest.raises(OSError, match="null byte"):
+        files.read_bytes(Path("a\0b"), 10)
+
+
+def test_a_pipe_for_which_somebody_waits_is_refused_too(tmp_path: Path) -> None:
+    path = make("pipe", tmp_path)
+    writer = os.open(path, os.O_RDWR)
+    try:
+        with pytest.raises(OSError, match="a pipe"):
+            files.read_bytes(path, 10)
+    finally:
+        os.close(writer)
+
+
+@pytest.mark.parametrize("given", ["", "rel", "./rel", "~/rel"])
+def test_relative_xdg_folders_are_ignored(
+    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_DATA_HOME", given)
+    monkeypatch.setenv("XDG_CONFIG_HOME", given)
+    assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"
+    assert files.config_folder() == tmp_path / ".config/orbtouch/tetris"
+
+
+def test_a_platformdirs_that_obeys_relative_folders_is_corrected(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr("platformdirs.user_data_path", lambda *_, **__: Path("rel/orbtouch"))
+    assert files.data_folder() == tmp_path / ".local/share/orbtouch/tetris"

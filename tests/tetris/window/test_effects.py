@@ -1,0 +1,131 @@
+"""Feedback: what lights up after an event, what is said, and that nothing hides the board."""
+
+import pygame
+import pytest
+
+from tetris.engine import events as happened
+from tetris.engine.board import Board
+from tetris.engine.events import Event
+from tetris.engine.game import Action, Config, Game
+from tetris.engine.pieces import Piece
+from tetris.window.callouts import praise
+from tetris.window.figures import clock, figures_of
+from tetris.window.layout import Layout
+from tetris.window.settings import Settings
+from tetris.window.theme_choice import ThemeChoice
+from tetris.window.view import GameView
+
+AREA = pygame.Rect(0, 0, 1280, 720)
+STILL = ThemeChoice.chosen(Settings(motion=False, language="en"))
+MOVING = ThemeChoice.chosen(Settings(language="en"))
+
+
+def drop(board: str, piece: Piece) -> tuple[Game, list[Event]]:
+    game = Game(seed=1)
+    game.set_up(Board.parse(board), piece)
+    game.update(0.0)
+    return game, game.update(0.0, [Action.HARD_DROP])
+
+
+def cleared(board: str, piece: Piece) -> tuple[Game, list[Event], happened.Locked]:
+    game, events = drop(board, piece)
+    (lock,) = (event for event in events if isinstance(event, happened.Locked))
+    return game, events, lock
+
+
+def changed(look: ThemeChoice, events: list[Event], game: Game, at_s: float) -> pygame.Mask:
+    """Return which pixels differ from a picture in which nothing has happened."""
+    pictures = []
+    for shown in (events, []):
+        view, surface = GameView(AREA, look=look), pygame.Surface(AREA.size)
+        view.draw(surface, game, 0.0)
+        view.show(shown)
+        view.draw(surface, game, at_s)
+        pictures.append(surface)
+    same = pygame.mask.from_threshold(pictures[0], (0, 0, 0), (1, 1, 1, 255), pictures[1])
+    same.invert()
+    return same
+
+
+QUAD = "J.........\n" + "JJJJJJJJJ.\n" * 4
+
+
+@pytest.mark.parametrize("look", [STILL, MOVING], ids=["still", "moving"])
+def test_a_great_clear_is_seen_and_then_gone(look: ThemeChoice) -> None:
+    game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
+    assert changed(look, events, game, 0.05).count() > 2000
+    assert changed(look, events, game, 5.0).count() == 0
+
+
+def test_words_stand_beside_the_board() -> None:
+    game, events, _ = cleared(QUAD, Piece("I", 7, 10, 1))
+    layout = Layout.inside(AREA)
+    late = changed(STILL, events, game, 1.0)  # only words live so long
+    assert late.count() > 100
+    frame = layout.callout.inflate(layout.cell, layout.cell)
+    assert all(frame.contains(rect) for rect in late.get_bounding_rects())
+
+
+def test_without_motion_a_drop_leaves_no_trail_and_pushes_nothing() -> None:
+    game, events = drop("", Piece("O", 4, 18))
+    layout = Layout.inside(AREA)
+    still, moving = (changed(look, events, game, 0.02) for look in (STILL, MOVING))
+    landed = pygame.Rect(layout.at(4, 1), (2 * layout.cell, 2 * layout.cell))
+    assert all(landed.contains(rect) for rect in still.get_bounding_rects())
+    assert moving.count() > 3 * still.count()
+
+
+def test_a_lock_is_praised_greatest_first() -> None:
+    _, _, lock = cleared(QUAD, Piece("I", 7, 10, 1))
+    assert [words for words, _ in praise(lock, MOVING)] == ["TETRIS", "+800"]
+    _, _, lock = cleared("JJJJJJJJ..\nJJJJJJJJ..", Piece("O", 8, 10))
+    assert [words for words, _ in praise(lock, MOVING)] == ["PERFECT CLEAR", "DOUBLE", "+1,500"]
+    _, _, lock = cleared("", Piece("O", 8, 10))
+    assert praise(lock, MOVING) == []
+
+
+def test_every_name_of_a_clear_is_in_the_language_file() -> None:
+    german = ThemeChoice.chosen(Settings(language="de"))
+    _, _, lock = cleared(QUAD, Piece("I", 7, 10, 1))
+    assert praise(lock, german)[0][0] == "TETRIS"
+    _, _, lock = cleared("J.........\nJJJJJJJJ..\nJJJJJJJJ..", Piece("O", 8, 10))
+    assert praise(lock, german)[0][0] == "DOPPELREIHE"
+
+
+# -- figures -------------------------------------------------------------------------------
+
+
+def keys(config: Config, *, by_time: bool = False) -> list[str]:
+    game = Game(1, config)
+    return [figure.key.removeprefix("figures.") for figure in figures_of(game, by_time=by_time)]
+
+
+def test_each_kind_of_game_shows_what_it_is_about() -> None:
+    assert keys(Config()) == ["score", "level", "lines", "pieces"]
+    assert keys(Config(lines_goal=150)) == ["score", "level", "lines_left", "pieces"]
+    assert keys(Config(lines_goal=40), by_time=True) == ["time", "lines_left", "pieces"]
+    assert keys(Config(time_limit_s=120.0)) == ["time_left", "score", "lines", "pieces"]
+    dig = Config(board="###.######", dig=True)
+    assert keys(dig, by_time=True) == ["time", "garbage", "lines", "pieces"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "written"),
+    [(0, "0:00.00"), (59.999, "0:59.99"), (60, "1:00.00"), (65.2, "1:05.20"), (3600, "60:00.00")],
+)
+def test_time_is_written_as_a_stopwatch_shows_it(seconds: float, written: str) -> None:
+    assert clock(seconds) == written
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(4, 4), (10, 10), (6, 20), (10, 30)])
+def test_boards_of_other_sizes_fit_into_the_same_window(columns: int, rows: int) -> None:
+    game = Game(1, Config(columns=columns, rows=rows))
+    view, surface = GameView(AREA), pygame.Surface(AREA.size)
+    game.update(0.0)
+    view.show(game.update(0.1, [Action.HARD_DROP]))
+    view.draw(surface, game, 0.1)
+    layout = view.layout
+    assert (layout.columns, layout.rows) == (columns, rows)
+    parts = [layout.board, layout.hold, layout.stats, layout.next, layout.callout]
+    assert all(AREA.contains(part) for part in parts)
+    assert all(len(part.collidelistall(parts)) == 1 for part in parts)

@@ -1,0 +1,93 @@
+"""Menus as values, and as pictures."""
+
+import pygame
+import pytest
+
+from tetris.window.menu import Cursor, Item, Menu, Row
+from tetris.window.menu_navigation import MenuStep
+from tetris.window.menu_view import MenuView, wrapped
+from tetris.window.theme_choice import ThemeChoice
+
+
+class Counter:
+    """Something that a menu changes."""
+
+    def __init__(self) -> None:
+        self.value = 0
+        self.taken = 0
+
+    def step(self, step: int) -> None:
+        self.value += step
+
+    def take(self) -> None:
+        self.taken += 1
+
+    def menu(self) -> Menu:
+        return Menu(
+            "Kitchen",
+            (
+                Item("Tea", self.take),
+                Item("Sugar", value=str(self.value), step=self.step),
+                Item("Nothing to do"),
+            ),
+        )
+
+
+def test_up_and_down_go_round() -> None:
+    cursor, menu = Cursor(), Counter().menu()
+    seen = []
+    for _ in range(4):
+        cursor.move(menu, MenuStep.DOWN)
+        seen.append(cursor.selected)
+    assert seen == [1, 2, 0, 1]
+    cursor.move(menu, MenuStep.UP)
+    cursor.move(menu, MenuStep.UP)
+    assert cursor.selected == 2
+
+
+def test_left_and_right_change_a_value_and_confirming_takes_an_item() -> None:
+    counter, cursor = Counter(), Cursor()
+    assert cursor.move(counter.menu(), MenuStep.CONFIRM)
+    assert not cursor.move(counter.menu(), MenuStep.LEFT)
+    cursor.move(counter.menu(), MenuStep.DOWN)
+    for nav in (MenuStep.RIGHT, MenuStep.RIGHT, MenuStep.LEFT, MenuStep.CONFIRM):
+        assert cursor.move(counter.menu(), nav)
+    assert (counter.taken, counter.value) == (1, 2)
+
+
+def test_an_item_that_does_nothing_says_so() -> None:
+    cursor, menu = Cursor(), Counter().menu()
+    cursor.move(menu, MenuStep.UP)
+    assert not cursor.move(menu, MenuStep.CONFIRM)
+
+
+def test_a_menu_that_has_become_shorter_keeps_its_cursor_inside() -> None:
+    cursor = Cursor()
+    cursor.move(Counter().menu(), MenuStep.UP)
+    cursor.move(Menu("short", (Item("only"),)), MenuStep.RIGHT)
+    assert cursor.selected == 0
+
+
+@pytest.mark.parametrize("size", [(400, 600), (120, 90), (2000, 1200)])
+def test_the_chosen_item_of_a_long_menu_is_always_seen(size: tuple[int, int]) -> None:
+    surface = pygame.Surface(size)
+    menu = Menu("Long", [Item(f"item {number}", value="x") for number in range(40)])
+    view = MenuView(ThemeChoice())
+    for selected in (*range(40), *reversed(range(40)), 0, 39):
+        view.draw(surface, surface.get_rect(), menu, selected, size[1] / 720)
+        assert selected in [spot.number for spot in view.spots]
+
+
+def test_a_table_leaves_room_for_the_items_below_it() -> None:
+    surface = pygame.Surface((500, 500))
+    table = [Row(("place", "points", "date"), marked=place == 3) for place in range(60)]
+    view = MenuView(ThemeChoice())
+    view.draw(surface, surface.get_rect(), Menu("Best", (Item("Back"),), table), 0, 1.0)
+    assert surface.get_rect().contains(view.spots[0].place)
+
+
+def test_a_sentence_is_broken_between_words() -> None:
+    lines = wrapped("one two three four five six seven", 20, 110)
+    assert " ".join(lines) == "one two three four five six seven"
+    assert len(lines) > 1
+    assert wrapped("", 20, 110) == []

@@ -1,0 +1,306 @@
+"""A game in the window: beginning, pausing, ending, watching, and playing on."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pygame
+import pytest
+
+from tests.support.tetris_player import FRAME_S, Player, open_app, opened
+from tetris.engine.game import Phase
+from tetris.history.replay import Player as ReplayPlayer
+from tetris.history.video import VideoError
+from tetris.window import video_export
+from tetris.window.app import App, Start
+from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
+from tetris.window.screens.replay_screen import ReplayScreen
+from tetris.window.settings import Settings
+
+
+@pytest.fixture
+def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
+    yield from opened(monkeypatch)
+
+
+@pytest.fixture
+def player(window: pygame.Surface, tmp_path: Path) -> Player:
+    return open_app(window, config=tmp_path / "config", data=tmp_path / "data")
+
+
+def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
+    player.choose("Play")
+    player.wait(READY_S / 2)
+    assert player.game.session.game.time_s == 0
+    player.wait(READY_S)
+    assert player.game.session.game.time_s > 0
+
+
+def test_no_time_passes_in_a_pause(player: Player) -> None:
+    game = player.play().session.game
+    player.key(pygame.K_p)
+    before_s = game.time_s
+    player.now_s += 3600
+    player.key(pygame.K_RETURN)
+    assert (
+        not game.in_play or game.phase is not Phase.RUNNING
+    )  # the board is seen, and the player finds the keys
+    player.wait(RESUME_S)
+    assert game.phase is Phase.RUNNING
+    assert game.time_s - before_s < 0.3
+
+
+def test_a_window_that_loses_the_focus_pauses_and_says_why(player: Player) -> None:
+    player.play()
+    player.wait(FRAME_S, pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    assert "focus" in player.menu.menu.notice
+
+
+def test_a_pad_that_is_pulled_out_pauses_the_game(player: Player) -> None:
+    player.play()
+    pads = player.app.stage.pads
+    pads._open[3] = pygame.joystick.Joystick  # type: ignore[assignment]
+    player.wait(FRAME_S, pygame.event.Event(pygame.JOYDEVICEREMOVED, instance_id=3))
+    assert "pad" in player.menu.menu.notice
+
+
+def test_a_key_held_through_a_pause_is_not_held_after_it(player: Player) -> None:
+    screen = player.play()
+    player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
+    player.wait(FRAME_S, pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    player.key(pygame.K_RETURN)
+    x = screen.session.game.piece.x
+    player.wait(RESUME_S + 0.5)
+    assert screen.session.game.piece.x == x
+
+
+def test_the_end_has_a_menu_and_drumming_on_the_keys_does_not_pass_it(player: Player) -> None:
+    player.play()
+    while isinstance(player.screen, PlayScreen):
+        player.key(pygame.K_SPACE)
+    ended = player.screen
+    player.key(pygame.K_SPACE, pygame.K_SPACE)
+    assert player.screen is ended
+    player.wait(0.7)
+    player.choose("Play again")
+    assert player.game.session.game.pieces_placed == 0
+
+
+def test_a_finished_game_is_kept_watched_and_played_on_from(player: Player, tmp_path: Path) -> None:
+    player.play()
+    player.lose()
+    player.choose("Leave the game")
+    player.choose("Replays")
+    assert len(player.menu.menu.items) == 2
+    player.key(pygame.K_RETURN)
+    replay = player.screen
+    assert isinstance(replay, ReplayScreen)
+    player.wait(1.0)
+    player.key(pygame.K_DOWN, pygame.K_LEFT)
+    assert replay._player.time_s - replay._player.start_s < 0.5
+    player.wait(0.3)
+    placed = replay._player.game.pieces_placed
+    player.choose("Play on from here")
+    assert player.game.session.game.pieces_placed == placed
+    player.wait(READY_S + 0.2)
+    player.key(pygame.K_SPACE)
+    assert player.game.session.game.pieces_placed >= placed + 1
+    player.lose()
+    assert len(list((tmp_path / "data").rglob("*.tetris"))) == 2
+
+
+def watching(player: Player) -> ReplayScreen:
+    player.play()
+    player.lose()
+    player.choose("Watch it")
+    assert isinstance(player.screen, ReplayScreen)
+    return player.screen
+
+
+def test_a_film_is_made_while_the_replay_goes_on(
+    player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        video_export, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)])
+    )
+    screen = watching(player)
+    player.choose("Save as a film")
+    (share,) = (item.share for item in screen.menu.items if item.share)
+    assert 0 < share < 1
+    player.wait(0.6)
+    assert "films" in screen.menu.notice
+    assert screen.menu.notice.endswith(".gif")
+
+
+def test_a_film_that_cannot_be_made_is_a_sentence(
+    player: Player, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> Iterator[float]:
+        raise VideoError("no library for films")
+        yield
+
+    monkeypatch.setattr(video_export, "export", refuse)
+    screen = watching(player)
+    player.choose("Save as a film")
+    player.wait(0.1)
+    assert screen.menu.notice == "no library for films"
+
+
+def test_a_file_that_is_no_replay_is_refused_with_a_sentence(
+    window: pygame.Surface, tmp_path: Path
+) -> None:
+    path = tmp_path / "foreign.tetris"
+    path.write_bytes(b"no replay")
+    player = open_app(window, Start(replay=path))
+    assert "no replay" in player.menu.menu.notice
+
+
+@pytest.mark.parametrize(
+    "mode", ["marathon", "endless", "sprint", "ultra_2", "ultra_3", "zen", "dig", "orb"]
+)
+def test_the_bot_plays_every_mode_to_be_watched(window: pygame.Surface, mode: str) -> None:
+    player = open_app(window, Start(mode=mode, seed=3, level=2, bot="dellacherie"))
+    player.wait(6.0)
+    assert player.game.session.mode.name == mode
+    assert player.game.session.game.pieces_placed >= 5
+
+
+def test_a_level_without_a_mode_chooses_a_mode_with_levels(window: pygame.Surface) -> None:
+    app = App(window, Start(), sound=False)
+    app.stage.change(Settings(mode="sprint"))
+    app._flow.begin(Start(level=7))
+    screen = app.stage.screen
+    assert isinstance(screen, PlayScreen)
+    assert (screen.session.mode.name, screen.session.game.level) == ("marathon", 7)
+
+
+def test_zen_takes_a_piece_back(window: pygame.Surface) -> None:
+    player = open_app(window, Start(mode="zen", seed=3))
+    player.wait(READY_S + 0.1)
+    player.key(pygame.K_SPACE, pygame.K_SPACE, pygame.K_u)
+    assert player.game.session.game.pieces_placed == 1
+
+
+def test_a_hint_is_shown_until_the_piece_is_placed(window: pygame.Surface) -> None:
+    player = open_app(window, Start(mode="zen", seed=3))
+    player.wait(READY_S + 0.1)
+    player.key(pygame.K_h)
+    assert player.game._hint is not None
+    player.key(pygame.K_SPACE)
+    assert player.game._hint is None
+
+
+def test_a_turn_that_is_held_turns_the_next_piece_as_it_enters(window: pygame.Surface) -> None:
+    player = open_app(window, Start(mode="marathon", seed=3))
+    player.wait(READY_S + 0.1)
+    player.wait(FRAME_S, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_z))
+    player.key(pygame.K_SPACE)
+    assert player.game.session.game.piece.turn == 3
+
+
+SPACE, UP, Z, C = pygame.K_SPACE, pygame.K_UP, pygame.K_z, pygame.K_c
+LEFT, RIGHT = pygame.K_LEFT, pygame.K_RIGHT
+
+
+def pressed(
+    window: pygame.Surface, *frames: tuple[int, ...], hz: int, settings: Settings | None = None
+) -> PlayScreen:
+    """Play frames of keys, each in its order; a negative key comes up."""
+    app = App(window, Start(mode="endless", seed=3), sound=False)
+    app.stage.change(settings or Settings())
+    app.step(0.0, [])
+    screen = app.stage.screen
+    assert isinstance(screen, PlayScreen)
+    screen.resume()  # with these settings
+    for number, keys in enumerate([(), (), *frames]):
+        now_s = READY_S + number / hz
+        kinds = [(pygame.KEYDOWN if key > 0 else pygame.KEYUP, abs(key)) for key in keys]
+        app.step(now_s, [pygame.event.Event(kind, key=key) for kind, key in kinds])
+    return screen
+
+
+@pytest.mark.parametrize("hz", [30, 60])
+@pytest.mark.parametrize(
+    ("keys", "turn", "placed"),
+    [
+        ((SPACE, UP), 1, 1),  # the turn is for the next piece, and once
+        ((SPACE, Z), 3, 1),
+        ((SPACE, UP, Z), 0, 1),  # there and back
+        ((C, UP), 1, 0),
+        ((C, UP, SPACE), 1, 1),  # the turn is still down as the piece after it enters
+        ((SPACE, C, UP), 1, 1),
+        ((UP, SPACE), 1, 1),  # roll-over: held as the next piece enters
+        ((UP, SPACE, -UP), 1, 1),
+        ((UP, -UP, SPACE), 0, 1),
+        ((UP, Z, SPACE), 0, 1),  # both held: neither
+        ((UP, SPACE, -UP, UP), 2, 1),  # held, and then pressed again
+    ],
+)
+def test_keys_pressed_in_one_frame_act_as_in_frames_of_their_own(
+    window: pygame.Surface, keys: tuple[int, ...], turn: int, placed: int, hz: int
+) -> None:
+    together = pressed(window, keys, hz=hz).session
+    apart = pressed(window, *((key,) for key in keys), hz=hz).session
+    for session in (together, apart):
+        assert (session.game.piece.turn, session.game.pieces_placed) == (turn, placed)
+        again = ReplayPlayer(session.recorder.replay())
+        again.advance(again.end_s)
+        assert again.game.piece == session.game.piece
+    assert together.game.piece.kind == apart.game.piece.kind
+    assert together.game.hold == apart.game.hold
+
+
+@pytest.mark.parametrize("hz", [30, 60])
+@pytest.mark.parametrize("arr_ms", [0, 10, 33, 100])
+def test_a_shift_held_against_the_wall_is_one_input(
+    window: pygame.Surface, arr_ms: int, hz: int
+) -> None:
+    hands, run = Settings(arr_ms=arr_ms), [()] * hz
+    held = pressed(window, (LEFT,), *run, (-LEFT, SPACE), hz=hz, settings=hands)
+    back = (-LEFT, RIGHT, -RIGHT, SPACE)  # the standard two inputs for the second column
+    tapped = pressed(window, (LEFT,), *run, back, hz=hz, settings=hands)
+    for screen, x, commands in ((held, 0, 2), (tapped, 1, 3)):
+        locked = screen.session.game.board.rows[0]
+        assert len(locked) - len(locked.lstrip(".")) == x
+        summary = screen.session.summary
+        assert (summary.faults, summary.commands) == (0, commands)
+
+
+def test_at_an_instant_repeat_a_held_direction_goes_to_the_wall(player: Player) -> None:
+    player.app.stage.change(Settings(das_ms=50, arr_ms=0))
+    screen = player.play()
+    player.wait(0.1, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
+    assert min(x for x, _ in screen.session.game.piece.cells) == 0
+
+
+def test_orb_pace_gives_a_quick_hand_more_gravity(window: pygame.Surface) -> None:
+    player = open_app(window, Start(mode="orb", seed=3, level=9))
+    player.wait(READY_S + 0.1)
+    assert player.game.session.game.gravity_cap == 3
+    for _ in range(4):
+        player.key(pygame.K_LEFT, pygame.K_RIGHT, pygame.K_LEFT)
+        player.wait(0.7)
+        player.key(pygame.K_SPACE)
+    assert player.game.session.game.gravity_cap > 3
+
+
+def test_the_end_says_how_it_went_and_the_best_list_remembers(player: Player) -> None:
+    player.play()
+    player.lose()
+    rows = [row.cells for row in player.menu.menu.table]
+    assert rows[0] == ("Your best game so far!",)
+    assert "Finesse" in {cells[0] for cells in rows}
+    assert len(rows) == 10
+    player.choose("Leave the game")
+    player.choose("Best games")
+    heading, first = player.menu.menu.table
+    assert heading.cells[:2] == ("#", "Points")
+    assert first.cells[0] == "1"
+    player.key(pygame.K_RIGHT)
+    assert "No game" in player.menu.menu.table[0].cells[0]
+
+
+def test_repeats_of_a_held_key_are_no_commands(player: Player) -> None:
+    screen = player.play()
+    player.wait(0.5, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_LEFT))
+    player.key(pygame.K_SPACE)
+    assert screen.session.summary.commands == 2

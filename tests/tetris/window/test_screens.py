@@ -1,0 +1,210 @@
+"""Screens: what leads where, by which hands; and that each is drawn in every size."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pygame
+import pytest
+
+from tests.support.tetris_player import FRAME_S, Player, open_app, opened
+from tetris.engine.game import Action
+from tetris.window.screens.binding_screen import WAIT_S, BindingScreen
+from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.play_screen import READY_S, PlayScreen
+from tetris.window.settings import Settings
+
+DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
+
+
+@pytest.fixture
+def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
+    yield from opened(monkeypatch)
+
+
+@pytest.fixture
+def player(window: pygame.Surface, tmp_path: Path) -> Player:
+    return open_app(window, config=tmp_path / "config", data=tmp_path / "data")
+
+
+# -- menus ---------------------------------------------------------------------------------
+
+
+def test_the_orbs_six_commands_reach_every_item_of_every_menu_and_come_back(
+    player: Player,
+) -> None:
+    title = player.menu
+    opened = []
+
+    def visit(screen: MenuScreen) -> None:
+        for number, item in enumerate(screen.menu.items):
+            while screen.selected != number:
+                player.orb(DOWN)
+            if item.step:
+                player.orb(Action.RIGHT, Action.LEFT)
+                if screen.selected != number:
+                    continue
+            if item.do is None or item.label in {"Quit", "Play", "Back"}:
+                continue
+            player.orb(DROP)
+            if isinstance(screen, BindingScreen):
+                player.orb(DOWN)  # whoever has no keyboard just goes on
+            elif player.screen is not screen:
+                opened.append(item.label)
+                visit(player.menu)
+        player.orb(UP)
+        while screen.menu.items[screen.selected].label not in {"Back", "Quit"}:
+            player.orb(UP)
+        if screen is not title:
+            player.orb(DROP)
+
+    visit(title)
+    assert player.screen is title
+    assert {"Best games", "Replays", "Settings", "Handling", "Keys", "Game pad"} <= set(opened)
+    assert {"Screen", "Sound"} <= set(opened)
+    player.orb(DROP)
+    assert not player.open
+
+
+def test_the_orb_starts_plays_pauses_and_leaves_a_game(player: Player) -> None:
+    player.orb(DROP)
+    player.wait(READY_S + 0.1)
+    x = player.game.session.game.piece.x
+    player.orb(Action.LEFT)
+    assert player.game.session.game.piece.x == x - 1
+    player.orb(Action.PAUSE)
+    assert player.menu.menu.title == "Paused"
+    player.orb(UP, DROP)
+    assert player.menu.menu.items[0].label == "Play"
+
+
+def test_a_held_key_walks_through_a_menu(player: Player) -> None:
+    player.wait(0.6, pygame.event.Event(pygame.KEYDOWN, key=pygame.K_DOWN))
+    assert player.menu.selected >= 3
+
+
+def test_the_mouse_chooses_takes_and_turns(player: Player) -> None:
+    spots = player.menu._view.spots
+    at = spots[1].place.right - 4, spots[1].place.centery
+    player.wait(FRAME_S, pygame.event.Event(pygame.MOUSEMOTION, pos=at, buttons=(0, 0, 0)))
+    assert player.menu.selected == 1
+    player.click(at)
+    assert player.app.stage.settings.mode == "endless"
+    player.click(spots[0].place.center)
+    assert isinstance(player.screen, PlayScreen)
+
+
+def test_a_step_back_on_the_title_closes_nothing(player: Player) -> None:
+    player.key(pygame.K_ESCAPE)
+    assert player.open
+    player.choose("Quit")
+    assert not player.open
+
+
+def test_what_is_changed_is_kept_for_the_next_time(
+    window: pygame.Surface, player: Player, tmp_path: Path
+) -> None:
+    player.choose("Settings")
+    player.choose("Screen")
+    player.key(pygame.K_RIGHT)
+    assert player.app.stage.look.palette.name == "light"
+    again = open_app(window, config=tmp_path / "config")
+    assert again.app.stage.look.palette.name == "light"
+
+
+def test_another_language_is_spoken_at_once(player: Player) -> None:
+    player.choose("Settings")
+    while player.menu.menu.items[player.menu.selected].label != "Language":
+        player.key(pygame.K_DOWN)
+    player.key(pygame.K_RIGHT, pygame.K_RIGHT)
+    assert player.menu.menu.title == "Einstellungen"
+
+
+def test_damaged_settings_are_told_of(window: pygame.Surface, tmp_path: Path) -> None:
+    (tmp_path / "tetris.toml").write_text("= damaged")
+    player = open_app(window, config=tmp_path)
+    assert "put aside" in player.menu.menu.notice
+
+
+# -- binding -------------------------------------------------------------------------------
+
+
+def binding(player: Player, page: str) -> BindingScreen:
+    player.choose("Settings")
+    player.choose(page)
+    assert isinstance(player.screen, BindingScreen)
+    return player.screen
+
+
+def test_a_key_is_bound_by_pressing_it_and_plays(player: Player) -> None:
+    page = binding(player, "Keys")
+    player.key(pygame.K_RETURN)
+    assert page.waiting
+    player.key(pygame.K_j)
+    assert not page.waiting
+    assert player.app.stage.settings.keys["left"] == ("left", "j")
+    player.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
+    player.choose("Play")
+    player.wait(READY_S + 0.1)
+    x = player.game.session.game.piece.x
+    player.key(pygame.K_j)
+    assert player.game.session.game.piece.x == x - 1
+
+
+def test_bindings_are_taken_away_and_set_back(player: Player) -> None:
+    binding(player, "Keys")
+    player.key(pygame.K_LEFT)
+    assert player.app.stage.settings.keys["left"] == ()
+    player.choose(player.app.stage.look.words("settings.reset"))
+    assert player.app.stage.settings.keys == Settings().keys
+
+
+def test_a_key_that_never_comes_is_not_waited_for(player: Player) -> None:
+    page = binding(player, "Game pad")
+    player.key(pygame.K_RETURN)
+    assert page.waiting
+    player.wait(WAIT_S + 0.1)
+    assert not page.waiting
+    assert player.app.stage.settings.pads == Settings().pads
+
+
+def test_a_pads_button_is_bound_by_pressing_it(player: Player) -> None:
+    binding(player, "Game pad")
+    player.key(pygame.K_RETURN)
+    button = pygame.CONTROLLER_BUTTON_Y
+    pressed = pygame.event.Event(pygame.CONTROLLERBUTTONDOWN, instance_id=0, button=button)
+    player.wait(FRAME_S, pressed)
+    pads = player.app.stage.settings.pads
+    assert "pad_y" in pads["left"]
+    assert "pad_y" not in pads["rotate_cw"]
+
+
+# -- sizes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [(640, 480), (300, 900), (1920, 1080), (3840, 2160), (64, 48)])
+@pytest.mark.parametrize("theme", ["dark", "light", "contrast", "safe"])
+def test_every_screen_is_drawn_in_every_size(
+    window: pygame.Surface, size: tuple[int, int], theme: str
+) -> None:
+    player = open_app(window)
+    player.app.stage.change(Settings(theme=theme, patterns=theme == "safe"))
+    pygame.display.set_mode(size, pygame.RESIZABLE)
+    player.wait(FRAME_S, pygame.event.Event(pygame.VIDEORESIZE, size=size, w=size[0], h=size[1]))
+    assert player.app.stage.area.size == size
+    player.choose("Settings")
+    player.choose("Keys")
+    player.key(pygame.K_ESCAPE, pygame.K_ESCAPE)
+    player.choose("Play")
+    player.wait(0.1)
+    player.key(pygame.K_p)
+    player.wait(0.05)
+
+
+def test_full_screen_and_back(player: Player) -> None:
+    player.key(pygame.K_F11)
+    player.wait(FRAME_S)
+    assert player.app.stage.settings.fullscreen
+    assert player.app.stage.area.size == pygame.display.get_desktop_sizes()[0]
+    player.key(pygame.K_F11)
+    player.wait(FRAME_S)
+    assert player.app.stage.area.size == (1120, 720)
