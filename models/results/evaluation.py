@@ -6,11 +6,10 @@ two axes.
 """
 
 import math
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from controller.recognition.debounce import DebounceSettings
-from models import json_values
 from models.results.figure import Figure
 
 
@@ -218,10 +217,6 @@ class Evaluation:
     broken: tuple[Broken, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
-
 
 @dataclass(frozen=True, slots=True)
 class Point:
@@ -272,14 +267,3 @@ class Tuning:
     goal: str
     figures: dict[str, Figure] = field(default_factory=dict)
     command: str = ""
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
-
-
-def as_json(found: Any) -> str:
-    """Return a result as JSON; what is no number becomes null."""
-    if not is_dataclass(found) or isinstance(found, type):
-        raise TypeError(f"{found!r} is no result")
-    return json_values.text(asdict(found))

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from controller.recognition.debounce import DebounceSettings
-from models.reports.data import ReportData
+from models.reports.page import ReportData
 from models.results.evaluation import (
     Broken,
     ClassFigures,
