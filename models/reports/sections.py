@@ -1,14 +1,14 @@
 """Content of a report's sections that is computed: warnings, summaries, maps and matrices."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from markupsafe import Markup
 
-from models.formatting import count, label, percent, several
+from models.formatting import count, duration, label, percent, several
 from models.reports import figures, tables
 from models.reports.tables import Table
 from models.results import missed_gestures
@@ -20,37 +20,16 @@ DEAD: Final = "dead:"  # a fault of one taxel: "dead:ROW,COLUMN"
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
-    """A cell of a confusion matrix.
-
-    Attributes:
-        count: Number of events or windows.
-        share: Of its row; NaN: the row has no shares.
-        right: On the diagonal.
-    """
-
-    count: int
-    share: float
-    right: bool
-
-    @property
-    def strength(self) -> float:
-        """Intensity of the colour, per cent; errors are rare and must be seen all the same."""
-        share = self.share if math.isfinite(self.share) else 0.0
-        return 65 * share if self.right else 12 + 65 * share**0.5
-
-
-@dataclass(frozen=True, slots=True)
 class Matrix:
     """A confusion matrix: rows are what was done, columns what it was taken for.
 
     Attributes:
         columns: Names of the columns.
-        rows: Name of each row, and its cells.
+        rows: Name of each row, its counts, and their sum; 0 where the row has no shares.
     """
 
     columns: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[Cell]]]
+    rows: Sequence[tuple[str, Sequence[int], int]]
 
 
 def matrix(
@@ -64,11 +43,10 @@ def matrix(
         first: Other names of the first row and the first column, which are of no class then.
     """
     titles, columns = ([first[i] or label(names[0]), *map(label, names[1:])] for i in (0, 1))
-    rows = []
-    for i, (title, row) in enumerate(zip(titles, counts, strict=True)):
-        total = math.nan if first[0] and not i else sum(row) or math.nan
-        rows.append((title, [Cell(n, n / total, i == j) for j, n in enumerate(row)]))
-    return Matrix(columns, rows)
+    totals = [sum(row) for row in counts]
+    if first[0]:
+        totals[0] = 0
+    return Matrix(columns, list(zip(titles, counts, totals, strict=True)))
 
 
 def without_null(counts: Sequence[Sequence[int]]) -> list[Sequence[int]]:
@@ -99,26 +77,6 @@ def advice(trained: Training, judged: Evaluation | None) -> list[str]:
     """Return what to do next: the advice of the evaluation, then of the training."""
     advised = missed_gestures.of_all(judged.results) if judged is not None else []
     return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
-
-
-def overestimate(gap: float, unit: str) -> str:
-    """Return in words by how much the paper's protocol is too good.
-
-    Args:
-        gap: The difference, above zero where the protocol flatters.
-        unit: "points" or "grid units".
-    """
-    digits, least = (1, 0.5) if unit == "points" else (3, 0.01)
-    if not math.isfinite(gap):
-        return "unknown here."
-    if abs(gap) < least:
-        return "no difference worth mentioning."
-    if gap < 0:
-        return (
-            f"{-gap:.{digits}f} {unit} worse, so nothing was memorised that does not hold "
-            "elsewhere; the sessions held out happen to be easier."
-        )
-    return f"{gap:.{digits}f} {unit} too good to be true."
 
 
 def class_table(found: Training) -> Table:
@@ -160,41 +118,19 @@ def most_confused(found: Training) -> str:
     return f"Most often confused: {label(one)} and {label(other)}, in {swapped} of {both} events."
 
 
-@dataclass(frozen=True, slots=True)
-class LabelSummary:
-    """Lateness and repair of the labels of all sessions.
-
-    Attributes:
-        begin_s: Median over the sessions of the lateness of label beginnings.
-        edges, moved, masked, unfelt, unlabelled: Sums of `Lateness`.
-        wrong: Mean share of wrong frames before and after the repair; None: not known.
-    """
-
-    begin_s: float
-    edges: int
-    moved: int
-    masked: int
-    unfelt: int
-    unlabelled: int
-    wrong: tuple[float, float] | None
-
-
-def label_summary(found: Training) -> LabelSummary | None:
-    """Return the lateness of all labels; None where all labels are the truth."""
+def label_summary(found: Training) -> dict[str, Any] | None:
+    """Return sums and means of all labels' lateness, by name; None where labels are the truth."""
     late = [row.lateness for row in found.sessions if row.lateness is not None]
     if not late:
         return None
     begins = sorted(of.begin_s for of in late if math.isfinite(of.begin_s))
-    known = [(of.wrong, of.wrong_after) for of in late if math.isfinite(of.wrong)]
-    before, after = (
-        (sum(one) / len(known) for one in zip(*known, strict=True)) if known else (0.0, 0.0)
-    )
-    return LabelSummary(
-        begins[len(begins) // 2] if begins else math.nan,
-        *(sum(getattr(of, name) for of in late)
-          for name in ("edges", "moved", "masked", "unfelt", "unlabelled")),
-        (before, after) if known else None,
-    )  # fmt: skip
+    wrong = [(of.wrong, of.wrong_after) for of in late if math.isfinite(of.wrong)]
+    sums = ("edges", "moved", "masked", "unfelt", "unlabelled")
+    return {
+        **{name: sum(getattr(of, name) for of in late) for name in sums},
+        "begin_s": begins[len(begins) // 2] if begins else math.nan,
+        "wrong": [sum(one) / len(wrong) for one in zip(*wrong, strict=True)],
+    }
 
 
 def session_table(found: Training, rows: Sequence[SessionRow]) -> Table:
@@ -202,7 +138,7 @@ def session_table(found: Training, rows: Sequence[SessionRow]) -> Table:
     columns: tuple[tables.Column, ...] = (
         ("session", _session),
         ("", lambda row: "held out" if row.held_out else ""),
-        ("length", lambda row: tables.duration(row.seconds)),
+        ("length", lambda row: duration(row.seconds)),
         ("check", lambda row: chip(row.verdict, row.verdict)),
         ("labels", lambda row: row.labeller),
         *((label(name), lambda row, name=name: count(row.examples.get(name, 0)))
@@ -252,38 +188,25 @@ def taxel(one: Broken) -> tuple[int, int] | None:
     return int(row), int(column)
 
 
-@dataclass(frozen=True, slots=True)
-class Faults:
-    """Figures under faults on one set of sessions.
+def faults(
+    found: Evaluation, size: tuple[int, int]
+) -> Iterator[tuple[str, Markup | None, str, Table]]:
+    """Yield for each set of sessions its name and its figures under faults.
 
-    Attributes:
-        name: Of the set.
-        map: Event accuracy with each taxel dead, drawn; None: no taxel was.
-        cost: The worst of these, a sentence.
-        others: Table of all other faults.
+    These are a map of event accuracy with each taxel dead, the worst of them in a sentence, and the
+    table of all other faults.
     """
-
-    name: str
-    map: Markup | None
-    cost: str
-    others: Table
-
-
-def faults(found: Evaluation, size: tuple[int, int]) -> list[Faults]:
-    """Return the figures under faults for each set of sessions."""
     usual = {result.name: result.event_accuracy.value for result in found.results}
-    made = []
     for name in dict.fromkeys(one.on for one in found.broken):
         here = [one for one in found.broken if one.on == name]
         dead = {place: one.event_accuracy.value for one in here if (place := taxel(one))}
         whole = usual.get(name, math.nan)
         drawn = figures.dead_taxels(dead, whole, size) if dead else None
         others = tables.broken(one for one in here if not taxel(one))
-        made.append(Faults(name, drawn, _cost(dead, whole), others))
-    return made
+        yield name, drawn, _cost(dead, whole), others
 
 
-def _cost(dead: dict[tuple[int, int], float], usual: float) -> str:
+def _cost(dead: Mapping[tuple[int, int], float], usual: float) -> str:
     """Return the dead taxel that costs most, a sentence."""
     worst = min(dead, key=lambda place: dead[place], default=None)
     if worst is None or dead[worst] >= usual:

@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -243,7 +244,12 @@ def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> 
 
 def test_a_study_has_its_sections_on_one_page_and_escapes_what_they_say() -> None:
     table = tables.Table(["a", "b"], [["one <b>", "2 (1–3)"]])
-    parts = ["5 < 6", table, page.Drawing(Markup("<svg></svg>"), "below"), ["first", "second"]]
+    parts: list[Any] = [
+        "5 < 6",
+        table,
+        page.Drawing(Markup("<svg></svg>"), "below"),
+        ["first", "second"],
+    ]
     html = page.study("A study", [Section("Part", parts), Section("Empty", [])], lead="About it.")
     said = text(html)
     assert "5 < 6" in said
