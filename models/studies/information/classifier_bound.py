@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from controller.bundles import vocabulary
 from models.data.augment import Augmentation, Symmetry
-from models.evaluation import resample, scores
+from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
 from models.studies.information.windows import GAIN, Taken
 
@@ -186,7 +186,7 @@ def rescaled(taken: Taken, probabilities: NDArray[np.floating]) -> Told:
 def windows(taken: Taken, log_p: Logits) -> Figure:
     """Return H(y) - cross-entropy over the windows, nats."""
     own = log_p[np.arange(len(taken.y)), taken.y]
-    return resample.gain(own, taken.y, taken.event)
+    return bootstrap.event_gain(own, taken.y, taken.event)
 
 
 def gestures(taken: Taken, found: Told) -> Figure:
@@ -200,7 +200,7 @@ def gestures(taken: Taken, found: Told) -> Figure:
     _, first = np.unique(taken.event[use], return_index=True)
     hot = found.hot[use][first][:, None]
     log_p = _log_softmax(np.log(np.maximum(sure, 1e-12)) / hot)
-    return resample.gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
+    return bootstrap.event_gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
 
 
 def of_gestures(taken: Taken, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles import bundle
-from models.evaluation import resample
+from models.evaluation import bootstrap
 from models.evaluation.replay import Batched
 from models.results.figure import Figure
 from models.studies.information import (
@@ -123,12 +123,12 @@ def near(one: RecordingSet) -> dict[str, Any]:
         apart = knn.ross(x, taken.y, apart=close)
         rows[name] = {
             "dimensions": x.shape[1],
-            "leaky": _figure(resample.mean(leaky, taken.event)),
-            "apart": _figure(resample.mean(apart, taken.event)),
+            "leaky": _figure(bootstrap.event_mean(leaky, taken.event)),
+            "apart": _figure(bootstrap.event_mean(apart, taken.event)),
         }
         if several:
             other = knn.ross(x, taken.y, apart=days)
-            rows[name]["days"] = _figure(resample.mean(other, taken.event))
+            rows[name]["days"] = _figure(bootstrap.event_mean(other, taken.event))
     return {"points": len(taken.y), "theiler_s": THEILER_S, "h_y": _entropy(taken.y), "rows": rows}
 
 
@@ -187,7 +187,7 @@ def told_apart(one: RecordingSet) -> dict[str, Any]:
         infonce.one_hot(taken.y, len(taken.labels)),
         classifier_bound.folds(taken),
     )
-    return {"windows": len(taken.y), "found": _figure(resample.mean(part, taken.event))}
+    return {"windows": len(taken.y), "found": _figure(bootstrap.event_mean(part, taken.event))}
 
 
 def grows(one: RecordingSet, kind: str) -> list[dict[str, Any]]:
@@ -266,7 +266,7 @@ def located(
     rows = {}
     for count in (2, 4, 6):
         part, missed = knn.ksg_corrected(knn.principal(images, count), where)
-        found = resample.mean(part, number)
+        found = bootstrap.event_mean(part, number)
         rows[f"{count} components"] = {
             "dimensions": count, "plain": _figure(found), "missed": missed,
         }  # fmt: skip
@@ -275,7 +275,11 @@ def located(
         where.astype(np.float32), ("press",), 1.0, (1, images.shape[1]),
     )  # fmt: skip
     part = infonce.info_nce(images, where, classifier_bound.folds(one_each), epochs=60)
-    return {"presses": len(images), "rows": rows, "contrast": _figure(resample.mean(part, number))}
+    return {
+        "presses": len(images),
+        "rows": rows,
+        "contrast": _figure(bootstrap.event_mean(part, number)),
+    }
 
 
 def _some(taken: Taken, most: int) -> Taken:
