@@ -14,7 +14,7 @@ from models.data import faults
 from models.data.ground_truth import Choice, know
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
-from models.evaluation.replay import Batched, answered, feel, refuse, run
+from models.evaluation.replay import Batched, run
 from models.results.evaluation import (
     Broken,
     Calibration,
@@ -53,13 +53,7 @@ def evaluate(
     tallies = []
     for name, recording in recordings:
         known = know(recording, labels, name, choice)
-        if located:
-            stream = run(bundle, networks, recording, known)
-        else:
-            refuse(recording, bundle)
-            felt = feel(recording.frames, bundle.preprocess)
-            outputs = networks.probabilities(felt.windows)
-            stream = answered(known, felt, outputs, labels, bundle.debounce)
+        stream = run(bundle, networks, recording, known, located=located)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies

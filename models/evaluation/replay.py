@@ -78,7 +78,9 @@ class Batched:
         return None if self._location is None else _outputs(self._location, images)
 
 
-def run(bundle: Bundle, networks: Batched, recording: Recording, known: Known) -> Stream:
+def run(
+    bundle: Bundle, networks: Batched, recording: Recording, known: Known, *, located: bool = True
+) -> Stream:
     """Replay a recording through a bundle's stages.
 
     Args:
@@ -86,12 +88,17 @@ def run(bundle: Bundle, networks: Batched, recording: Recording, known: Known) -
         networks: Its own, or others in their place.
         recording: Its frames.
         known: Ground truth of the recording.
+        located: Touch positions are estimated as well, which takes longer.
 
     Raises:
         RecordingError: The bundle is for another sensor or rate.
     """
     refuse(recording, bundle)
-    return replay(bundle, networks, recording, known, feel(recording.frames, bundle.preprocess))
+    felt = feel(recording.frames, bundle.preprocess)
+    if located:
+        return replay(bundle, networks, recording, known, felt)
+    outputs = networks.probabilities(felt.windows)
+    return answered(known, felt, outputs, bundle.labels, bundle.debounce)
 
 
 def feel(frames: NDArray[np.float32], settings: PreprocessSettings) -> Felt:

@@ -22,11 +22,9 @@ from controller.recognition.debounce import DebounceSettings, Means, fire, smoot
 from controller.recognition.event_metric import Answer, Score, judge
 from controller.recognition.touch_position import PositionSpread
 from models.evaluation import position_error
-from models.evaluation.evaluate import summarise
 from models.evaluation.event_counts import position_errors, tally
-from models.evaluation.replay import Stream, debounced
+from models.evaluation.replay import Stream
 from models.results.evaluation import Point, Tuning
-from models.results.figure import Figure
 
 # Values to try of each debounce setting; a setting that is not here keeps the bundle's value.
 GRID: Final = {
@@ -112,7 +110,6 @@ def tune(
         front=tuple(edge),
         tried=len(points),
         goal=goal.sentence(),
-        figures=_figures(streams, labels, chosen.settings),
         command=command,
     )
 
@@ -238,17 +235,3 @@ def _point(settings: DebounceSettings, score: Score, idle_minutes: float) -> Poi
         score.false_alarms / idle_minutes if idle_minutes else float("nan"),
         round(float(np.median(score.latencies_s)), 4) if score.latencies_s else float("nan"),
     )
-
-
-def _figures(
-    streams: Sequence[Stream], labels: Sequence[str], settings: DebounceSettings
-) -> dict[str, Figure]:
-    """Return the chosen point's figures with intervals; they flatter, being chosen."""
-    fired = [debounced(s.probabilities, s.known.t, labels, settings) for s in streams]
-    tallies = [
-        tally(dataclasses.replace(stream, answers=answers), labels)
-        for stream, answers in zip(streams, fired, strict=True)
-    ]
-    result = summarise("chosen", labels, tallies)
-    names = ("recall", "f1", "false_alarms_per_min", "latency_s")
-    return {name: getattr(result, name) for name in names}
