@@ -91,6 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
         results=tuple(results),
         broken=tuple(broken),
         notes=(note,),
+        rows=loaded.rows,
+        columns=loaded.columns,
     )
     content = cards.evaluation(found)
     print(content)

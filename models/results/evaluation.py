@@ -193,7 +193,7 @@ class Broken:
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """All that `models evaluate` found out.
+    """Results of `models evaluate`.
 
     Attributes:
         bundle: Its file name.
@@ -205,6 +205,8 @@ class Evaluation:
         results: One for each set of sessions.
         broken: One for each fault that was tried.
         notes: What else is worth knowing, in sentences.
+        rows: Of the sensor; older files do not say.
+        columns: Of the sensor.
     """
 
     bundle: str
@@ -216,6 +218,8 @@ class Evaluation:
     results: tuple[Result, ...]
     broken: tuple[Broken, ...] = ()
     notes: tuple[str, ...] = ()
+    rows: int = 5
+    columns: int = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,7 +243,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """All that `models tune` found out.
+    """Results of `models tune`.
 
     Attributes:
         bundle: File name of the bundle that was tuned.
