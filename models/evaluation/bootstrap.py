@@ -23,6 +23,7 @@ _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0
 
 Values = NDArray[np.float64]
 Index = NDArray[np.int64]
+Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
@@ -132,20 +133,21 @@ def weights(units: int, seed: int = 0, draws: int = DRAWS) -> Values:
 def _pooled(
     values: Sequence[NDArray[np.floating]], how: Callable[[Values], np.floating], seed: int
 ) -> Figure:
+    """Return a statistic of the measurements of all sessions, (measurements,) each."""
     lists = [np.asarray(v, dtype=np.float64) for v in values if len(v)]
     if not lists:
         return Figure(np.nan, np.nan, np.nan)
 
-    def of(picks: Index) -> Values:
+    def of(picks: Picks) -> Values:
         return np.array([how(np.concatenate([lists[i] for i in pick])) for pick in picks])
 
     return Figure(float(how(np.concatenate(lists))), *_bounds(of, len(lists), seed, DRAWS // 4))
 
 
 def _bounds(
-    of: Callable[[Index], Values], sessions: int, seed: int, draws: int = DRAWS
+    of: Callable[[Picks], Values], sessions: int, seed: int, draws: int = DRAWS
 ) -> tuple[float, float]:
-    """Return the interval of a figure over resampled sessions, NaN of a single one."""
+    """Return the interval of a figure, (draws,), over resampled sessions; NaN of a single one."""
     if sessions < 2:
         return np.nan, np.nan
     return middle(of(np.random.default_rng(seed).integers(0, sessions, (draws, sessions))))

@@ -117,7 +117,7 @@ def figures(results: Sequence[Result]) -> Table:
     """Return the figures of an evaluation: a row each, a column for each set of sessions."""
     columns = _FIGURES + (_POSITIONS if any(result.location for result in results) else ())
     rows = [[name, *(cell(result) for result in results)] for name, cell in columns]
-    return Table(["", *(result.name for result in results)], rows)
+    return Table(["figure", *(result.name for result in results)], rows)
 
 
 def answered(result: Result) -> Table:
