@@ -37,7 +37,7 @@ from models.data.recipe import DEFAULT
 from models.data.training_split import Parts
 from models.studies import cross_validation, fold_card
 from models.studies.cross_validation import Request
-from models.studies.fold_statistics import Crossed
+from models.studies.fold_statistics import CrossValidation
 from models.training.loop import fit, prepare_torch
 from models.training.tasks import Gestures
 
@@ -93,7 +93,7 @@ def why(folder: Path, steps: int, say: Callable[[str], None]) -> dict[str, float
     fold = splits.by_group(examples.ends, WINDOW, data.user[examples.session], FOLDS)[0]
     whole = replace(recipe.gesture.augmentation, dropout=0.0, electrode=0.0)
     course = replace(
-        recipe.gesture, steps=steps, limits=(1, cross_validation.MOST), keep_best=False,
+        recipe.gesture, steps=steps, limits=(1, cross_validation.MOST_EPOCHS), keep_best=False,
         patience=0.0, augmentation=whole,
     )  # fmt: skip
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
@@ -123,7 +123,7 @@ class _Still(Gestures):
         self._steps = torch.zeros_like(self._steps)
 
 
-def results(found: Crossed, left: dict[str, float]) -> list[dict[str, Any]]:
+def results(found: CrossValidation, left: dict[str, float]) -> list[dict[str, Any]]:
     """Return the figures as every benchmark gives them."""
     ours, plain, mended = found.models
     gain, over = found.gains

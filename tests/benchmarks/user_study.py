@@ -8,6 +8,7 @@ was drawn anew. Strangers, whom no training met, are to be taken for nobody.
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -32,9 +33,10 @@ from models.training.user_data import Crowd, blocks, crowd, join
 from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
 from models.training.user_task import People
 
-HANGS_ON: Final = (  # files of models/
-    "evaluation/user_metrics", "studies/users", "training/simulated_users", "training/user_data",
-    "training/user_recipe", "training/user_task", "training/user_windows",
+HANGS_ON: Final = (  # modules whose sources a result depends on
+    "models.evaluation.user_metrics", "models.training.simulated_users",
+    "models.training.user_data", "models.training.user_recipe", "models.training.user_task",
+    "models.training.user_windows", __name__,
 )  # fmt: skip
 
 Say = Callable[[str], None]
@@ -211,8 +213,8 @@ def measure(
 
 
 def _code() -> str:
-    """Return what a result hangs on in this folder."""
+    """Return a hash of the sources that a result depends on."""
     digest = hashlib.sha256()
     for name in HANGS_ON:
-        digest.update(Path(__file__).parents[1].joinpath(f"{name}.py").read_bytes())
+        digest.update(Path(str(sys.modules[name].__file__)).read_bytes())
     return digest.hexdigest()
