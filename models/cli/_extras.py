@@ -12,6 +12,7 @@ PACKAGES: Final = {
     "tomli_w": "tomli-w",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
+    "jinja2": "jinja2",
     "joblib": "joblib",
     "distributed": "dask[distributed]",
 }
