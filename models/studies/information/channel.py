@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import rel_entr  # the [train] extra
 
+from models.studies.information.histogram import mutual_information
+
 TOLERANCE: Final = 1e-9  # nats between the bounds of the capacity
 ROUNDS: Final = 20_000
 _LEAST: Final = 1e-300
@@ -63,12 +65,10 @@ def counted(counts: ArrayLike) -> float:
     The bias is removed (Miller-Madow).
     """
     table = np.asarray(counts, dtype=np.float64)
-    sent, total = table.sum(axis=1), float(table.sum())
+    total = float(table.sum())
     if not total:
         return math.nan
-    found = information(sent[sent > 0] / total, transitions(table))
-    cells, inputs, outputs = (np.count_nonzero(one) for one in (table, sent, table.sum(axis=0)))
-    return max(0.0, found - float(cells - inputs - outputs + 1) / (2.0 * total))
+    return max(0.0, float(mutual_information(table[None] / total, total)[2][0]))
 
 
 def best_use(given: Transitions, seconds: ArrayLike | None = None) -> Use:

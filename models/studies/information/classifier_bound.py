@@ -94,31 +94,19 @@ def folds(windows: Windows) -> list[Fold]:
     Of more than two sessions one chooses epoch and temperature; of two, the last fifth of the
     training session.
     """
-    session, frame = windows.session, windows.frame
-    names = np.unique(session)
-    if len(names) == 1:
-        return _time_blocks(windows)
-    found = []
+    group, frame = windows.session, windows.frame
+    usable = np.ones(len(group), dtype=np.bool_)
+    if len(np.unique(group)) == 1:
+        at, images = frame - frame.min(), windows.x.shape[1]
+        length = (at.max() + 1) / BLOCKS
+        group = np.minimum(at // length, BLOCKS - 1).astype(np.int64)
+        usable = np.minimum(at - group * length, (group + 1) * length - at) > images
+    names, found = np.unique(group), []
     for place, name in enumerate(names):
-        test = session == name
-        if len(names) > 2:
-            check = session == names[(place + 1) % len(names)]
-        else:
-            check = ~test & (frame > np.quantile(frame[~test], 0.8))
-        found.append(Fold(~test & ~check, check, test))
-    return found
-
-
-def _time_blocks(windows: Windows) -> list[Fold]:
-    """Return folds of one session: blocks without the windows at their edges."""
-    at = windows.frame - windows.frame.min()
-    length = (at.max() + 1) / BLOCKS
-    block = np.minimum(at // length, BLOCKS - 1).astype(np.int64)
-    inner = np.minimum(at - block * length, (block + 1) * length - at) > windows.x.shape[1]
-    found = []
-    for one in range(BLOCKS):
-        test, check = block == one, block == (one + 1) % BLOCKS
-        found.append(Fold(~test & ~check & inner, check & inner, test))
+        test, check = group == name, group == names[(place + 1) % len(names)]
+        if len(names) == 2:
+            check &= frame > np.quantile(frame[check], 0.8)
+        found.append(Fold(~test & ~check & usable, check & usable, test))
     return found
 
 

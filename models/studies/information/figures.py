@@ -8,13 +8,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from controller.simulator.presets import PRESETS
-from models.studies.drawing import DIM, INK, LINE, SERIES, STYLE, above, beside, legend, new, save
+from models.studies.drawing import DIM, INK, SERIES, STYLE, above, beside, legend, new, save
 from models.studies.information import results
 from models.studies.information.histogram import (
-    BINS,
     BITS,
     PAPER_H_Y,
     PAPER_H_Z,
@@ -56,7 +54,6 @@ def draw(found: Found, folder: Path) -> list[Path]:
     """Draw all parts that were measured; return the SVG files."""
     drawings = {
         "figure9": figure_9,
-        "information-bins": bins,
         "information-window": windows,
         "capacity": capacity,
     }
@@ -112,39 +109,6 @@ def _bars(axes: Axes, words: Sequence[str], series: Series) -> None:
     axes.set_ylim(0, 1.14 * max(max(values) for _, _, values in series))
     bits = axes.secondary_yaxis("right", functions=(lambda v: v * BITS, lambda v: v / BITS))
     bits.set_ylabel("bits")
-
-
-def bins(found: Found) -> Figure | None:
-    """Draw the histogram estimates by the number of bins."""
-    names = results.sets_with(found, "histogram")
-    if not names:
-        return None
-    figure = new(11.0, 4.0)
-    left, right = figure.subplots(1, 2)
-    for colour, name in zip(SERIES, names, strict=False):
-        rows = results.value(found, name, "histogram", "bins")
-        x = [row["bins"] for row in rows]
-        lines = ((left, "h_z", "-"), (right, "information", "--"), (right, "corrected", "-"),
-                 (right, "null", ":"))  # fmt: skip
-        for axes, key, dash in lines:
-            y = [row[key] * BITS for row in rows]
-            axes.plot(x, y, dash, color=colour)
-            if dash == "-":
-                beside(axes, x[-1], y[-1], name, colour)
-    left.set_title("a sensor’s entropy H(z): only how fine the bins are")
-    right.set_title("what it says about the label, I(z; y)")
-    legend(right, "dashed: as counted\nsolid: bias taken off\ndotted: labels shuffled")
-    for axes in (left, right):
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(FixedLocator(x))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlabel("bins")
-        axes.set_ylabel("bits, mean of the sensors")
-        axes.axvline(BINS, color=LINE, lw=1.0)
-        axes.set_ylim(bottom=0)
-    right.set_ylim(top=right.get_ylim()[1] * 1.3)
-    return figure
 
 
 def windows(found: Found) -> Figure | None:

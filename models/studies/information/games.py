@@ -3,7 +3,7 @@
 A game is what `host --demo --json` prints: its "events" are the intended gestures, its "commands"
 the recognised ones. One gesture is one use of the channel, and its output is the first command that
 answers it (controller/recognition/event_metric.py), or nothing. A further command for the same
-gesture, or one for none, is counted separately.
+gesture is ignored, one for none is a false alarm.
 """
 
 import itertools
@@ -62,7 +62,6 @@ class Played:
         late_s: From touch to command, median.
         minutes: Length.
         alarms: Commands that answer no gesture.
-        again: Further commands for the same gesture.
     """
 
     commands: tuple[str, ...]
@@ -72,15 +71,9 @@ class Played:
     late_s: float
     minutes: float
     alarms: int
-    again: int
 
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """Count of each intention (rows) by output (columns), (commands, commands + 1)."""
-        return self.resampled(np.arange(len(self.meant)))
-
-    def resampled(self, pick: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts of picked gestures (n,), (commands, commands + 1)."""
+    def counts(self, pick: Numbers | slice = slice(None)) -> NDArray[np.int64]:
+        """Return the counts of picked gestures (n,) by intention (rows) and output (columns)."""
         counts = np.zeros((len(self.commands), len(self.commands) + 1), dtype=np.int64)
         np.add.at(counts, (self.meant[pick], self.heard[pick]), 1)
         return counts
@@ -143,15 +136,13 @@ def gather(
     meant: list[str] = []
     heard: list[str] = []
     hand, pause, late = [], [], []
-    minutes, alarms, again = 0.0, 0, 0
+    minutes, alarms = 0.0, 0
     for one in sessions:
         first: dict[int, Answer] = {}
         for answer, owner in zip(one.answers, attach(one.events, one.answers), strict=True):
             if owner < 0:
                 alarms += 1
-            elif owner in first:
-                again += 1
-            else:
+            elif owner not in first:
                 first[owner] = answer
                 late.append(answer.time_s - one.events[owner].onset_s)
         meant += [event.kind for event in one.events]
@@ -171,7 +162,7 @@ def gather(
     late_s = float(np.median(late)) if late else np.nan
     return Played(
         tuple(names[:-1]), of_meant, of_heard, np.array(mean_s) + pause_s,
-        late_s, minutes, alarms, again,
+        late_s, minutes, alarms,
     )  # fmt: skip
 
 
@@ -180,10 +171,10 @@ def figures(played: Played, seed: int = 0) -> dict[str, Any]:
 
     Returns:
         `played`: information of a gesture as commands were used, [value, low, high] by resampling
-        gestures; `capacity`: with the best use; `played_per_min`, `fastest_per_min`; `share`: how
-        often each command is sent in the fastest use; and the counts behind them.
+        gestures; `capacity`: with the best use; `played_per_min`, `fastest_per_min`; and the counts
+        behind them, the last column for no answer.
     """
-    counts = played.counts
+    counts = played.counts()
     used = counts.sum(axis=1) > 0
     given, lasts = channel.transitions(counts), played.seconds[used]
     share = counts.sum(axis=1)[used] / counts.sum()
@@ -191,13 +182,11 @@ def figures(played: Played, seed: int = 0) -> dict[str, Any]:
     now, mean_s = channel.counted(counts), float(share @ lasts)
     return {
         "commands": list(itertools.compress(played.commands, used)),
-        "outputs": [*played.commands, NOTHING],
         "counts": counts[used].tolist(),
         "gestures": len(played.meant),
         "minutes": round(played.minutes, 3),
         "right": float(np.trace(counts) / counts.sum()),
         "alarms": played.alarms,
-        "again": played.again,
         "late_s": played.late_s,
         "seconds": lasts.round(4).tolist(),
         "mean_s": mean_s,
@@ -207,14 +196,12 @@ def figures(played: Played, seed: int = 0) -> dict[str, Any]:
         "fastest": fastest.nats,
         "fastest_s": fastest.seconds,
         "fastest_per_min": fastest.nats_per_min,
-        "share": share.round(4).tolist(),
-        "best_share": fastest.share.round(4).tolist(),
     }
 
 
 def _interval(played: Played, seed: int) -> list[float]:
     """Return the bounds of a gesture's information by resampling gestures, nats."""
     rng, n = np.random.default_rng(seed), len(played.meant)
-    drawn = [channel.counted(played.resampled(rng.integers(0, n, n))) for _ in range(DRAWS)]
+    drawn = [channel.counted(played.counts(rng.integers(0, n, n))) for _ in range(DRAWS)]
     edge = (1.0 - LEVEL) / 2.0
     return [float(bound) for bound in np.quantile(drawn, [edge, 1.0 - edge])]

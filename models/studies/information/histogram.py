@@ -64,11 +64,8 @@ def statistics(
         ValueError: There are no frames, or not one label for each.
     """
     joint = _joint(z, y, bins, scaling)
-    h_y, h_z, h_both = (
-        _entropies(p, len(z) if corrected else 0)
-        for p in (joint[:1].sum(axis=1), joint.sum(axis=2), joint.reshape(len(joint), -1))
-    )
-    return Statistics(float(h_y[0]), h_z, h_z + h_y - h_both)
+    h_z, h_y, information = mutual_information(joint, len(z) if corrected else 0)
+    return Statistics(float(h_y[0]), h_z, information)
 
 
 def null_information(
@@ -128,10 +125,21 @@ def entropy(y: Classes) -> float:
     return float(entr(np.bincount(y) / max(1, len(y))).sum())
 
 
-def _entropies(p: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
-    """Return the entropy of each row's distribution, (rows, cells) to (rows,); 0 frames: biased."""
-    bias = (np.count_nonzero(p, axis=1) - 1.0) / (2.0 * frames) if frames else 0.0
-    return np.asarray(entr(p).sum(axis=1) + bias, dtype=np.float64)
+def mutual_information(
+    joint: NDArray[np.float64], samples: float = 0
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the entropies of two variables, and their mutual information, nats, (tables,) each.
+
+    Args:
+        joint: Joint distributions, (tables, values of one, values of the other).
+        samples: Number of samples behind each table, to remove the bias of each entropy; 0: none.
+    """
+    several = joint.sum(axis=2), joint.sum(axis=1), joint.reshape(len(joint), -1)
+    of_one, of_other, of_both = (
+        entr(p).sum(axis=1) + (np.count_nonzero(p, axis=1) - 1.0) / (2.0 * (samples or np.inf))
+        for p in several
+    )
+    return of_one, of_other, of_one + of_other - of_both
 
 
 def _joint(z: Signals, y: Classes, bins: int, scaling: Scaling) -> NDArray[np.float64]:

@@ -31,7 +31,7 @@ SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], tables.Table], str], ...
     ),
     (
         "How fine the bins are",
-        "information-bins",
+        "",
         tables.bins,
         "The entropy of a signal follows the bins and says nothing about gestures. What a sensor "
         "says about the label hardly does, until chance fills the bins.",

@@ -168,14 +168,10 @@ def section_6(one: RecordingSet) -> dict[str, Any]:
     """Return section 6 as printed, and its corrections: means over the seeds, and by seed."""
     sessions = one.as_the_paper()
     rows = [_corrections(z, y) for z, y in sessions]
-    z, y = sessions[0]
-    own = histogram.statistics(z, y)
-    sound = histogram.statistics(z, y, scaling="global", corrected=True)
     return {
         "mean": {name: float(np.mean([row[name] for row in rows])) for name in rows[0]},
         "seeds": rows,
-        "bins": [_binned(z, y, bins) for bins in BINS],
-        "sensors": [s.tolist() for s in (own.h_z, own.information, sound.information)],
+        "bins": [_binned(*sessions[0], bins) for bins in BINS],
     }
 
 
@@ -210,7 +206,6 @@ def _binned(z: NDArray[np.float64], y: NDArray[np.int64], bins: int) -> dict[str
     return {
         "bins": bins,
         "h_z": float(whole.h_z.mean()),
-        "paper": float(histogram.statistics(z, y, bins).information.mean()),
         "information": float(whole.information.mean()),
         "corrected": float(sound.information.mean()),
         "null": histogram.null_information(z, y, bins, shuffles=2),

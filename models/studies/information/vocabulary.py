@@ -84,7 +84,7 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[games.Se
     def right(on: float) -> float:
         pooled = games.gather([session(TAUGHT, on)], labels)
         # A false alarm costs as much as a missed gesture.
-        return float(np.trace(pooled.counts) - pooled.alarms)
+        return float(np.trace(pooled.counts()) - pooled.alarms)
 
     on = max(ON, key=right)
     return [session(TAUGHT + 1 + day, on) for day in range(JUDGED)]

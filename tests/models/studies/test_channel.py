@@ -92,8 +92,8 @@ def test_what_was_meant_comes_out_as_the_first_command_that_answers_it() -> None
         ]
     )  # fmt: skip
     assert played.commands == ("drop", "left")
-    assert played.counts.tolist() == [[1, 1, 0], [0, 1, 1]]  # the last column: nothing
-    assert (played.alarms, played.again, played.minutes) == (1, 1, 2.0)
+    assert played.counts().tolist() == [[1, 1, 0], [0, 1, 1]]  # the last column: nothing
+    assert (played.alarms, played.minutes) == (1, 2.0)
     # Gestures of 1.0 and 0.5 s, and a pause of 1.75 s, the median of 1.5 and 2.0 s.
     assert played.seconds == pytest.approx([2.75, 2.25])
     assert played.late_s == pytest.approx(0.5)  # of 0.3, 0.5 and 0.5 s
