@@ -1,6 +1,6 @@
 """Drawings and tables of figure 7: parts a to f for both recipes, a picture for each preset."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from models.reports import markdown
-from models.studies.drawing import BLUE, CORAL, DIM, STYLE, beside, new, save
+from models.studies.drawing import BLUE, CORAL, DIM, STYLE, new, save
 from models.studies.information.tables import Table
 
 MEASURED: Final = "figure7.json"  # beside the pictures
@@ -47,6 +47,7 @@ def draw(found: Found, folder: Path) -> list[Path]:
                 for (over, words), (axes, letter) in zip(OVER.items(), panels, strict=False):
                     axes.set_title(f"{letter}  {title}, {words}")
                     _panel(axes, own, network, over)
+            figure.legend(handles=axes.lines, loc="outside lower center", ncols=len(axes.lines))
             paths.append(save(figure, folder / f"figure7-{preset}.svg"))
     return paths
 
@@ -56,42 +57,26 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
     *_, claim, limits = NETWORKS[network]
     column = "epoch" if over == "epochs" else "examples"
     share = network != "CNN-2D"
-    ends = [(claim, "what the paper reports", DIM)]
+    right = 1.0
     for name, words, colour in RECIPES:
         part = own[name][over]
         x = part[column]
+        right = max(right, x[-1])
         axes.fill_between(x, part["random"], part["day"], color=colour, alpha=0.1, lw=0)
         for judged, what, dash in JUDGED:
-            axes.plot(x, part[judged], dash, color=colour)
-            ends.append((part[judged][-1], f"{words}, {what}", colour))
-    right = max(1.0, *(own[name][over][column][-1] for name, *_ in RECIPES))
+            axes.plot(x, part[judged], dash, color=colour, label=f"{words}, {what}")
+    axes.axhline(claim, color=DIM, lw=1.0, ls=":", label="what the paper reports")
     axes.set_xscale("log")
     axes.set_xlim(right=right)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if right < 1e5 else (1.0,)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.axhline(claim, color=DIM, lw=1.0, ls=":")
     axes.set_ylim(limits)
     if share:
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:.0f} %"))
     axes.set_ylabel("windows named rightly" if share else "error, grid units, mean of the axes")
     learned = f"{'windows' if share else 'images'} learned from"
     axes.set_xlabel("epochs" if over == "epochs" else learned)
-    _labels(axes, ends, right)
-
-
-def _labels(axes: Axes, ends: Sequence[tuple[float, str, str]], right: float) -> None:
-    """Write beside the ends of lines (value, words, colour), without overlap."""
-    low, high = axes.get_ylim()
-    least = 0.062 * (high - low)
-    ordered = sorted((min(max(value, low), high), words, colour) for value, words, colour in ends)
-    place: list[float] = []
-    for value, _, _ in ordered:
-        place.append(max(value, place[-1] + least) if place else value)
-    for i in reversed(range(len(place))):  # labels pushed above the top come down again
-        place[i] = min(place[i], high - least * (len(place) - 1 - i))
-    for y, (_, words, colour) in zip(place, ordered, strict=True):
-        beside(axes, right, y, words, colour)
 
 
 def text(found: Found) -> str:

@@ -107,19 +107,15 @@ def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
     Raises:
         ValueError: They are of several kinds.
     """
-    first = recordings[0].origin
-    names = max((one.origin.labels for one in recordings), key=len)
-    for other in (one.origin for one in recordings):
-        if (other.rows, other.columns, other.rate_hz) != (first.rows, first.columns, first.rate_hz):
-            raise ValueError(
-                f"recordings of {first.rows}×{first.columns} taxels at {first.rate_hz:g} Hz and of "
-                f"{other.rows}×{other.columns} at {other.rate_hz:g} Hz; estimate from one kind"
-            )
-        if not set(other.labels) <= set(names):
-            raise ValueError(
-                f"recordings with the labels {', '.join(names)} and {', '.join(other.labels)}; "
-                "estimate from one kind"
-            )
+    origins = [one.origin for one in recordings]
+    names = max((one.labels for one in origins), key=len)
+    kinds = {f"{one.rows}×{one.columns} taxels at {one.rate_hz:g} Hz" for one in origins}
+    if len(kinds) > 1:
+        raise ValueError(f"recordings of {' and of '.join(sorted(kinds))}; estimate from one kind")
+    odd = {", ".join(one.labels) for one in origins if not set(one.labels) <= set(names)}
+    if odd:
+        both = " and ".join([", ".join(names), *sorted(odd)])
+        raise ValueError(f"recordings with the labels {both}; estimate from one kind")
     return tuple(names)
 
 
@@ -160,7 +156,7 @@ def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], 
     else the cues', else the truth.
     """
     signals, labels = [], []
-    names = max((one.origin.labels for one in recordings), key=len)
+    names = _names(recordings)
     for one in recordings:
         source: Labels = next((n for n in SAID if (getattr(one, COLUMNS[n]) > 0).any()), "true")
         label = _numbers(one, names)[getattr(one, COLUMNS[source])]
