@@ -10,9 +10,9 @@ PACKAGES: Final = {
     "torch": "torch",
     "onnx": "onnx",
     "tomli_w": "tomli-w",
+    "jinja2": "jinja2",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
-    "jinja2": "jinja2",
     "joblib": "joblib",
     "distributed": "dask[distributed]",
 }

@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
     from models.cli import _extras as extras
 
-    extras.require("training", "torch", "onnx", "tomli_w")
+    extras.require("training", "torch", "onnx", "tomli_w", "jinja2", "matplotlib")
     # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _people(arguments)
     if arguments.others or arguments.gestures or arguments.mapping:
         raise ValueError("--others, --gestures and --mapping are for people; add --task user")
-    from models.reports import training_card
+    from models.reports import cards
     from models.training.train import Request, train
 
     request = Request(
@@ -153,7 +153,7 @@ def run(arguments: argparse.Namespace) -> int:
         command=_command(arguments),
     )
     result = train(request, options.say)
-    print("\n".join(training_card.headline(result)).strip())
+    print(cards.headline(result))
     for line in result.advice:
         print(f"- {line}")
     options.say(f"wrote {request.out}, and its card and figures beside it")
@@ -163,7 +163,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _people(arguments: argparse.Namespace) -> int:
     """Train a network that tells people apart, and print what it is worth."""
-    from models.reports import users_page
+    from models.reports import cards
     from models.training.train_users import Request, train
 
     for name in ("bare", "window", "auxiliary"):
@@ -186,7 +186,7 @@ def _people(arguments: argparse.Namespace) -> int:
         mapping=arguments.mapping,
     )
     found = train(request, options.say)
-    print(users_page.card(found))
+    print(cards.users(found))
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: controller install {request.out}, or controller --bundle {request.out}")
     return 0

@@ -85,15 +85,15 @@ def run(arguments: argparse.Namespace) -> int:
 
     from controller.bundles import bundle
     from controller.console import count
-    from models import user_files
+    from models import json_values, user_files
     from models.cli import _extras as extras
     from models.data.examples import read_training
     from models.data.ground_truth import know
     from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
-    from models.evaluation.tune import Goal, settings_of, spread, tune, write
-    from models.reports import page, terminal_plot
+    from models.evaluation.tune import Goal, spread, tune, write
+    from models.reports import terminal_plot
 
     if arguments.out:
         user_files.bundle_target(arguments.out)
@@ -102,7 +102,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         user_files.target(arguments.json)
     if page_of:
-        page.read(page_of)
+        extras.require("a report", "jinja2", "matplotlib")
+        from models.reports import page
+
+        page.read(page_of)  # a file that is no report is refused before the work begins
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
@@ -128,13 +131,11 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
               "record more before you make it faster")  # fmt: skip
     if arguments.json:
-        user_files.write_text(arguments.json, f"{found.text()}\n")
+        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
     if page_of:
-        from models.reports.data import ReportData
-
-        page.write(page_of, ReportData(tuning=found))
+        page.write(page_of, page.ReportData(tuning=found))
     if arguments.out:
         said = f"on {on}; {found.goal}"
-        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
+        made = write(arguments.out, arguments.bundle, found.chosen.settings, said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
-from controller.recognition.debounce import NULL, DebounceSettings
+from controller.recognition.debounce import (
+    NULL,
+    DebounceSettings,
+    Probabilities,
+    fire,
+    smooth,
+)
 from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline, Touch
 from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
@@ -158,11 +164,8 @@ def answered(
     """
     ready, probabilities = spread(answers, felt, len(known.t), len(labels))
     nowhere = np.full((len(known.t), 3), np.nan)
-    fired = fire(
-        smoothed(probabilities, settings.smoothing), known.t, labels, settings.on, settings.off
-    )
-    where, sigmas = nowhere[:, :2], nowhere[:, 2]
-    return Stream(known, ready, probabilities, where, sigmas, tuple(fired))
+    fired = debounced(probabilities, known.t, labels, settings)
+    return Stream(known, ready, probabilities, nowhere[:, :2], nowhere[:, 2], fired)
 
 
 def spread(
@@ -177,40 +180,22 @@ def spread(
     return ready, probabilities
 
 
-def smoothed(probabilities: NDArray[np.float32], smoothing: float) -> NDArray[np.float64]:
-    """Return the debouncer's running mean after every frame, (n, classes)."""
-    means = np.empty(probabilities.shape)
-    mean = np.zeros(probabilities.shape[1])
-    mean[NULL] = 1.0
-    for number, newest in enumerate(probabilities.astype(np.float64)):
-        mean += smoothing * (newest - mean)
-        means[number] = mean
-    return means
+def debounced(
+    probabilities: Probabilities,
+    t: NDArray[np.float64],
+    labels: Sequence[str],
+    settings: DebounceSettings,
+) -> tuple[Answer, ...]:
+    """Return the gestures that the debouncer fires.
 
-
-def fire(
-    means: NDArray[np.float64], t: NDArray[np.float64], labels: Sequence[str], on: float, off: float
-) -> list[Answer]:
-    """Return what a debouncer answers to these running means: `Debouncer`, but all at once."""
-    best = NULL + 1 + means[:, NULL + 1 :].argmax(axis=1)
-    rises = np.flatnonzero(means[np.arange(len(means)), best] >= on)
-    falls = np.flatnonzero(1.0 - means[:, NULL] < off)
-    answers = []
-    at = 0
-    while at < len(rises):
-        frame = int(rises[at])
-        answers.append(Answer(float(t[frame]), labels[int(best[frame])]))
-        place = int(np.searchsorted(falls, frame, side="right"))
-        if place == len(falls):
-            break
-        at = int(np.searchsorted(rises, falls[place], side="right"))
-    return answers
-
-
-def debounced(stream: Stream, labels: Sequence[str], settings: DebounceSettings) -> list[Answer]:
-    """Return what a debouncer of other settings answers to a stream."""
-    means = smoothed(stream.probabilities, settings.smoothing)
-    return fire(means, stream.known.t, labels, settings.on, settings.off)
+    Args:
+        probabilities: Of every frame, (n, classes).
+        t: Time of every frame, seconds, (n,).
+        labels: The classes, "null" first.
+        settings: When a gesture counts.
+    """
+    fired = fire(smooth(probabilities, settings.smoothing), settings)
+    return tuple(Answer(float(t[frame]), labels[kind]) for frame, kind in fired)
 
 
 def refuse(recording: Recording, bundle: Bundle) -> None:

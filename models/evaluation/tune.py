@@ -16,23 +16,25 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller import files
 from controller.bundles import bundle
 from controller.bundles.bundle import MANIFEST, Bundle
-from controller.recognition.debounce import DebounceSettings
-from controller.recognition.event_metric import Answer, judge
+from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
+from controller.recognition.event_metric import Answer, Score, judge
 from controller.recognition.touch_position import PositionSpread
 from models.evaluation import bootstrap, position_error
 from models.evaluation.event_counts import tally, told
-from models.evaluation.replay import Stream, debounced, fire, smoothed
+from models.evaluation.replay import Stream, debounced
 from models.results.evaluation import Point, Tuning
 from models.results.figure import Figure
 
-SMOOTHING: Final = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
-ON: Final = (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95)
-OFF: Final = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+# Values to try of each debounce setting; a setting that is not here keeps the bundle's value.
+GRID: Final = {
+    "smoothing": (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0),
+    "on": (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95),
+    "off": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +94,15 @@ def tune(
     if not events:
         raise ValueError("there are no gestures in these recordings; tune on labelled ones")
     idle = sum(tally(stream, labels).idle_minutes for stream in streams)
-    grid = {DebounceSettings(*one) for one in itertools.product(SMOOTHING, ON, OFF)} | {now}
+    grid = {
+        dataclasses.replace(now, **dict(zip(GRID, values, strict=True)))
+        for values in itertools.product(*GRID.values())
+    }
     points = [
         _point(settings, answers, streams, idle)
-        for settings, answers in _replayed(streams, labels, grid)
+        for settings, answers in _replayed(streams, labels, grid | {now})
     ]
-    before = next(p for p in points if settings_of(p) == now)
+    before = next(point for point in points if point.settings == now)
     edge = front(points)
     chosen = choose(edge, points, goal, events)
     return Tuning(
@@ -110,14 +115,9 @@ def tune(
         front=tuple(edge),
         tried=len(points),
         goal=goal.sentence(),
-        figures=_figures(streams, labels, settings_of(chosen)),
+        figures=_figures(streams, labels, chosen.settings),
         command=command,
     )
-
-
-def settings_of(point: Point) -> DebounceSettings:
-    """Return a point as the debouncer takes it."""
-    return DebounceSettings(point.smoothing, point.on, point.off)
 
 
 def front(points: Sequence[Point]) -> list[Point]:
@@ -209,29 +209,27 @@ def write(
 
 
 def _near(one: Point, other: Point) -> bool:
-    """Whether two points of the grid differ by a step at most, in each of their thresholds."""
-    axes = (SMOOTHING, one.smoothing, other.smoothing), (ON, one.on, other.on), (
-        OFF, one.off, other.off)  # fmt: skip
+    """Whether two points of the grid differ by a step at most, in each of their settings."""
     return all(
-        abs(float(np.searchsorted(steps, a)) - float(np.searchsorted(steps, b))) <= 1
-        for steps, a, b in axes
+        abs(int(np.searchsorted(steps, a)) - int(np.searchsorted(steps, b))) <= 1
+        for name, steps in GRID.items()
+        for a, b in [(getattr(one.settings, name), getattr(other.settings, name))]
     )
 
 
 def _replayed(
     streams: Sequence[Stream], labels: Sequence[str], grid: set[DebounceSettings]
 ) -> list[tuple[DebounceSettings, list[list[Answer]]]]:
-    """Return what each point of the grid answers to each stream."""
+    """Return the answers of each point of the grid to each stream."""
     ordered = sorted(grid, key=dataclasses.astuple)
     answers: list[list[list[Answer]]] = [[] for _ in ordered]
     for stream in streams:
-        means: dict[float, NDArray[np.float64]] = {}
-        for place, settings in enumerate(ordered):
-            share = settings.smoothing
-            if share not in means:
-                means = {share: smoothed(stream.probabilities, share)}  # one at a time is enough
-            given = fire(means[share], stream.known.t, labels, settings.on, settings.off)
-            answers[place].append(given)
+        means: dict[float, Means] = {}
+        for settings, given in zip(ordered, answers, strict=True):
+            if settings.smoothing not in means:  # one at a time, since the grid is in order
+                means = {settings.smoothing: smooth(stream.probabilities, settings.smoothing)}
+            fired = fire(means[settings.smoothing], settings)
+            given.append([Answer(float(stream.known.t[at]), labels[kind]) for at, kind in fired])
     return list(zip(ordered, answers, strict=True))
 
 
@@ -241,19 +239,15 @@ def _point(
     streams: Sequence[Stream],
     idle_minutes: float,
 ) -> Point:
-    found = [judge(s.known.events, a) for s, a in zip(streams, answers, strict=True)]
-    total = found[0]
-    for other in found[1:]:
-        total.add(other)
-    late = round(float(np.median(total.latencies_s)), 4) if total.latencies_s else float("nan")
+    total = Score()
+    for stream, given in zip(streams, answers, strict=True):
+        total.add(judge(stream.known.events, given))
     return Point(
-        settings.smoothing,
-        settings.on,
-        settings.off,
+        settings,
         total.recall,
         total.f1,
         total.false_alarms / idle_minutes if idle_minutes else float("nan"),
-        late,
+        round(float(np.median(total.latencies_s)), 4) if total.latencies_s else float("nan"),
     )
 
 
@@ -262,7 +256,10 @@ def _figures(
 ) -> dict[str, Figure]:
     """Return the chosen point's figures with intervals; they flatter, being chosen."""
     tallies = [
-        tally(dataclasses.replace(s, answers=tuple(debounced(s, labels, settings))), labels)
+        tally(
+            dataclasses.replace(s, answers=debounced(s.probabilities, s.known.t, labels, settings)),
+            labels,
+        )
         for s in streams
     ]
     events, hits = [t.events for t in tallies], [t.hits for t in tallies]

@@ -6,10 +6,10 @@ two axes.
 """
 
 import math
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from models import json_values
+from controller.recognition.debounce import DebounceSettings
 from models.results.figure import Figure
 
 
@@ -217,28 +217,20 @@ class Evaluation:
     broken: tuple[Broken, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
-
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One choice of the debouncer's thresholds, and what it gives.
+    """Performance at one choice of the debouncer's settings.
 
     Attributes:
-        smoothing: Weight of the newest probabilities.
-        on: A gesture fires at this.
-        off: The latch re-arms below this.
+        settings: The choice.
         recall: Events that are answered rightly.
         f1: Of the event metric.
         false_alarms_per_min: Answers to nothing, per idle minute.
         latency_s: Median, from onset.
     """
 
-    smoothing: float
-    on: float
-    off: float
+    settings: DebounceSettings
     recall: float
     f1: float
     false_alarms_per_min: float
@@ -275,14 +267,3 @@ class Tuning:
     goal: str
     figures: dict[str, Figure] = field(default_factory=dict)
     command: str = ""
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
-
-
-def as_json(found: Any) -> str:
-    """Return a result as JSON; what is no number becomes null."""
-    if not is_dataclass(found) or isinstance(found, type):
-        raise TypeError(f"{found!r} is no result")
-    return json_values.text(asdict(found))

@@ -5,11 +5,11 @@ not be had; in the file it is null.
 """
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Final
 
 from controller.recognition.touch_position import PositionSpread
-from models import json_values
+from models.results.figure import Figure
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
@@ -155,6 +155,11 @@ class Honesty:
         """What the paper's protocol promises too much."""
         return self.random - self.unseen
 
+    @property
+    def figure(self) -> Figure:
+        """The score on unseen sessions and its interval."""
+        return Figure(self.unseen, self.low, self.high)
+
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
@@ -281,7 +286,3 @@ class Training:
     advice: tuple[str, ...] = ()
     debounce: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return json_values.text(asdict(self))

@@ -23,7 +23,7 @@ from models.data.load import Choice, Data
 from models.data.recipe import RECIPES, Recipe
 from models.data.touch_images import Touches
 from models.evaluation import held_out_replay
-from models.reports import training_card
+from models.reports import page
 from models.results.training import Training
 from models.training import advice, checkpoint, export, train_networks
 from models.training import base_bundle as base
@@ -146,7 +146,7 @@ def train(request: Request, say: Say) -> Training:
         plan = advice.advise(plan, work, measured=measured, say=say)
     export.write_bundle(request.out, manifest, first, second)
     plan = replace(plan, debounce=manifest["debounce"])
-    training_card.write(request.out, bundle.read(request.out), plan)
+    page.write_training(request.out, bundle.read(request.out), plan)
     shutil.rmtree(folder)
     return plan
 

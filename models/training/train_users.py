@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from controller.bundles import bundle, mapping_file
 from controller.bundles.bundle import Bundle
 from controller.recognition.users import Users
-from models import text, user_files
+from models import formatting, user_files
 from models.data import load, splits
 from models.data.examples import refuse_test_seed
 from models.data.load import Choice, Data
 from models.data.recipe import RECIPES
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
-from models.reports import users_page
+from models.reports import page
 from models.results.training import SessionRow
 from models.results.users import Enrolled, Telling
 from models.training import enroll, user_task
@@ -112,7 +112,7 @@ def train(request: Request, say: Say) -> Telling:
     if rules is not None:  # a mistake in it is told before anything is learned
         Users(names).overridden(*rules)
     held = _held(group, names, request.split)
-    count = text.several(len(names), "person", "people")
+    count = formatting.several(len(names), "person", "people")
     say(f"{count}: {', '.join(names)}; told by {', '.join(gestures)}")
     found, who = _judge(request, group, held, names, gestures)
     whole = _learn(group, len(names), request)[0] if request.split != "time" else who[0]
@@ -121,7 +121,7 @@ def train(request: Request, say: Say) -> Telling:
     said = f"{count}, {request.command}; single gestures named rightly, unseen: "
     said += f"{found.seen[1].value:.1%}"
     enroll.write(path, request.out, whole, known, said, request.mapping)
-    users_page.write(request.out, found)
+    page.write_users(request.out, found)
     return found
 
 

@@ -12,7 +12,7 @@ from models import user_files
 from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
-from models.reports.data import ReportData
+from models.reports.page import ReportData
 from models.studies.information import games
 from models.studies.sweep import kept
 from tests.support.report_results import evaluation
