@@ -63,6 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     extras.require("drawing figures", "torch", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     from models.studies.figure7 import report, study
+    from models.studies.figure7.experiments import Settings
     from models.training.loop import prepare_torch
 
     if not arguments.out.is_dir():
@@ -70,9 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.paper:
         markdown.check(arguments.paper, report.BEGIN, report.END)
     prepare_torch(arguments.seed)
-    settings = study.Settings(
-        arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed
-    )
+    settings = Settings(arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed)
     found = study.measure(settings, arguments.out / report.MEASURED, options.say)
     for path in report.draw(found, arguments.out):
         options.say(f"wrote {path}")

@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from models.studies.information import figures, games, report, results, study, tables
+    from models.studies.information import games, report, results, study, tables
 
     out = arguments.out
     if out and not out.is_dir():
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     results.keep(kept, found)
     print(tables.text(found))
     if out:
-        for path in (*figures.draw(found, out), report.write(out, found)):
+        for path in report.write(out, found):
             options.say(f"wrote {path}")
     if arguments.paper:
         page = user_files.read_text(arguments.paper)

@@ -1,74 +1,49 @@
-"""Style and files of the studies' drawings: reproducible SVG and PNG by matplotlib."""
+"""Drawings of studies: several panels in the style of the reports, reproducible as SVG and PNG."""
 
 import io
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from controller import files
+from models.reports.drawing import INK, PIXELS_PER_INCH, styled
 
-CORAL, BLUE, INK, DIM, LINE = "#c2510f", "#1f6fd0", "#1e2535", "#8c96ae", "#dfe3ec"
-SERIES: Final = (BLUE, CORAL, "#1b7f4b", "#7a4fb5", "#96640a")  # of several sets in one drawing
 DOTS_PER_INCH: Final = 130
-STYLE: Final[dict[Any, Any]] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": DIM,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "axes.labelcolor": INK,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "grid.color": LINE,
-    "grid.linewidth": 0.6,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
-    "lines.linewidth": 1.8,
-    "savefig.facecolor": "white",
-    "svg.hashsalt": "orbtouch",
-    "text.color": INK,
-    "xtick.color": DIM,
-    "xtick.labelcolor": INK,
-    "ytick.color": DIM,
-    "ytick.labelcolor": INK,
-}
+
+Panels = NDArray[Any]  # (rows, columns) of Axes
 
 
-def new(width: float, height: float) -> Figure:
-    """Return an empty drawing of a size in inches; panels share its room without overlap."""
-    with mpl.rc_context(STYLE):
-        return Figure(figsize=(width, height), layout="constrained")
+def panels(
+    width: float, height: float, columns: int, rows: int = 1, **options: Any
+) -> tuple[Figure, Panels]:
+    """Return an empty drawing of a size in pixels, and its panels, (rows, columns).
+
+    Args:
+        width: Of the drawing.
+        height: Of the drawing.
+        columns: Panels side by side.
+        rows: Panels one below the other.
+        options: Of `Figure.subplots`.
+    """
+    size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
+@styled
 def save(figure: Figure, path: Path) -> Path:
     """Write a drawing, complete or not at all, in the format of the path's suffix."""
     drawn, kind = io.BytesIO(), path.suffix.removeprefix(".")
-    with mpl.rc_context(STYLE):
-        metadata = {"Date": None} if kind == "svg" else None
-        figure.savefig(drawn, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+    metadata = {"Date": None} if kind == "svg" else None
+    figure.savefig(drawn, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=metadata)
     files.atomic_write(path, drawn.getvalue())
     return path
-
-
-def beside(axes: Axes, x: float, y: float, words: str, colour: str) -> None:
-    """Write words on the right of a point, such as the end of a line."""
-    axes.annotate(words, (x, y), xytext=(6, 0), textcoords="offset points", color=colour,
-                  va="center", fontsize=8, annotation_clip=False)  # fmt: skip
 
 
 def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None:
     """Write words above a point, such as the top of a bar."""
     axes.annotate(words, (x, y), xytext=(0, 3), textcoords="offset points", color=colour,
-                  ha="center", fontsize=8)  # fmt: skip
-
-
-def legend(axes: Axes, words: str, y: float = 0.98) -> None:
-    """Explain the lines or bars of a panel in words, at a height of it from 0 to 1."""
-    axes.annotate(words, (0.02, y), xycoords="axes fraction", va="top", fontsize=8, color=DIM)
+                  ha="center", fontsize=10)  # fmt: skip

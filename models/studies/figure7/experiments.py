@@ -245,7 +245,8 @@ def presses(
         simulator.advance(hand.point[at], hand.depth_mm[at], hand.radius_mm[at])
         for at in (slice(i * each, (i + _CHUNK) * each) for i in range(0, frames, _CHUNK))
     ]
-    label, _ = hand.truth((np.arange(frames) + 1.0) / RATE_HZ, LABELS)
+    time_s = (np.arange(frames, dtype=np.float64) + 1.0) / RATE_HZ
+    label, _ = hand.truth(time_s, LABELS)
     place = hand.contact(each)[:, 0, :2]
     place[label != LABELS.index("press")] = np.nan
     return Source(np.concatenate(scans), label, np.rint(place) if on_sites else place)

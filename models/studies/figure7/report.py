@@ -4,18 +4,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from models.formatting import NONE
 from models.reports import markdown
-from models.studies.drawing import BLUE, CORAL, DIM, STYLE, new, save
-from models.studies.information.tables import Table
+from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, styled
+from models.reports.tables import Table
+from models.studies.drawing import panels, save
 
 MEASURED: Final = "figure7.json"  # beside the pictures
 BEGIN: Final = "<!-- models figures -->"
 END: Final = "<!-- so far models figures -->"
-RECIPES: Final = (("paper", "paper’s recipe", CORAL), ("default", "ours", BLUE))
+RECIPES: Final = (("paper", "paper’s recipe", RANDOM), ("default", "ours", UNSEEN))
 JUDGED: Final = (("random", "random test", "--"), ("day", "another day", "-"))
 # Title in the pictures, name in the tables, the paper's figure (section 4.2; its error is in "mm",
 # which are grid units: docs/paper.md), and limits of the axis.
@@ -25,11 +26,11 @@ NETWORKS: Final = {
     "CNN-2D": ("places", "CNN-2D", 0.09, (0.0, 0.6)),
 }
 OVER: Final = {"epochs": "over the epochs", "sizes": "over what was taught"}
-NONE: Final = "–"
 
 Found = Mapping[str, Any]
 
 
+@styled
 def draw(found: Found, folder: Path) -> list[Path]:
     """Draw a picture for each preset, and return their paths.
 
@@ -39,16 +40,15 @@ def draw(found: Found, folder: Path) -> list[Path]:
     """
     paths = []
     for preset in dict.fromkeys(key.split()[0] for key in found["parts"]):
-        with mpl.rc_context(STYLE):
-            figure = new(10.4, 10.3)
-            panels = iter(zip(figure.subplots(3, 2).flat, "abcdef", strict=True))
-            for network, (title, *_) in NETWORKS.items():
-                own = {name: found["parts"][f"{preset} {name} {network}"] for name, *_ in RECIPES}
-                for (over, words), (axes, letter) in zip(OVER.items(), panels, strict=False):
-                    axes.set_title(f"{letter}  {title}, {words}")
-                    _panel(axes, own, network, over)
-            figure.legend(handles=axes.lines, loc="outside lower center", ncols=len(axes.lines))
-            paths.append(save(figure, folder / f"figure7-{preset}.svg"))
+        figure, axes = panels(1000, 1000, 2, 3)
+        lettered = iter(zip(axes.flat, "abcdef", strict=True))
+        for network, (title, *_) in NETWORKS.items():
+            own = {name: found["parts"][f"{preset} {name} {network}"] for name, *_ in RECIPES}
+            for (over, words), (panel, letter) in zip(OVER.items(), lettered, strict=False):
+                panel.set_title(f"{letter}  {title}, {words}")
+                _panel(panel, own, network, over)
+        figure.legend(handles=panel.lines, loc="outside lower center", ncols=len(panel.lines))
+        paths.append(save(figure, folder / f"figure7-{preset}.svg"))
     return paths
 
 
@@ -73,7 +73,7 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(limits)
     if share:
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:.0f} %"))
+        axes.yaxis.set_major_formatter(PERCENT)
     axes.set_ylabel("windows named rightly" if share else "error, grid units, mean of the axes")
     learned = f"{'windows' if share else 'images'} learned from"
     axes.set_xlabel("epochs" if over == "epochs" else learned)
@@ -81,7 +81,7 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
 
 def text(found: Found) -> str:
     """Return all tables as Markdown."""
-    return f"{ends(found)}\n\n{lateness(found)}"
+    return f"{markdown.table(ends(found))}\n\n{markdown.table(lateness(found))}"
 
 
 def into(page: str, found: Found) -> str:

@@ -1,16 +1,16 @@
-"""Drawings of an information study, as SVG and PNG; each is clear without its caption."""
+"""Drawings of an information study; each is clear without its caption."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from controller.simulator.presets import PRESETS
-from models.studies.drawing import DIM, INK, SERIES, STYLE, above, beside, legend, new, save
+from models.reports.drawing import DIM, INK, RANDOM, UNSEEN, styled
+from models.reports.drawing import SERIES as OTHERS
+from models.studies.drawing import above, panels
 from models.studies.information import results
 from models.studies.information.histogram import (
     BITS,
@@ -46,24 +46,18 @@ ESTIMATES: Final = (
     ("the bundle that ships", ("classifier", "rows", "the bundle that ships", "scaled"), True),
 )
 
+SERIES: Final = (UNSEEN, RANDOM, *OTHERS[1:])  # of several sets in one drawing
+
 Found = Mapping[str, Any]
 Series = Sequence[tuple[str, str, Sequence[float]]]  # name, colour, and values
 
 
-def draw(found: Found, folder: Path) -> list[Path]:
-    """Draw all parts that were measured; return the SVG files."""
-    drawings = {
-        "figure9": figure_9,
-        "information-window": windows,
-        "capacity": capacity,
-    }
-    paths = []
-    with mpl.rc_context(STYLE):
-        for name, of in drawings.items():
-            if (figure := of(found)) is not None:
-                paths.append(save(figure, folder / f"{name}.svg"))
-                save(figure, folder / f"{name}.png")
-    return paths
+@styled
+def draw(found: Found) -> dict[str, Figure]:
+    """Return the drawings of all parts that were measured, by name."""
+    drawings = {"figure9": figure_9, "information-window": windows, "capacity": capacity}
+    made = {name: of(found) for name, of in drawings.items()}
+    return {name: figure for name, figure in made.items() if figure is not None}
 
 
 def figure_9(found: Found) -> Figure | None:
@@ -74,8 +68,8 @@ def figure_9(found: Found) -> Figure | None:
     }
     if not mean:
         return None
-    figure = new(11.6, 4.6)
-    left, right = figure.subplots(1, 2, width_ratios=[1.35, 1])
+    figure, axes = panels(1100, 440, 2, width_ratios=[1.35, 1])
+    left, right = axes[0]
 
     def ours(keys: Sequence[str]) -> Series:
         return [
@@ -104,7 +98,7 @@ def _bars(axes: Axes, words: Sequence[str], series: Series) -> None:
         for x, value in zip(at, values, strict=True):
             digits = 0 if value < 0.005 else 3 if value < 0.2 else 2
             above(axes, x, value, f"{value:.{digits}f}", colour)
-    axes.set_xticks(np.arange(len(words)), words, fontsize=8)
+    axes.set_xticks(np.arange(len(words)), words, fontsize=10)
     axes.set_ylabel("nats")
     axes.set_ylim(0, 1.14 * max(max(values) for _, _, values in series))
     bits = axes.secondary_yaxis("right", functions=(lambda v: v * BITS, lambda v: v / BITS))
@@ -116,14 +110,13 @@ def windows(found: Found) -> Figure | None:
     names = results.sets_with(found, "classifier")
     if not names:
         return None
-    figure = new(5.8 * len(names), 4.6)
-    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    figure, every = panels(550 * len(names), 440, len(names), sharey=True)
     known = [
         (words, path, bound)
         for words, path, bound in ESTIMATES
         if any(results.value(found, name, *path) for name in names)
     ]
-    for axes, colour, name in zip(panels, SERIES, names, strict=False):
+    for axes, colour, name in zip(every[0], SERIES, names, strict=False):
         ceiling = results.value(found, name, "classifier", "h_y") * BITS
         for y, (_, path, bound) in enumerate(known):
             if interval := results.value(found, name, *path):
@@ -140,7 +133,7 @@ def windows(found: Found) -> Figure | None:
         axes.set_title(name)
         axes.grid(axis="x")
         axes.grid(visible=False, axis="y")
-    legend(panels[0], "▸ at least so much, on another day\n● estimate", 0.12)
+    figure.supxlabel("▸ at least so much, on another day    ● estimate", fontsize=11)
     return figure
 
 
@@ -150,12 +143,11 @@ def capacity(found: Found) -> Figure | None:
     count = bool(players) + 2 * bool(vocabularies)
     if not count:
         return None
-    figure = new(4.1 * count, 4.3)
-    panels = list(figure.subplots(1, count, squeeze=False)[0])
+    figure, axes = panels(400 * count, 420, count)
     if players:
-        _players(panels.pop(0), players)
+        _players(axes[0, 0], players)
     if vocabularies:
-        _vocabularies(panels[0], panels[1], vocabularies)
+        _vocabularies(axes[0, -2], axes[0, -1], vocabularies)
     return figure
 
 
@@ -169,9 +161,8 @@ def _players(axes: Axes, players: Mapping[str, Any]) -> None:
             above(axes, number + shift, one[key] * BITS, f"{one[key] * BITS:.0f}")
         of_one = f"{one['played'][0] * BITS:.2f} bits\nin {one['mean_s']:.2f} s"
         words.append(f"{'orb, ' if name in PRESETS else ''}{name}\n{of_one}")
-    axes.set_xticks(range(len(players)), words, fontsize=8.5)
-    legend(axes, "dark: as the bot plays Tetris\nlight: commands chosen for speed")
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.1)
+    axes.set_xticks(range(len(players)), words, fontsize=10)
+    axes.set_xlabel("dark: as the bot plays Tetris; light: commands chosen for speed", fontsize=10)
     axes.set_ylabel("bits per minute")
     axes.set_title("six commands, as played")
 
@@ -179,14 +170,12 @@ def _players(axes: Axes, players: Mapping[str, Any]) -> None:
 def _vocabularies(left: Axes, right: Axes, by_set: Mapping[str, Mapping[int, Any]]) -> None:
     """Draw bits per gesture and per minute by the number of gestures."""
     sizes = sorted({size for own in by_set.values() for size in own})
-    left.plot(sizes, np.log2(sizes), ":", color=INK, lw=1.2)
-    beside(left, sizes[-1], float(np.log2(sizes[-1])), "none confused", INK)
+    left.plot(sizes, np.log2(sizes), ":", color=INK, lw=1.2, label="none confused")
     for colour, (name, own) in zip(SERIES, by_set.items(), strict=False):
         x = sorted(own)
         for axes, key in ((left, "capacity"), (right, "fastest_per_min")):
             y = [own[size][key] * BITS for size in x]
-            axes.plot(x, y, color=colour, marker="o", ms=4)
-            beside(axes, x[-1], y[-1], name, colour)
+            axes.plot(x, y, color=colour, marker="o", ms=4, label=name)
     labels = max((one["labels"] for own in by_set.values() for one in own.values()), key=len)
     first = ",\n".join(labels[:2])
     words = [f"{size}\n{first if size == 2 else labels[size - 1]}" for size in sizes]
@@ -194,8 +183,9 @@ def _vocabularies(left: Axes, right: Axes, by_set: Mapping[str, Mapping[int, Any
         (left, "a larger vocabulary, gesture by gesture", "bits per gesture"),
         (right, "the same, minute by minute", "bits per minute, fastest use"),
     ):
-        axes.set_xticks(sizes, [one.replace("_", "\n") for one in words], fontsize=7.5)
+        axes.set_xticks(sizes, [one.replace("_", "\n") for one in words], fontsize=10)
         axes.set_xlabel("gestures, one more each time")
         axes.set_ylabel(unit)
         axes.set_title(title)
         axes.set_ylim(bottom=0)
+        axes.legend()

@@ -1,25 +1,27 @@
-"""HTML report of an information study: one page with its drawings inside, without network use."""
+"""Report of an information study: drawings, and one HTML page with them inside."""
 
 from collections.abc import Callable, Iterator, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, PackageLoader
-from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from models import user_files
-from models.studies.information import results, tables
+from models.formatting import joined
+from models.reports import page
+from models.reports.drawing import styled, svg
+from models.reports.tables import Table
+from models.studies.drawing import save
+from models.studies.information import figures, results, tables
 from models.studies.information.histogram import BITS, PAPER_INFORMATION
 
 PAGE: Final = "information.html"
 TITLE: Final = "How much an orb can say"
 
 Found = Mapping[str, Any]
-Card = tuple[str, str, str]  # a figure, its meaning, and a line below
 
 # Title, drawing ("": none), table and explanation of each section.
-SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], tables.Table], str], ...]] = (
+SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], Table], str], ...]] = (
     (
         "What the paper counts",
         "figure9",
@@ -65,30 +67,35 @@ SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], tables.Table], str], ...
 )
 
 
-def write(folder: Path, found: Found) -> Path:
-    """Write the page beside its drawings, which it includes, and return its path."""
-    environment = Environment(
-        loader=PackageLoader("models.studies.information", "."), autoescape=True
-    )
-    style = resources.files("models.reports").joinpath("style.css").read_text(encoding="utf-8")
-    page = environment.get_template("report.html").render(
-        title=TITLE,
-        style=Markup(style),
-        sets=results.sets_with(found),
-        cards=list(_cards(found)),
-        sections=[
-            (heading, below, _inline(folder / f"{drawing}.svg"), table)
-            for heading, drawing, of, below in SECTIONS
-            if (table := of(found)).rows
-        ],
-    )
+def write(folder: Path, found: Found) -> list[Path]:
+    """Write the drawings as SVG and PNG and the page with them inside, and return their paths."""
+    drawn = figures.draw(found)
+    paths = [
+        save(figure, folder / f"{name}.{kind}")
+        for name, figure in drawn.items()
+        for kind in ("svg", "png")
+    ]
     path = folder / PAGE
-    user_files.write_text(path, page)
-    return path
+    user_files.write_text(path, _page(found, drawn))
+    return [*paths, path]
 
 
-def _cards(found: Found) -> Iterator[Card]:
-    """Yield the headline figures."""
+@styled
+def _page(found: Found, drawn: Mapping[str, Figure]) -> str:
+    """Return the page with drawings by name."""
+    sections = []
+    for title, drawing, of, below in SECTIONS:
+        if (table := of(found)).rows:
+            shown = [page.Drawing(svg(drawn[drawing], title))] if drawing in drawn else []
+            sections.append(page.Section(title, [*([below] if below else []), *shown, table]))
+    names = results.sets_with(found)
+    lead = f"Measured on {joined(names)}." if names else ""
+    headlines = list(_headlines(found))
+    return page.study(TITLE, sections, lead=lead, headlines=headlines, command="models information")
+
+
+def _headlines(found: Found) -> Iterator[tuple[str, str, str]]:
+    """Yield the headline figures: value, meaning, and a line below."""
     for name in results.sets_with(found):
         if part := results.value(found, name, "classifier"):
             best = max((row["gesture"] for row in part["rows"].values()), key=lambda one: one[0])
@@ -102,14 +109,3 @@ def _cards(found: Found) -> Iterator[Card]:
             yield f"{bits} bits", f"a sensor about the label: {name}", f"the paper: {paper}"
     for name, one in found["games"].items():
         yield f"{one['played_per_min'] * BITS:.0f} bits", f"a minute of play: {name}", ""
-
-
-def _inline(path: Path) -> Markup:
-    """Return a drawing as an element of the page, its identities unique; "" without a file."""
-    if not path.exists():
-        return Markup("")
-    text = path.read_text(encoding="utf-8")
-    drawn = text[text.index("<svg") :].replace("<svg", '<svg class="drawn" role="img"', 1)
-    for mark in ('id="', 'xlink:href="#', "url(#"):
-        drawn = drawn.replace(mark, f"{mark}{path.stem}-")
-    return Markup(drawn)

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
+from models.formatting import NONE
 from models.reports import markdown
+from models.reports.tables import Table
 from models.studies.information.histogram import (
     BITS,
     PAPER_H_Y,
@@ -18,7 +19,6 @@ from models.studies.information.results import sets_with, value, vocabularies
 BEGIN: Final = "<!-- models information -->"
 END: Final = "<!-- so far models information -->"
 UNIFORM: Final = math.log(5)  # nats: the paper prints it in bits, 2.32
-NONE: Final = "–"
 
 # Row, the paper's figure in nats, and key of ours.
 SECTION_6: Final[tuple[tuple[str, float | None, str], ...]] = (
@@ -69,31 +69,10 @@ Found = Mapping[str, Any]
 Rows = list[list[str]]
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table of words.
-
-    Attributes:
-        head: Titles of the columns.
-        rows: Cells of each row.
-        note: A sentence below.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
-
-    def __str__(self) -> str:
-        """Return it as Markdown."""
-        lines = [f"| {' | '.join(cells)} |" for cells in (self.head, *self.rows)]
-        below = f"\n\n{self.note}" if self.note else ""
-        return "\n".join([lines[0], "|---" * len(self.head) + "|", *lines[1:]]) + below
-
-
 def text(found: Found) -> str:
     """Return all tables with rows, as Markdown."""
     made = (of(found) for of in (section_6, bins, windows, gestures, places, games, vocabulary))
-    return "\n\n".join(str(table) for table in made if table.rows)
+    return "\n\n".join(markdown.table(table) for table in made if table.rows)
 
 
 def into(page: str, found: Found) -> str:
@@ -121,13 +100,14 @@ def section_6(found: Found) -> Table:
 def bins(found: Found) -> Table:
     """Return the histogram estimates by the number of bins."""
     names = sets_with(found, "histogram")
-    head = ["bins", *(title.format(name=name) for name in names for title in BINNED.values())]
+    head = ["bins (in bits, means over the sensors)"]
+    head += [title.format(name=name) for name in names for title in BINNED.values()]
     several = zip(*(value(found, name, "histogram", "bins") for name in names), strict=True)
     rows = [
         [f"{own[0]['bins']}", *(_bits(one[key]) for one in own for key in BINNED)]
         for own in several
     ]
-    return Table(head, rows, "All in bits, means over the sensors.")
+    return Table(head, rows)
 
 
 def windows(found: Found) -> Table:

@@ -80,7 +80,7 @@ def test_what_was_measured_is_kept_and_drawn_again(
     monkeypatch.setattr(study, "SHARES", (0.5,))
     monkeypatch.setattr(experiments, "USERS", 2)
     monkeypatch.setattr(experiments, "USER_MINUTES", 1.0)
-    settings, path = study.Settings(2.0, 1, 2), tmp_path / report.MEASURED
+    settings, path = experiments.Settings(2.0, 1, 2), tmp_path / report.MEASURED
     said: list[str] = []
     first = study.measure(settings, path, said.append)
     assert len(said) == 6  # three networks, on half of the lesson and on all of it

@@ -28,7 +28,7 @@ def test_the_documentation_shows_what_was_measured(found: dict[str, Any]) -> Non
 
 
 def test_the_papers_figures_stand_beside_ours_in_nats_and_bits(found: dict[str, Any]) -> None:
-    text = str(tables.section_6(found))
+    text = tables.text(found)
     assert "| H(y), labels | 1.28, 1.85 |" in text
     assert "| H(z), a sensor | 2.71, 3.91 |" in text
     assert "paper’s scaling | 0.13, 0.19 |" in text
@@ -57,14 +57,13 @@ def test_what_was_not_measured_is_not_shown() -> None:
 @pytest.mark.train
 def test_drawings_and_page_need_nothing_else(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from models.studies.information import figures, report
+    from models.studies.information import report
 
-    paths = figures.draw(found, tmp_path)
-    assert {path.name for path in paths} >= {"figure9.svg", "capacity.svg"}
-    for path in paths:
-        assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-    page = report.write(tmp_path, found).read_text(encoding="utf-8")
-    assert page.count("<svg") == len(paths)
+    *drawings, written = report.write(tmp_path, found)
+    assert {path.name for path in drawings} >= {"figure9.svg", "capacity.png"}
+    assert (tmp_path / "capacity.png").read_bytes().startswith(b"\x89PNG")
+    page = written.read_text(encoding="utf-8")
+    assert page.count("<svg") == len(drawings) / 2
     assert not re.search(r'(src|href)="(?!#)', page)  # nothing is fetched
     identities = re.findall(r'\bid="([^"]+)"', page)
     assert len(identities) == len(set(identities))
