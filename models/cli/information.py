@@ -3,11 +3,12 @@
 import argparse
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from models.cli import _options as options
 
 if TYPE_CHECKING:
+    from models.studies.information.games import Session
     from models.studies.information.study import RecordingSet
 
 SUMMARY: Final = "estimate how much an orb can say: entropies, information, capacity"
@@ -76,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     sets, players = _sets(arguments), _players(arguments.games)
     found = study.measure(sets, arguments.only, arguments.workers, kept, options.say)
     for name, played in players.items():
-        found["games"][name] = games.figures(games.gather(map(games.session, played)))
+        found["games"][name] = games.figures(games.gather(played))
     results.keep(kept, found)
     print(tables.text(found))
     if out:
@@ -112,11 +113,11 @@ def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     return made
 
 
-def _players(paths: list[Path]) -> dict[str, list[dict[str, Any]]]:
+def _players(paths: list[Path]) -> "dict[str, list[Session]]":
     """Return the games of each folder, and of all single files."""
     from models.studies.information import games
 
-    made: dict[str, list[dict[str, Any]]] = {}
+    made: dict[str, list[Session]] = {}
     for path in paths:
         files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
         if not files:

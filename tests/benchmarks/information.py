@@ -55,10 +55,7 @@ def played(count: int) -> dict[str, Any]:
         information_games.play_all(Path(folder), count, MINUTES)
         return {
             who: games.figures(
-                games.gather(
-                    games.session(games.read(path))
-                    for path in sorted((Path(folder) / who).iterdir())
-                )
+                games.gather(games.read(path) for path in sorted((Path(folder) / who).iterdir()))
             )
             for who in information_games.PLAYERS
         }

@@ -68,7 +68,7 @@ def counted(counts: ArrayLike) -> float:
     total = float(table.sum())
     if not total:
         return math.nan
-    return max(0.0, float(mutual_information(table[None] / total, total)[2][0]))
+    return max(0.0, float(mutual_information(table[None] / total, total).information[0]))
 
 
 def best_use(given: Transitions, seconds: ArrayLike | None = None) -> Use:

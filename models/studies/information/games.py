@@ -7,7 +7,7 @@ gesture is ignored, one for none is a false alarm.
 """
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from controller.config import ConfigError, parse_json
 from controller.errors import UserError
 from controller.recognition.event_metric import Answer, Event
-from models import user_files
+from models import json_values, user_files
 from models.evaluation.bootstrap import LEVEL
 from models.evaluation.event_counts import attach
 from models.studies.information import channel
@@ -48,6 +48,15 @@ class Session:
     events: Sequence[Event]
     answers: Sequence[Answer]
     minutes: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Game:
+    """A game as a demo prints it; times in milliseconds."""
+
+    seconds: float
+    events: tuple[tuple[float, float, str], ...]  # begin, end, and intended command
+    commands: tuple[tuple[float, str], ...]  # time, and recognised command
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,43 +88,28 @@ class Played:
         return counts
 
 
-def read(path: Path) -> dict[str, Any]:
+def read(path: Path) -> Session:
     """Return the game in a file: its last line that is JSON.
 
     Raises:
         UserError: It cannot be read, or holds no game with its intended gestures.
     """
     for line in reversed(user_files.read_text(path).splitlines()):
-        with suppress(ConfigError):
-            if _is_game(game := parse_json(line, user_files.MAX_BYTES)):
-                return dict(game)
+        with suppress(ConfigError, TypeError, KeyError, ValueError, AttributeError):
+            return session(parse_json(line, user_files.MAX_BYTES))
     raise GameError(f"{path} holds no game; make one with: {HOW_TO_PLAY}")
 
 
-def _is_game(value: Any) -> bool:
-    """Whether a value has the columns that a demo prints."""
+def session(value: Any) -> Session:
+    """Return a game as a session.
 
-    def rows(key: str, *kinds: tuple[type, ...]) -> bool:
-        listed = value.get(key)
-        return isinstance(listed, list) and all(
-            isinstance(row, list) and len(row) == len(kinds) and all(map(isinstance, row, kinds))
-            for row in listed
-        )
-
-    number = (int, float)
-    return (
-        isinstance(value, dict)
-        and isinstance(value.get("seconds"), number)
-        and rows("events", number, number, (str,))
-        and rows("commands", number, (str,))
-    )
-
-
-def session(game: Mapping[str, Any]) -> Session:
-    """Return a game as a session."""
-    events = [Event(on / 1000, off / 1000, name) for on, off, name in game["events"]]
-    answers = [Answer(ms / 1000, name) for ms, name in game["commands"]]
-    return Session(events, answers, game["seconds"] / 60.0)
+    Raises:
+        TypeError, KeyError, ValueError, AttributeError: The value is no game.
+    """
+    game = json_values.read(_Game, value)
+    events = [Event(on / 1000, off / 1000, name) for on, off, name in game.events]
+    answers = [Answer(ms / 1000, name) for ms, name in game.commands]
+    return Session(events, answers, game.seconds / 60.0)
 
 
 def gather(

@@ -29,16 +29,16 @@ Classes = NDArray[np.integer]  # (frames,), from 0
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """Entropies and information in nats; multiply by `BITS` for bits.
+    """Entropies and information of several sensors in nats; multiply by `BITS` for bits.
 
     Attributes:
-        h_y: Entropy of the labels.
         h_z: Entropy of each sensor's quantised signal, (sensors,).
+        h_y: Entropy of the labels, the same for each, (sensors,).
         information: Mutual information of each sensor with the labels, (sensors,).
     """
 
-    h_y: float
     h_z: NDArray[np.float64]
+    h_y: NDArray[np.float64]
     information: NDArray[np.float64]
 
 
@@ -63,9 +63,7 @@ def statistics(
     Raises:
         ValueError: There are no frames, or not one label for each.
     """
-    joint = _joint(z, y, bins, scaling)
-    h_z, h_y, information = mutual_information(joint, len(z) if corrected else 0)
-    return Statistics(float(h_y[0]), h_z, information)
+    return mutual_information(_joint(z, y, bins, scaling), len(z) if corrected else 0)
 
 
 def null_information(
@@ -125,21 +123,19 @@ def entropy(y: Classes) -> float:
     return float(entr(np.bincount(y) / max(1, len(y))).sum())
 
 
-def mutual_information(
-    joint: NDArray[np.float64], samples: float = 0
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the entropies of two variables, and their mutual information, nats, (tables,) each.
+def mutual_information(joint: NDArray[np.float64], samples: float = 0) -> Statistics:
+    """Return the statistics of joint distributions.
 
     Args:
-        joint: Joint distributions, (tables, values of one, values of the other).
-        samples: Number of samples behind each table, to remove the bias of each entropy; 0: none.
+        joint: Of each sensor and the label, (sensors, bins, labels); each sums to 1.
+        samples: Number of samples behind each, to remove the bias of each entropy; 0: none.
     """
     several = joint.sum(axis=2), joint.sum(axis=1), joint.reshape(len(joint), -1)
-    of_one, of_other, of_both = (
+    h_z, h_y, h_both = (
         entr(p).sum(axis=1) + (np.count_nonzero(p, axis=1) - 1.0) / (2.0 * (samples or np.inf))
         for p in several
     )
-    return of_one, of_other, of_one + of_other - of_both
+    return Statistics(h_z, h_y, h_z + h_y - h_both)
 
 
 def _joint(z: Signals, y: Classes, bins: int, scaling: Scaling) -> NDArray[np.float64]:

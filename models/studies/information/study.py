@@ -182,7 +182,7 @@ def _corrections(z: NDArray[np.float64], y: NDArray[np.int64]) -> dict[str, floa
     whole = histogram.statistics(z, y, scaling="global")
     sound = histogram.statistics(z, y, scaling="global", corrected=True)
     found = {"frames": len(y), "p_static": float((y == 0).mean()),
-             "h_uniform": float(np.log(len(np.unique(y)))), "h_y": own.h_y}  # fmt: skip
+             "h_uniform": float(np.log(len(np.unique(y)))), "h_y": float(own.h_y[0])}  # fmt: skip
     for suffix, one in (
         ("", own),
         ("_clipped", cut_off),

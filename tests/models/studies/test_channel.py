@@ -115,7 +115,7 @@ def test_a_player_who_is_always_understood_says_what_the_commands_are_worth() ->
 def test_a_game_is_the_last_line_that_is_json(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     path.write_text("hello\n" + json.dumps(game((0, 1, "left"), heard=[])) + "\n")
-    assert games.read(path)["seconds"] == 60.0
+    assert games.read(path).minutes == 1.0
     path.write_text('{"commands": []}\n')
     with pytest.raises(games.GameError, match="host --demo"):
         games.read(path)
