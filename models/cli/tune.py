@@ -19,13 +19,20 @@ EXAMPLE: Final = (
     "models/orbtouch.orb data --out tuned.orb"
 )
 
+# Option, default, greatest value, metavar and meaning of each part of the goal, in order.
+GOAL: Final = (
+    ("lost", 1.0, 1e6, "W", "cost of each per cent of F1 that is missing"),
+    ("alarm", 5.0, 1e6, "W", "cost of one false alarm in an idle minute"),
+    ("wait", 1.0, 1e6, "W", "cost of a second of latency"),
+    ("latest", 0.42, 60.0, "S", "greatest median latency, seconds"),
+    ("alarms", 0.02, 1000.0, "N", "most false alarms in an idle minute"),
+)
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
-    weight = options.number(0.0, 1e6)
     add("bundle", type=Path, help="bundle to tune")
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
@@ -35,41 +42,14 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="whose labels count (default: auto: the truth, else what people said)",
     )
-    add(
-        "--lost",
-        type=weight,
-        default=1.0,
-        metavar="W",
-        help="what each per cent of F1 that is missing costs (default: 1)",
-    )
-    add(
-        "--alarm",
-        type=weight,
-        default=5.0,
-        metavar="W",
-        help="what one false alarm in an idle minute costs (default: 5)",
-    )
-    add(
-        "--wait",
-        type=weight,
-        default=1.0,
-        metavar="W",
-        help="what a second of latency costs (default: 1)",
-    )
-    add(
-        "--latest",
-        type=options.number(0.0, 60.0),
-        default=0.42,
-        metavar="S",
-        help="greatest median latency, seconds (default: 0.42)",
-    )
-    add(
-        "--alarms",
-        type=options.number(0.0, 1000.0),
-        default=0.02,
-        metavar="N",
-        help="most false alarms in an idle minute (default: 0.02)",
-    )
+    for name, default, most, metavar, meaning in GOAL:
+        add(
+            f"--{name}",
+            type=options.number(0.0, most),
+            default=default,
+            metavar=metavar,
+            help=f"{meaning} (default: {default:g})",
+        )
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
     add(
         "--html",
@@ -115,7 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
             play(replace(loaded, spread=position_error.BARE), networks, recording, known)
         )
         options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
-    goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
+    goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"

@@ -1,12 +1,12 @@
 """Results of an evaluation and a tuning, as plain values for cards, reports and JSON.
 
 Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure
-that could not be had; in JSON it is null. Locations are in grid units, errors are means over the
+that is not known; in JSON it is null. Locations are in grid units, errors are means over the
 two axes.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from controller.recognition.debounce import DebounceSettings
@@ -252,7 +252,6 @@ class Tuning:
             the fastest first.
         tried: How many points.
         goal: How one was chosen, a sentence.
-        figures: Recall, F1, false alarms per minute and latency of the chosen point, by name.
         command: What was typed.
     """
 
@@ -265,5 +264,4 @@ class Tuning:
     front: tuple[Point, ...]
     tried: int
     goal: str
-    figures: dict[str, Figure] = field(default_factory=dict)
     command: str = ""

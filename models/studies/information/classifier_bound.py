@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from controller.bundles import vocabulary
 from models.data.augment import Augmentation, Symmetry
-from models.evaluation import resample, scores
+from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
 from models.studies.information.windows import GAIN, Windows
 
@@ -163,7 +163,9 @@ def rescaled(windows: Windows, probabilities: NDArray[np.floating]) -> HeldOut:
 
 def window_bound(windows: Windows, log_p: Logits) -> Figure:
     """Return H(y) - cross-entropy of the windows for log-probabilities (n, classes), nats."""
-    return resample.gain(log_p[np.arange(len(windows.y)), windows.y], windows.y, windows.event)
+    return bootstrap.event_gain(
+        log_p[np.arange(len(windows.y)), windows.y], windows.y, windows.event
+    )
 
 
 def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
@@ -176,7 +178,7 @@ def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
     use = (windows.y > 0) & np.isfinite(answers.scaled[:, 0])
     _, first = np.unique(windows.event[use], return_index=True)
     log_p = _log_softmax(_log(p) / answers.temperature[use][first][:, None])
-    return resample.gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
+    return bootstrap.event_gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
 
 
 def gestures(windows: Windows, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:

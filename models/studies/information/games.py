@@ -20,7 +20,7 @@ from controller.config import ConfigError, parse_json
 from controller.errors import UserError
 from controller.recognition.event_metric import Answer, Event
 from models import json_values, user_files
-from models.evaluation.bootstrap import LEVEL
+from models.evaluation import bootstrap
 from models.evaluation.event_counts import attach
 from models.studies.information import channel
 
@@ -193,9 +193,8 @@ def figures(played: Played, seed: int = 0) -> dict[str, Any]:
     }
 
 
-def _interval(played: Played, seed: int) -> list[float]:
+def _interval(played: Played, seed: int) -> tuple[float, float]:
     """Return the bounds of a gesture's information by resampling gestures, nats."""
     rng, n = np.random.default_rng(seed), len(played.meant)
     drawn = [channel.counted(played.counts(rng.integers(0, n, n))) for _ in range(DRAWS)]
-    edge = (1.0 - LEVEL) / 2.0
-    return [float(bound) for bound in np.quantile(drawn, [edge, 1.0 - edge])]
+    return bootstrap.middle(np.array(drawn))

@@ -19,7 +19,7 @@ from controller.simulator.session import TEST_SEEDS, simulate
 from models import processes
 from models.data.ground_truth import Choice
 from models.data.simulate import DataSet
-from models.evaluation import resample
+from models.evaluation import bootstrap
 from models.evaluation.replay import Batched
 from models.results.figure import Figure
 from models.studies.information import classifier_bound, histogram, knn, vocabulary
@@ -235,7 +235,7 @@ def neighbours(one: RecordingSet) -> dict[str, Any]:
     }
     rows = {
         name: {"dimensions": x.shape[1]} | {
-            kind: _figure(resample.mean(knn.ross(x, windows.y, exclusion=exclusion), event))
+            kind: _figure(bootstrap.event_mean(knn.ross(x, windows.y, exclusion=exclusion), event))
             for kind, exclusion in exclusions.items()
         }
         for name, x in points.items()
@@ -312,7 +312,7 @@ def places(one: RecordingSet) -> dict[str, Any] | None:
     rows = {}
     for components in PLACE_COMPONENTS:
         part, missed = knn.ksg_corrected(knn.principal(images / count, components), where / count)
-        plain = _figure(resample.mean(part, np.arange(len(part))))
+        plain = _figure(bootstrap.event_mean(part, np.arange(len(part))))
         rows[f"{components} components"] = {
             "dimensions": components, "plain": plain, "missed": missed
         }  # fmt: skip

@@ -102,7 +102,6 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         assert point.f1 == total.f1
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
     assert found.before.settings == SHIPPED.debounce
-    assert found.figures["recall"].value == pytest.approx(found.chosen.recall)
     assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
 
 

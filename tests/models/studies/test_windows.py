@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.evaluation.resample import gain, mean
+from models.evaluation.bootstrap import event_gain, event_mean
 from models.studies.information.windows import as_the_paper, cut, event_numbers
 from tests.support.recordings import of, origin, played
 
@@ -45,15 +45,15 @@ def test_intervals_know_that_windows_of_one_touch_are_nearly_one() -> None:
     rng = np.random.default_rng(0)
     touch = np.repeat(np.arange(50), 20)
     part = rng.normal(size=50)[touch] + 1.0
-    by_touch, by_window = mean(part, touch), mean(part, np.arange(1000))
+    by_touch, by_window = event_mean(part, touch), event_mean(part, np.arange(1000))
     assert by_touch.value == by_window.value
     assert by_touch.high - by_touch.low > 3 * (by_window.high - by_window.low)
 
 
 def test_who_is_always_sure_and_right_knows_all_of_the_label() -> None:
     y = np.arange(300) % 3
-    found = gain(np.zeros(300), y, np.arange(300))
+    found = event_gain(np.zeros(300), y, np.arange(300))
     assert found.value == pytest.approx(np.log(3))
     assert found.low <= found.value
     part = np.where(np.arange(300) < 150, 0.0, np.nan)  # what was not tested does not count
-    assert gain(part, y, np.arange(300)).value == pytest.approx(np.log(3))
+    assert event_gain(part, y, np.arange(300)).value == pytest.approx(np.log(3))
