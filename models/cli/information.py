@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from models.studies.information.games import Session
     from models.studies.information.study import RecordingSet
 
-SUMMARY: Final = "estimate how much an orb can say: entropies, information, capacity"
+SUMMARY: Final = "estimate the information in an orb's signals: entropies, bounds, capacity"
 DESCRIPTION: Final = (
     "Reproduce section 6 of the paper on recordings, correct it, and estimate what it calls "
     "intractable: the information of whole windows about gestures, by nearest neighbours and by "
@@ -30,8 +30,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--labels",
         choices=("auto", "true", "button", "key", "cue"),
         default="auto",
-        help="source of the labels; auto: the truth where it is known, else what people said, "
-        "moved to where the touches were (default: auto)",
+        help="source of the labels; auto: the truth where it is known, else people's labels, "
+        "moved to the touches (default: auto)",
     )
     add(
         "--games",

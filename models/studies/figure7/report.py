@@ -25,7 +25,7 @@ NETWORKS: Final = {
     "users": ("ten users", "ten users", 0.976, (0.0, 1.0)),
     "CNN-2D": ("places", "CNN-2D", 0.09, (0.0, 0.6)),
 }
-OVER: Final = {"epochs": "over the epochs", "sizes": "over what was taught"}
+OVER: Final = {"epochs": "over the epochs", "sizes": "over the examples"}
 
 Found = Mapping[str, Any]
 
@@ -65,7 +65,7 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
         axes.fill_between(x, part["random"], part["day"], color=colour, alpha=0.1, lw=0)
         for judged, what, dash in JUDGED:
             axes.plot(x, part[judged], dash, color=colour, label=f"{words}, {what}")
-    axes.axhline(claim, color=DIM, lw=1.0, ls=":", label="what the paper reports")
+    axes.axhline(claim, color=DIM, lw=1.0, ls=":", label="reported in the paper")
     axes.set_xscale("log")
     axes.set_xlim(right=right)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if right < 1e5 else (1.0,)))
@@ -74,8 +74,8 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
     axes.set_ylim(limits)
     if share:
         axes.yaxis.set_major_formatter(PERCENT)
-    axes.set_ylabel("windows named rightly" if share else "error, grid units, mean of the axes")
-    learned = f"{'windows' if share else 'images'} learned from"
+    axes.set_ylabel("windows recognised" if share else "error, grid units, mean of the axes")
+    learned = f"training {'windows' if share else 'images'}"
     axes.set_xlabel("epochs" if over == "epochs" else learned)
 
 

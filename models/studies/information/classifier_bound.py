@@ -239,7 +239,7 @@ def trained(
     torch.set_num_threads(1)
     generator = torch.Generator().manual_seed(seed)
     torch.manual_seed(seed)
-    (x, y), (asked, truth) = (
+    (x, y), (check_x, check_y) = (
         [torch.from_numpy(np.ascontiguousarray(column)) for column in examples]
         for examples in (train, check)
     )
@@ -261,7 +261,7 @@ def trained(
             schedule.step()
         net.eval()
         with torch.no_grad():
-            loss_on_check = float(nn.functional.cross_entropy(net(asked), truth))
+            loss_on_check = float(nn.functional.cross_entropy(net(check_x), check_y))
         if loss_on_check < least:
             least = loss_on_check
             best = {name: value.clone() for name, value in net.state_dict().items()}

@@ -22,26 +22,26 @@ from models.studies.information.tables import UNIFORM
 
 # Groups of bars: words, the paper's figure in nats, and key of ours.
 PRINTED: Final = (
-    ("labels, if all were\nas frequent", UNIFORM, "h_uniform"),
+    ("labels, if equally\nfrequent", UNIFORM, "h_uniform"),
     ("labels, H(y)", PAPER_H_Y, "h_y"),
     ("a sensor’s signal,\nH(z)", PAPER_H_Z, "h_z"),
-    ("what it says about\nthe label, I(z; y)", PAPER_INFORMATION, "information"),
+    ("information about\nthe label, I(z; y)", PAPER_INFORMATION, "information"),
 )
 CORRECTED: Final = {
     "scaled by\ngesture": "information",
     "one scaling\nfor all": "information_global",
-    "bias\ntaken off": "information_corrected",
-    "labels at\nwrong times": "null_slow",
+    "bias\nremoved": "information_corrected",
+    "labels\nshifted": "null_slow",
     "labels\nshuffled": "null",
 }
-# Estimates of what a window says: words, path of the figure, and whether it is a bound.
+# Estimates of the information of a window: words, path of the figure, and whether it is a bound.
 ESTIMATES: Final = (
     ("one image, neighbours", ("neighbours", "rows", "image", "apart"), False),
     ("window, 3 components, neighbours", ("neighbours", "rows", "3 components", "apart"), False),
     ("window, 20 components, neighbours", ("neighbours", "rows", "20 components", "apart"), False),
     ("the same, neighbours of other days", ("neighbours", "rows", "20 components", "days"), False),
     ("linear classifier", ("classifier", "rows", "linear, rest followed", "scaled"), True),
-    ("two layers, the paper’s rest", ("classifier", "rows", "mlp, rest first", "scaled"), True),
+    ("two layers, fixed baseline", ("classifier", "rows", "mlp, rest first", "scaled"), True),
     ("two layers", ("classifier", "rows", "mlp, rest followed", "scaled"), True),
     ("the bundle that ships", ("classifier", "rows", "the bundle that ships", "scaled"), True),
 )
@@ -82,7 +82,7 @@ def figure_9(found: Found) -> Figure | None:
     left.set_title("section 6 as printed: 25 bins, scaled by gesture")
     left.legend(loc="upper left")
     _bars(right, list(CORRECTED), ours(list(CORRECTED.values())))
-    right.set_title("what a sensor says, I(z; y), made sound")
+    right.set_title("information of a sensor, I(z; y), corrected")
     right.legend(loc="upper right")
     right.axhline(PAPER_INFORMATION, color=INK, lw=1.0, ls=":")
     above(right, len(CORRECTED) - 0.8, PAPER_INFORMATION, "the paper")
@@ -125,7 +125,7 @@ def windows(found: Found) -> Figure | None:
                 axes.plot(middle, y, ">" if bound else "o", color=colour, ms=7)
                 above(axes, middle, y - 0.15, f"{middle:.2f}", colour)
         axes.axvline(ceiling, ymax=0.92, color=INK, lw=1.0, ls=":")
-        above(axes, ceiling, -0.75, f"H(y), all there is: {ceiling:.2f}")
+        above(axes, ceiling, -0.75, f"entropy H(y): {ceiling:.2f}")
         axes.set_yticks(range(len(known)), [words for words, _, _ in known])
         axes.set_xlim(0, 1.2 * ceiling)
         axes.set_ylim(len(known) - 0.5, -1.2)
@@ -133,7 +133,7 @@ def windows(found: Found) -> Figure | None:
         axes.set_title(name)
         axes.grid(axis="x")
         axes.grid(visible=False, axis="y")
-    figure.supxlabel("▸ at least so much, on another day    ● estimate", fontsize=11)
+    figure.supxlabel("▸ lower bound, on another day    ● estimate", fontsize=11)
     return figure
 
 

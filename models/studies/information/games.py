@@ -66,7 +66,7 @@ class Played:
     Attributes:
         commands: Names of the commands, the inputs of the channel.
         meant: Command intended by each gesture, (gestures,).
-        heard: Output of each gesture, (gestures,).
+        output: Output of each gesture, (gestures,).
         seconds: Duration of a use of each command, the mean gesture and a pause, (commands,).
         late_s: From touch to command, median.
         minutes: Length.
@@ -75,7 +75,7 @@ class Played:
 
     commands: tuple[str, ...]
     meant: Numbers
-    heard: Numbers
+    output: Numbers
     seconds: NDArray[np.float64]
     late_s: float
     minutes: float
@@ -84,7 +84,7 @@ class Played:
     def counts(self, pick: Numbers | slice = slice(None)) -> NDArray[np.int64]:
         """Return the counts of picked gestures (n,) by intention (rows) and output (columns)."""
         counts = np.zeros((len(self.commands), len(self.commands) + 1), dtype=np.int64)
-        np.add.at(counts, (self.meant[pick], self.heard[pick]), 1)
+        np.add.at(counts, (self.meant[pick], self.output[pick]), 1)
         return counts
 
 
@@ -128,7 +128,7 @@ def gather(
         GameError: They have no gesture.
     """
     meant: list[str] = []
-    heard: list[str] = []
+    outputs: list[str] = []
     hand, pause, late = [], [], []
     minutes, alarms = 0.0, 0
     for one in sessions:
@@ -140,14 +140,16 @@ def gather(
                 first[owner] = answer
                 late.append(answer.time_s - one.events[owner].onset_s)
         meant += [event.kind for event in one.events]
-        heard += [first[i].kind if i in first else NOTHING for i in range(len(one.events))]
+        outputs += [first[i].kind if i in first else NOTHING for i in range(len(one.events))]
         hand += [event.release_s - event.onset_s for event in one.events]
         pause += [b.onset_s - a.release_s for a, b in itertools.pairwise(one.events)]
         minutes += one.minutes
     if not meant:
         raise GameError("the games have no intended gesture; play longer")
-    names = [*(commands or sorted({*meant, *heard} - {NOTHING})), NOTHING]
-    of_meant, of_heard = (np.array([names.index(one) for one in kinds]) for kinds in (meant, heard))
+    names = [*(commands or sorted({*meant, *outputs} - {NOTHING})), NOTHING]
+    of_meant, of_output = (
+        np.array([names.index(one) for one in kinds]) for kinds in (meant, outputs)
+    )
     lasts = np.array(hand)
     mean_s = [lasts[own if own.any() else slice(None)].mean()
               for own in (of_meant == i for i in range(len(names) - 1))]  # fmt: skip
@@ -155,7 +157,7 @@ def gather(
         pause_s = float(np.median(pause)) if pause else 0.0
     late_s = float(np.median(late)) if late else np.nan
     return Played(
-        tuple(names[:-1]), of_meant, of_heard, np.array(mean_s) + pause_s,
+        tuple(names[:-1]), of_meant, of_output, np.array(mean_s) + pause_s,
         late_s, minutes, alarms,
     )  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 The paper scales every sensor to [0, 1] for each gesture on its own, puts scaled values and
 labels into 25-bin histograms, and prints H(y), H(z) and I(z, y); the paper says "bits", the figures
-are nats (R's `entropy` package counts in nats unless told otherwise). Scaling each gesture on its
+are nats (R's `entropy` package counts in nats by default). Scaling each gesture on its
 own leaks the label into z; `scaling="global"` does not.
 """
 

@@ -16,30 +16,30 @@ from models.studies.information import figures, results, tables
 from models.studies.information.histogram import BITS, PAPER_INFORMATION
 
 PAGE: Final = "information.html"
-TITLE: Final = "How much an orb can say"
+TITLE: Final = "Information in the signals of an orb"
 
 Found = Mapping[str, Any]
 
 # Title, drawing ("": none), table and explanation of each section.
 SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], Table], str], ...]] = (
     (
-        "What the paper counts",
+        "Statistics of the paper",
         "figure9",
         tables.section_6,
         "Section 6 puts each sensor’s signal into 25 bins. Its figures are nats although they are "
-        "called bits. It scales each gesture on its own, which tells the bins what the label is, "
-        "and it records class by class, so that whatever drifts agrees with the labels: moved in "
-        "time against the signals, they still seem to be known.",
+        "called bits. It scales each gesture on its own, which leaks the label into the bins, "
+        "and it records class by class, so that drift agrees with the labels: shifted in time "
+        "against the signals, they still seem to be related.",
     ),
     (
-        "How fine the bins are",
+        "Number of bins",
         "",
         tables.bins,
-        "The entropy of a signal follows the bins and says nothing about gestures. What a sensor "
-        "says about the label hardly does, until chance fills the bins.",
+        "The entropy of a signal depends on the bins, not on gestures. The information of a sensor "
+        "about the label hardly depends on them, until chance fills the bins.",
     ),
     (
-        "What a window says",
+        "Information of a window about its label",
         "information-window",
         tables.windows,
         "Intervals are 95 %, by resampling whole touches. An estimate by neighbours is right "
@@ -47,23 +47,22 @@ SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], Table], str], ...]] = (
         "holds whatever the data are like, on days that were not trained on: a better "
         "classifier only raises it.",
     ),
-    ("What a gesture says on another day", "", tables.gestures, ""),
+    ("Information of a gesture on another day", "", tables.gestures, ""),
     (
-        "What a press says about its place",
+        "Information of a press about its place",
         "",
         tables.places,
-        "A whole number of places could be told apart without error if their number is two to the "
-        "power of this.",
+        "Two to the power of this is the number of places that could be told apart without error.",
     ),
     (
-        "What playing carries",
+        "Information of play",
         "capacity",
         tables.games,
-        "A gesture is one use of a channel: what came out, given what was meant, and how long it "
-        "took, the pause to look included. Commands are taken to be independent of one another; "
-        "in a game they are not, so a game says less than this.",
+        "A gesture is one use of a channel from intended to recognised commands; its duration "
+        "includes the pause before the next. Commands are taken to be independent of one another; "
+        "in a game they are not, so a game carries less than this.",
     ),
-    ("How large a vocabulary is worth teaching", "", tables.vocabulary, ""),
+    ("Size of the vocabulary", "", tables.vocabulary, ""),
 )
 
 

@@ -25,7 +25,7 @@ from models.results.figure import Figure
 from models.studies.information import classifier_bound, histogram, knn, vocabulary
 from models.studies.information.histogram import PAPER_FRAMES
 from models.studies.information.results import Results, keep, load
-from models.studies.information.windows import GAIN, REST_S, Rest, Windows, as_the_paper, cut
+from models.studies.information.windows import GAIN, Rest, Windows, as_the_paper, cut, fixed_ratio
 
 SEED: Final = TEST_SEEDS.start + 20  # no training accepts it
 DAYS: Final = 4  # of one person
@@ -92,8 +92,7 @@ def _paper_session(preset: str, seed: int) -> Session:
             TEST_SEEDS.start + 10 * seed + run, PAPER_MINUTES, user=seed, model=PRESETS[preset],
             protocol="blocks",
         )  # fmt: skip
-        z = session.frames / session.frames[: round(10 * REST_S)].mean(axis=0)
-        signals.append(z.reshape(len(z), -1).astype(np.float64))
+        signals.append(fixed_ratio(session.frames, 10.0).astype(np.float64))
         labels.append(session.button.astype(np.int64))
     return np.concatenate(signals)[:PAPER_FRAMES], np.concatenate(labels)[:PAPER_FRAMES]
 

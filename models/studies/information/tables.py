@@ -22,44 +22,44 @@ UNIFORM: Final = math.log(5)  # nats: the paper prints it in bits, 2.32
 
 # Row, the paper's figure in nats, and key of ours.
 SECTION_6: Final[tuple[tuple[str, float | None, str], ...]] = (
-    ("H(y) if all were as frequent", UNIFORM, "h_uniform"),
+    ("H(y) of equally frequent labels", UNIFORM, "h_uniform"),
     ("H(y), labels", PAPER_H_Y, "h_y"),
     ("H(z), a sensor", PAPER_H_Z, "h_z"),
     ("I(z; y), a sensor, the paper’s scaling", PAPER_INFORMATION, "information"),
-    ("the same, 1 frame of 1,000 cut off at either end", None, "information_clipped"),
-    ("I(z; y), one scaling for all", None, "information_global"),
-    ("the same, bias taken off", None, "information_corrected"),
-    ("… the sensor that says least", None, "least"),
-    ("… the sensor that says most", None, "most"),
-    ("labels shuffled: nothing is known", None, "null"),
-    ("labels moved in time: only drift is known", None, "null_slow"),
+    ("the same, 1 frame of 1,000 clipped at either end", None, "information_clipped"),
+    ("I(z; y), one scaling for all gestures", None, "information_global"),
+    ("the same, bias removed", None, "information_corrected"),
+    ("… least informative sensor", None, "least"),
+    ("… most informative sensor", None, "most"),
+    ("labels shuffled (no relation)", None, "null"),
+    ("labels shifted in time (drift only)", None, "null_slow"),
 )
 BINNED: Final = {"h_z": "{name}: H(z)", "information": "I, one scaling",
-                 "corrected": "bias taken off", "null": "shuffled"}  # fmt: skip
+                 "corrected": "bias removed", "null": "shuffled"}  # fmt: skip
 CLASSIFIERS: Final = {
-    "linear, rest first": "linear, other days, the paper’s rest",
+    "linear, rest first": "linear, other days, the paper’s fixed baseline",
     "linear, rest followed": "linear, other days",
-    "mlp, rest first": "two layers, other days, the paper’s rest",
+    "mlp, rest first": "two layers, other days, the paper’s fixed baseline",
     "mlp, rest followed": "two layers, other days",
     "the bundle that ships": "the bundle that ships (other people)",
 }
-NEIGHBOURS: Final = {"leaky": "neighbours in time allowed", "apart": "left out",
-                     "days": "of other days only"}  # fmt: skip
+NEIGHBOURS: Final = {"leaky": "neighbours in time allowed", "apart": "neighbours in time excluded",
+                     "days": "neighbours of other days only"}  # fmt: skip
 COMPARED: Final = ("image", "20 components")  # points for which all kinds of neighbours are shown
 GAMES: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
-    "commands meant, minutes": lambda p: f"{p['gestures']}, {p['minutes']:.0f}",
-    "understood rightly": lambda p: f"{100 * p['right']:.2f} %",
-    "commands that nobody meant, a minute": lambda p: f"{p['alarms'] / p['minutes']:.3f}",
+    "intended commands, minutes": lambda p: f"{p['gestures']}, {p['minutes']:.0f}",
+    "recognised correctly": lambda p: f"{100 * p['right']:.2f} %",
+    "false alarms per minute": lambda p: f"{p['alarms'] / p['minutes']:.3f}",
     "bits per command as played": lambda p: _interval(p["played"]),
     "… with the best use (capacity)": lambda p: _bits(p["capacity"]),
-    "… of log2 of the commands": lambda p: f"{math.log2(len(p['commands'])):.3f}",
+    "… log2 of the number of commands": lambda p: f"{math.log2(len(p['commands'])):.3f}",
     "seconds per command": lambda p: f"{p['mean_s']:.2f}",
     "… from touch to command": lambda p: f"{p['late_s']:.2f}",
     "bits per minute as played": lambda p: f"{p['played_per_min'] * BITS:.0f}",
     "… with the fastest use": lambda p: f"{p['fastest_per_min'] * BITS:.0f}",
 }
 VOCABULARY: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {
-    "{name}: right": lambda one: f"{100 * one['right']:.1f} %",
+    "{name}: correct": lambda one: f"{100 * one['right']:.1f} %",
     "bits per gesture": lambda one: _bits(one["capacity"]),
     "s per gesture": lambda one: f"{one['fastest_s']:.2f}",
     "bits per minute": lambda one: f"{one['fastest_per_min'] * BITS:.0f}",
@@ -136,7 +136,7 @@ def windows(found: Found) -> Table:
             _bits(value(found, n, "classifier", "h_y") or value(found, n, "neighbours", "h_y"))
             for n in names
         ]
-        rows.insert(0, ["all there is to know, H(y)", *entropy])
+        rows.insert(0, ["entropy of the label, H(y)", *entropy])
     return Table(["I(window; label), bits", *names], rows)
 
 
@@ -149,7 +149,7 @@ def gestures(found: Found) -> Table:
         (words, [part["rows"].get(key, {}).get("gesture") for part in own])
         for key, words in CLASSIFIERS.items()
     )
-    rows = [["all there is to know (gestures)", *ideal], *bounds] if names else []
+    rows = [["entropy of the gesture (number of gestures)", *ideal], *bounds] if names else []
     return Table(["bits per gesture on another day, at least", *names], rows)
 
 

@@ -18,7 +18,7 @@ GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 WINDOW_S: Final = 1.0  # paper, section 4.1
 REST_S: Final = 10.0  # paper, section 4.1: C0 is the mean of the first ten seconds
 SILENCE: Final = 3  # frames without a class, beyond which one event ends
-SAID: Final[tuple[Labels, ...]] = ("button", "key", "cue", "true")  # people's labels first
+LABELLERS: Final[tuple[Labels, ...]] = ("button", "key", "cue", "true")  # people's labels first
 
 Rest = Literal["first", "followed"]
 Numbers = NDArray[np.int64]  # (n,)
@@ -130,11 +130,10 @@ def _fixed_rest(
     """Return x, y, session, frame and place of windows of z = C / C0 with a fixed C0."""
     parts: list[tuple[NDArray[Any], ...]] = []
     for number, source in enumerate(sources):
-        first = round(REST_S * rate_hz)
-        z = GAIN * (source.frames / source.frames[:first].mean(axis=0) - 1.0)
+        z = GAIN * (fixed_ratio(source.frames, rate_hz) - 1.0)
         ends = np.flatnonzero(source.label != UNKNOWN)
-        ends = ends[ends >= first + images - 1]
-        x = z.reshape(len(z), -1)[ends[:, None] + np.arange(1 - images, 1)].astype(np.float32)
+        ends = ends[ends >= round(REST_S * rate_hz) + images - 1]
+        x = z[ends[:, None] + np.arange(1 - images, 1)].astype(np.float32)
         y = source.label[ends].astype(np.int64)
         parts.append((x, y, np.full(len(ends), number), ends, source.touch[ends]))
     x, y, session, frame, place = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -149,6 +148,12 @@ def event_numbers(y: Numbers, session: Numbers, frame: Numbers) -> Numbers:
     return np.cumsum(begins).astype(np.int64)
 
 
+def fixed_ratio(frames: NDArray[np.float32], rate_hz: float) -> NDArray[np.float32]:
+    """Return z, (n, taxels), of frames (n, rows, columns) divided by their first ten seconds."""
+    rest = frames[: max(1, round(REST_S * rate_hz))].mean(axis=0)
+    return np.asarray((frames / rest).reshape(len(frames), -1))
+
+
 def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], Numbers]:
     """Return z, (n, taxels), and labels, (n,), as section 6 has them: all frames, labels as given.
 
@@ -158,10 +163,11 @@ def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], 
     signals, labels = [], []
     names = _names(recordings)
     for one in recordings:
-        source: Labels = next((n for n in SAID if (getattr(one, COLUMNS[n]) > 0).any()), "true")
-        label = _numbers(one, names)[getattr(one, COLUMNS[source])]
+        columns = [getattr(one, COLUMNS[name]) for name in LABELLERS]
+        given = next((column for column in columns if (column > 0).any()), columns[-1])
+        label = _numbers(one, names)[given]
         known = (label != UNKNOWN) & ~one.excluded
-        rest = one.frames[: max(1, round(REST_S * one.origin.rate_hz))].mean(axis=0)
-        signals.append((one.frames / rest).reshape(len(label), -1).astype(np.float64)[known])
+        z = fixed_ratio(one.frames, one.origin.rate_hz)
+        signals.append(z.astype(np.float64)[known])
         labels.append(label[known])
     return np.concatenate(signals), np.concatenate(labels)
