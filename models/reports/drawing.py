@@ -79,7 +79,7 @@ def svg(figure: Figure, alternative: str) -> Markup:
     width, height = figure.get_size_inches() * PIXELS_PER_INCH
     _, _, inside = buffer.getvalue().partition("<svg ")[2].partition(">")
     inside = re.sub(r"<metadata>.*?</metadata>|<defs>\s*<style.*?</defs>", "", inside, flags=re.S)
-    inside = re.sub(r' id="[A-Za-z.]+\d*_\d+"|font-family: [^;"]*;? ?', "", inside)
+    inside = re.sub(r' id="[\w.]+_\d+"|font-family: [^;"]*;? ?', "", inside)
     inside = re.sub(r"\s+", " ", inside).replace("xlink:href", "href")
     for name, colour in COLOURS.items():
         inside = inside.replace(colour, f"var(--{name})")
