@@ -48,11 +48,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
     from models.cli import _extras as extras
 
-    extras.require("training", "torch", "tomli_w")
+    extras.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
     # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
-    from models.reports import training_card, users_page
+    from models.reports import cards
     from models.results.training import Training
     from models.training.train import train
 
@@ -65,11 +65,11 @@ def run(arguments: argparse.Namespace) -> int:
     _check(request)
     result = train(replace(request, command=_command(request)), options.say)
     if isinstance(result, Training):
-        print("\n".join(training_card.headline(result)).strip())
+        print(cards.headline(result))
         print("\n".join(f"- {line}" for line in result.advice))
         follow = f"models tune {request.out} DIR, models evaluate {request.out} DIR"
     else:
-        print(users_page.card(result))
+        print(cards.users(result))
         follow = f"controller install {request.out}, or controller --bundle {request.out}"
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: {follow}")

@@ -25,7 +25,7 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
 from controller.simulator.user_style import UserStyle, person
-from models import processes, text, user_files
+from models import formatting, processes, user_files
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
@@ -238,7 +238,7 @@ def generate(
     begun = time.monotonic()
     for done, line in enumerate(_written(data, wanted, missing, workers), 1):
         left_s = (time.monotonic() - begun) / done * (len(missing) - done)
-        say(f"{kept + done}/{len(wanted)} {line}; {text.duration(left_s)} left")
+        say(f"{kept + done}/{len(wanted)} {line}; {formatting.duration(left_s)} left")
     return list(wanted.values())
 
 

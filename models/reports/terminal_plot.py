@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Final
 
+from controller.recognition.debounce import DebounceSettings
 from models.results.evaluation import Point, Tuning
 
 WIDTH, HEIGHT = 56, 12
@@ -39,15 +41,15 @@ def draw(tuning: Tuning) -> str:
 
 def table(points: Sequence[tuple[str, Point]]) -> str:
     """Return named points as a table."""
-    lines = [
-        f"{'':10}{'newest':>8}{'fires':>8}{'re-arms':>9}{'lost':>9}{'F1':>9}"
-        f"{'false/min':>11}{'latency':>10}"
-    ]
-    lines += [
-        f"{name:10}{p.smoothing:8g}{p.on:8g}{p.off:9g}{1.0 - p.recall:9.2%}{p.f1:9.4f}"
-        f"{p.false_alarms_per_min:11.3f}{p.latency_s:8.2f} s"
-        for name, p in points
-    ]
+    names = [field.name for field in fields(DebounceSettings)]
+    head = "".join(f"{name:>{max(7, len(name) + 2)}}" for name in names)
+    lines = [f"{'':10}{head}{'lost':>9}{'F1':>9}{'false/min':>11}{'latency':>10}"]
+    for title, p in points:
+        own = "".join(f"{getattr(p.settings, name):{max(7, len(name) + 2)}g}" for name in names)
+        lines.append(
+            f"{title:10}{own}{1.0 - p.recall:9.2%}{p.f1:9.4f}{p.false_alarms_per_min:11.3f}"
+            f"{p.latency_s:8.2f} s"
+        )
     return "\n".join(lines)
 
 

@@ -23,7 +23,7 @@ from models.data.recipe import Recipe
 from models.data.splits import Split
 from models.data.touch_images import Touches
 from models.evaluation import held_out_replay
-from models.reports import training_card
+from models.reports import page
 from models.results.training import Training
 from models.training import advice, base_bundle, export
 from models.training.gesture_task import train_gestures
@@ -132,7 +132,7 @@ class NetworkPlan:
             result = advice.advise(result, job, measured=measured, say=say)
         export.write_bundle(request.out, manifest, gesture, location)
         result = replace(result, debounce=manifest["debounce"])
-        training_card.write(request.out, bundle.read(request.out), result)
+        page.write_training(request.out, bundle.read(request.out), result)
         return result
 
 

@@ -22,7 +22,7 @@ from models.data.load import Data
 from models.data.recipe import USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
-from models.reports import users_page
+from models.reports import page
 from models.results.training import SessionRow
 from models.results.users import Enrolled, Telling
 from models.training import export, user_task
@@ -114,7 +114,7 @@ class UserPlan:
         known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
         said = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
         write_users(request, net, known, f"{said}{found.seen[1].value:.1%}")
-        users_page.write(request.out, found)
+        page.write_users(request.out, found)
         return found
 
 

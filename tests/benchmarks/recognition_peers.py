@@ -18,7 +18,7 @@ from models.data.test_sessions import People
 from models.evaluation.evaluate import summarise
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, Felt, Stream, answered, feel, replay
-from models.evaluation.tune import Goal, settings_of, tune
+from models.evaluation.tune import Goal, tune
 from models.results.evaluation import Result
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _tuned(peer: "Peer", loaded: Bundle, presets: Sequence[str]) -> DebounceSett
                 answered(known, felt, peer.gesture(felt.windows), loaded.labels, loaded.debounce)
             )
     found = tune(peer.name, loaded.labels, loaded.debounce, streams, Goal())
-    return settings_of(found.chosen)
+    return found.chosen.settings
 
 
 def _played(
