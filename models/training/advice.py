@@ -5,6 +5,7 @@ on a quarter, a half and all of the examples. If the errors of a gesture still f
 are added, more would help; how many more follows from how fast they fall.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -111,15 +112,14 @@ def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]
     """
     matrix = np.array(table)
     lines = []
-    for i in range(1, len(labels)):
-        for j in range(i + 1, len(labels)):
-            both = matrix[i].sum() + matrix[j].sum()
-            swapped = matrix[i, j] + matrix[j, i]
-            if swapped >= 2 and swapped > CONFUSED * both:
-                lines.append(
-                    f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
-                    "events: make them more different, or merge them into one gesture"
-                )
+    for i, j in itertools.combinations(range(1, len(labels)), 2):
+        both = matrix[i].sum() + matrix[j].sum()
+        swapped = matrix[i, j] + matrix[j, i]
+        if swapped >= 2 and swapped > CONFUSED * both:
+            lines.append(
+                f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
+                "events: make them more different, or merge them into one gesture"
+            )
     return lines
 
 
@@ -189,9 +189,7 @@ def slope_of(curve: Sequence[tuple[float, float]], held: int) -> float:
         return 0.0
     examples, errors = np.array(curve).T
     x, y = np.log(np.maximum(examples, 1.0)), np.log(np.maximum(errors, 0.5 / held))
-    x = x - x.mean()
-    spread = float((x * x).sum())
-    return min(0.0, float((x * y).sum()) / spread) if spread else 0.0
+    return min(0.0, float(np.polyfit(x, y, 1)[0])) if np.ptp(x) else 0.0
 
 
 def _with_curves(rows: list[ClassRow], job: TrainingJob) -> list[ClassRow]:
@@ -210,14 +208,13 @@ def _errors(job: TrainingJob, share: float) -> list[float]:
     data, examples = job.data, job.data.examples
     classes = len(data.vocabulary.labels)
     train = _some(job, share)
-    course: NetworkRecipe = replace(
-        job.recipe.gesture, epochs=0, steps=STEPS, limits=PASSES, patience=0.0, falling=True
-    )
+    short = {"epochs": 0, "steps": STEPS, "limits": PASSES, "patience": 0.0, "falling": True}
+    recipe: NetworkRecipe = replace(job.recipe.gesture, **short)
     none = np.empty(0, dtype=np.int64)
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
     torch.manual_seed(job.seed)
     parts = Parts(train, none, none)
-    task = GestureTask(examples, parts, classes, symmetry, course, job.device)
+    task = GestureTask(examples, parts, classes, symmetry, recipe, job.device)
     fit(task, job.seed)
     ends = examples.ends[job.split.windows.check][:JUDGED]
     logits, _ = task.answers(ends)

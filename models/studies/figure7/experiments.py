@@ -307,7 +307,7 @@ def user_recipe(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentat
 
 
 def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
-    """Return a mask (gestures,) of the first gestures of each user's session: a shorter training."""
+    """Return which gestures are the first ones of each user's session, (gestures,)."""
     session = taught.session
     kept = np.zeros(len(session), dtype=np.bool_)
     for number in np.unique(session):
