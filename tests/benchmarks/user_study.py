@@ -9,7 +9,7 @@ was drawn anew. Strangers, whom no training met, are to be taken for nobody.
 import hashlib
 import json
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -161,39 +161,20 @@ PARTS: Final[dict[str, tuple[Part, tuple[str, ...]]]] = {
 
 
 def measure(
-    preset: str,
-    seed: int,
-    size: Size,
-    path: Path,
-    say: Say,
-    *,
-    again: bool = False,
-    parts: Iterable[str] = PARTS,
+    preset: str, seed: int, size: Size, path: Path, *, again: bool = False
 ) -> dict[str, Any]:
-    """Return everything of one preset, measuring what the file does not hold yet.
-
-    Args:
-        preset: Quality of the orbs.
-        seed: Of the people.
-        size: How much.
-        path: Where results are kept.
-        say: Takes lines of progress.
-        again: What is kept there does not count.
-        parts: Which.
-    """
+    """Return everything of one preset, measuring what a file of results lacks, or all `again`."""
     kept: dict[str, Any] = {}
     if path.exists() and not again:
         kept = user_files.read_json(path)
     found: dict[str, Any] = {}
-    for name in parts:
-        run, gestures = PARTS[name]
+    for name, (run, gestures) in PARTS.items():
         told = repr((name, preset, seed, size, gestures, USER, VARIED_USER, _code()))
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
             kept[key] = run(preset, seed, size, gestures)
             user_files.write_text(path, f"{json.dumps(kept, indent=1)}\n")
         found[name] = kept[key]
-        say(f"{preset}, {name}: {json.dumps(found[name])}")
     return found
 
 
