@@ -23,7 +23,7 @@ DESCRIPTION: Final = (
 )
 EXAMPLE: Final = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
 
-# Plays the sessions of a set anew, with faults or without.
+# Returns the sessions of a set, with the faults named.
 Played = Callable[[Sequence[str]], "Iterable[tuple[str, Recording]]"]
 
 
@@ -91,6 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
         results=tuple(results),
         broken=tuple(broken),
         notes=(note,),
+        rows=loaded.rows,
+        columns=loaded.columns,
     )
     content = cards.evaluation(found)
     print(content)
@@ -117,7 +119,7 @@ def _recorded(
     for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
         files = examples.recording_files(paths)
         for file in files:
-            reader.survey(file)  # what cannot be read is told before anything is begun
+            reader.survey(file)  # a file that cannot be read is refused before the work begins
         name = str(paths[0]) if paths is not loose else "recordings"
         sets[name] = partial(test_sessions.named, files, grid)
     note = (

@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, spread, tune, write
-    from models.reports import terminal_plot
+    from models.reports import markdown, tables, terminal_plot
 
     if arguments.out:
         user_files.bundle_target(arguments.out)
@@ -102,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     idle = count(round(found.idle_minutes), "idle minute")
     print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
     print(terminal_plot.draw(found))
-    print(terminal_plot.table([("before", found.before), ("chosen", found.chosen)]))
+    print(markdown.table(tables.thresholds(found)))
     print(found.goal)
     if (far := spread(streams)) is not None:
         print(f"places are {far.floor:.3f} grid units off without noise, and "

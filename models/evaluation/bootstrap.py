@@ -23,6 +23,7 @@ _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0
 
 Values = NDArray[np.float64]
 Index = NDArray[np.int64]
+Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
@@ -34,10 +35,9 @@ def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
         seed: Of the resampling.
     """
     hits, of = np.asarray(count, dtype=np.float64), np.asarray(amount, dtype=np.float64)
-    value = _ratio(hits.sum(), of.sum())
     if not hits.any():
-        return Figure(value, 0.0, _ratio(_SILENT, of.sum()))
-    return Figure(value, *_bounds(lambda pick: _ratios(hits[pick], of[pick]), len(hits), seed))
+        return Figure(_ratio(0.0, of.sum()), 0.0, _ratio(_SILENT, of.sum()))
+    return _ratio_figure(hits, of, seed)
 
 
 def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
@@ -49,12 +49,12 @@ def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
         seed: Of the resampling.
     """
     hits, of = np.asarray(right, dtype=np.float64), np.asarray(total, dtype=np.float64)
-    value = _ratio(hits.sum(), of.sum())
+    value, silent = _ratio(hits.sum(), of.sum()), _ratio(_SILENT, of.sum())
     if (hits == of).all():
-        return Figure(value, max(0.0, 1.0 - _ratio(_SILENT, of.sum())), value)
+        return Figure(value, max(0.0, 1.0 - silent), value)
     if not hits.any():
-        return Figure(value, value, min(1.0, _ratio(_SILENT, of.sum())))
-    return Figure(value, *_bounds(lambda pick: _ratios(hits[pick], of[pick]), len(hits), seed))
+        return Figure(value, value, min(1.0, silent))
+    return _ratio_figure(hits, of, seed)
 
 
 def f1(hits: ArrayLike, answers: ArrayLike, events: ArrayLike, seed: int = 0) -> Figure:
@@ -132,20 +132,21 @@ def weights(units: int, seed: int = 0, draws: int = DRAWS) -> Values:
 def _pooled(
     values: Sequence[NDArray[np.floating]], how: Callable[[Values], np.floating], seed: int
 ) -> Figure:
+    """Return a statistic of the measurements of all sessions, (measurements,) each."""
     lists = [np.asarray(v, dtype=np.float64) for v in values if len(v)]
     if not lists:
         return Figure(np.nan, np.nan, np.nan)
 
-    def of(picks: Index) -> Values:
+    def of(picks: Picks) -> Values:
         return np.array([how(np.concatenate([lists[i] for i in pick])) for pick in picks])
 
     return Figure(float(how(np.concatenate(lists))), *_bounds(of, len(lists), seed, DRAWS // 4))
 
 
 def _bounds(
-    of: Callable[[Index], Values], sessions: int, seed: int, draws: int = DRAWS
+    of: Callable[[Picks], Values], sessions: int, seed: int, draws: int = DRAWS
 ) -> tuple[float, float]:
-    """Return the interval of a figure over resampled sessions, NaN of a single one."""
+    """Return the interval of a figure, (draws,), over resampled sessions; NaN of a single one."""
     if sessions < 2:
         return np.nan, np.nan
     return middle(of(np.random.default_rng(seed).integers(0, sessions, (draws, sessions))))
@@ -157,10 +158,14 @@ def _by_event(part: Values, event: Index) -> tuple[Values, Values]:
     return np.bincount(number, part).astype(np.float64), np.bincount(number).astype(np.float64)
 
 
-def _ratios(top: Values, bottom: Values) -> Values:
-    """Return the ratios of sums, (draws,), of resampled sessions, (draws, sessions)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(top.sum(axis=1) / bottom.sum(axis=1))
+def _ratio_figure(top: Values, bottom: Values, seed: int) -> Figure:
+    """Return the ratio of two sums over sessions, (sessions,) each, and its interval."""
+
+    def of(picks: Picks) -> Values:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(top[picks].sum(axis=1) / bottom[picks].sum(axis=1))
+
+    return Figure(_ratio(top.sum(), bottom.sum()), *_bounds(of, len(top), seed))
 
 
 def _ratio(top: float, bottom: float) -> float:

@@ -61,17 +61,17 @@ class Tally:
 
     @property
     def events(self) -> int:
-        """How many gestures were made."""
+        """Number of true gestures."""
         return int(self.answered[1:].sum())
 
     @property
     def hits(self) -> int:
-        """How many were answered rightly."""
+        """Number of them that were answered rightly."""
         return int(np.trace(self.answered[1:, 1:]))
 
     @property
     def recognised(self) -> int:
-        """How many the mean probability names rightly."""
+        """Number of them that the mean probability names rightly."""
         return int(np.trace(self.named[1:, 1:]))
 
     @property
@@ -180,6 +180,7 @@ def _attached(known: Known) -> NDArray[np.bool_]:
 
 
 def _inside_turns(known: Known) -> NDArray[np.bool_]:
+    """Return the frames inside twists, away from their edges, (n,)."""
     within = np.zeros(len(known.t), dtype=np.bool_)
     for event in known.events:
         if event.kind in TURNS:

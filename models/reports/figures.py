@@ -136,18 +136,6 @@ def reliability(bins: Sequence[tuple[float, float, int]]) -> Markup:
 
 
 @styled
-def examples_curve(curve: Sequence[tuple[float, float]]) -> Markup:
-    """Return a small drawing of errors over the number of examples; "" of fewer than two."""
-    if len(curve) < 2:
-        return Markup("")
-    figure, axes = new(96, 28)
-    examples, errors = zip(*curve, strict=True)
-    axes.plot(examples, errors, "o-", color=UNSEEN, lw=1.4, ms=4, clip_on=False)
-    axes.set(xlim=(0, examples[-1]), ylim=(0, max(0.05, *errors)), xticks=[], yticks=[])
-    return svg(figure, f"errors fall from {percent(errors[0])} to {percent(errors[-1])}")
-
-
-@styled
 def label_lateness(rows: Sequence[SessionRow]) -> Markup:
     """Return the labels' lateness in each session: the median, its spread, and the truth."""
     known = [(row, row.lateness) for row in rows if row.lateness is not None]
@@ -183,7 +171,7 @@ def touch_errors(touches: Sequence[Touch], grid: Grid) -> Markup:
     """Return a map of touches: where each was, and a line to where it was estimated."""
     figure, axes = _map(grid)
     sites = np.argwhere(np.ones(grid)).T[::-1]
-    axes.scatter(*sites, s=300, facecolors="none", edgecolors=LINE)
+    axes.scatter(sites[0], sites[1], s=300, facecolors="none", edgecolors=LINE)
     at = _array(touches)[:: max(1, -(-len(touches) // ARROWS_SHOWN))]
     lines = np.stack([at[:, :2], at[:, :2] + at[:, 2:]], axis=1)
     axes.add_collection(LineCollection(list(lines), colors=RANDOM, linewidths=1.3))

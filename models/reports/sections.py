@@ -15,7 +15,6 @@ from models.results import missed_gestures
 from models.results.evaluation import Broken, Evaluation
 from models.results.training import ENOUGH, ClassRow, SessionRow, Training
 
-GRID: Final = (5, 5)  # paper, section 3.2: the sensor where no result names its size
 DEAD: Final = "dead:"  # a fault of one taxel: "dead:ROW,COLUMN"
 
 
@@ -80,13 +79,13 @@ def advice(trained: Training, judged: Evaluation | None) -> list[str]:
 
 
 def class_table(found: Training) -> Table:
-    """Return the table of classes, with a mark of enough examples and curves of errors."""
+    """Return the table of classes, with a mark of enough examples in place of the advice."""
     made = tables.classes(found)
     rows = [
-        [cells[0], _enough(row), *cells[1:-1], figures.examples_curve(row.curve)]
+        [cells[0], _enough(row), *cells[1:-1]]
         for row, cells in zip(found.classes, made.rows, strict=True)
     ]
-    return Table([made.head[0], "enough?", *made.head[1:-1], "with more"], rows, words=2)
+    return Table([made.head[0], "enough?", *made.head[1:-1]], rows, words=2)
 
 
 def _enough(row: ClassRow) -> str:
@@ -168,16 +167,6 @@ def flattered(found: Evaluation, trained: Training | None) -> str:
         f"{'is' if known == 1 else 'are'} called like those that it learned from. If they are the "
         "same, these figures flatter: judge it on others."
     )
-
-
-def grid(trained: Training | None, judged: Evaluation | None) -> tuple[int, int]:
-    """Return rows and columns of the sensor: of the training, or of the taxels that were broken."""
-    if trained is not None:
-        return trained.rows, trained.columns
-    places = [place for one in (judged.broken if judged else ()) if (place := taxel(one))]
-    if not places:
-        return GRID
-    return 1 + max(row for row, _ in places), 1 + max(column for _, column in places)
 
 
 def taxel(one: Broken) -> tuple[int, int] | None:

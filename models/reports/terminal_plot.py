@@ -1,11 +1,9 @@
-"""The Pareto front drawn in a terminal: to the right is slower, upwards fewer gestures are lost."""
+"""Pareto front of a tuning, drawn in a terminal: slower to the right, fewer losses upwards."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Final
 
-from controller.recognition.debounce import DebounceSettings
 from models.results.evaluation import Point, Tuning
 
 WIDTH, HEIGHT = 56, 12
@@ -39,26 +37,12 @@ def draw(tuning: Tuning) -> str:
     return "\n".join(lines)
 
 
-def table(points: Sequence[tuple[str, Point]]) -> str:
-    """Return named points as a table."""
-    names = [field.name for field in fields(DebounceSettings)]
-    head = "".join(f"{name:>{max(7, len(name) + 2)}}" for name in names)
-    lines = [f"{'':10}{head}{'lost':>9}{'F1':>9}{'false/min':>11}{'latency':>10}"]
-    for title, p in points:
-        own = "".join(f"{getattr(p.settings, name):{max(7, len(name) + 2)}g}" for name in names)
-        lines.append(
-            f"{title:10}{own}{1.0 - p.recall:9.2%}{p.f1:9.4f}{p.false_alarms_per_min:11.3f}"
-            f"{p.latency_s:8.2f} s"
-        )
-    return "\n".join(lines)
-
-
 def _mark(point: Point) -> str:
     return next(mark for most, mark in MARKS if point.false_alarms_per_min <= most)
 
 
 def _scale(values: Sequence[float], size: int) -> list[int]:
-    """Return a place from 0 to size - 1 for each value; what is no number is at the far end."""
+    """Return a place from 0 to size - 1 for each value; NaN is at the far end."""
     known = [value for value in values if math.isfinite(value)]
     low, high = min(known), max(known)
     span = (high - low) or 1.0

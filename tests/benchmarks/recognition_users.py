@@ -26,8 +26,8 @@ from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
 from models.data.test_sessions import BENCHMARK_SEED
-from models.studies import users
 from models.training.loop import prepare_torch
+from tests.benchmarks import user_study as users
 
 SEED: Final = BENCHMARK_SEED + 1
 GOAL: Final = 0.80

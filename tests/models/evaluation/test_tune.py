@@ -18,7 +18,7 @@ from models.__main__ import main
 from models.data.ground_truth import know
 from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
-from models.reports import terminal_plot
+from models.reports import markdown, tables, terminal_plot
 from models.results.evaluation import Point, Tuning
 from tests.support.recordings import of, origin, played
 
@@ -111,7 +111,7 @@ def test_the_front_is_drawn_in_a_terminal_of_eighty_columns(found: Tuning) -> No
     assert max(len(line) for line in drawing.splitlines()[:-1]) <= 80
     one = replace(found, front=(found.chosen,), before=found.chosen)
     assert terminal_plot.BEFORE in terminal_plot.draw(one)  # all on one spot
-    assert f"{found.chosen.settings.on:g}" in terminal_plot.table([("chosen", found.chosen)])
+    assert f"| {found.chosen.settings.on:g} |" in markdown.table(tables.thresholds(found))
 
 
 def test_streams_without_gestures_are_refused() -> None:
