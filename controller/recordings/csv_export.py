@@ -21,7 +21,6 @@ from controller.errors import reason
 from controller.files import read_bytes
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord
-from controller.recordings import meta
 from controller.recordings.reader import MAX_BYTES
 from controller.recordings.recording import (
     LABELLERS,
@@ -30,6 +29,7 @@ from controller.recordings.recording import (
     Recording,
     RecordingError,
     SimulatedTruth,
+    parse_provenance,
 )
 
 FORM: Final = 1  # of these tables
@@ -192,7 +192,7 @@ def _read(path: Path, limit_bytes: int) -> str:
 def _parse(about: Mapping[str, Any], table: Table) -> Recording:
     if about["form"] != FORM:
         raise RecordingError(f"tables of form {about['form']!r}, this program reads {FORM}")
-    origin = meta.parse(json.dumps(about["meta"]))
+    origin = parse_provenance(json.dumps(about["meta"]))
     header, *rows = csv.reader(io.StringIO(table(""), newline=""))
     values = {name: [row[i] for row in rows] for i, name in enumerate(header)}
     size, fingers = origin.rows * origin.columns, (about["truth"] or {"fingers": 0})["fingers"]
