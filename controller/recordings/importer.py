@@ -29,7 +29,7 @@ _DIGITS: Final = 2  # of a person's or session's number
 Arrays = dict[str, NDArray[Any]]
 
 
-def read(path: Path, told: Description) -> Arrays:
+def read(path: Path, description: Description) -> Arrays:
     """Return the arrays that the description names, out of an .npz or a single .npy.
 
     Raises:
@@ -37,21 +37,21 @@ def read(path: Path, told: Description) -> Arrays:
     """
     try:
         if path.suffix == ".npy":
-            arrays = {told.frames: npz.single(path, MAX_BYTES)}
+            arrays = {description.frames: npz.single(path, MAX_BYTES)}
         else:
-            arrays = npz.unpack(path, MAX_BYTES, only=told.arrays)
+            arrays = npz.unpack(path, MAX_BYTES, only=description.arrays)
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {reason(error)}") from None
     except ValueError as error:
         raise RecordingError(f"{path} {error}; name an .npz or .npy of plain numbers") from None
-    optional = {f"{name}_names" for name in (told.subject, *told.session)}
-    for name in sorted(told.arrays - optional):
+    optional = {f"{name}_names" for name in (description.subject, *description.session)}
+    for name in sorted(description.arrays - optional):
         if name not in arrays:
             raise RecordingError(f"{path} has no array {name!r}, which the description names")
     return arrays
 
 
-def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
+def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     """Yield a recording of each person and session, in order of their names.
 
     The same arrays and the same description give the same recordings, their ids included.
@@ -59,26 +59,26 @@ def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
     Raises:
         RecordingError: The arrays are not what the description says.
     """
-    frames = _frames(arrays, told)
+    frames = _frames(arrays, description)
     count = len(frames)
-    times = _column(arrays, told.time, count) if told.time else None
+    times = _column(arrays, description.time, count) if description.time else None
     if times is not None:
         times = times.astype(np.float64)
         if not np.isfinite(times).all():
-            raise RecordingError(f"the array {told.time!r} has times that are no numbers")
-    labels, column = _labels(arrays, told, count)
-    rate_hz = told.rate_hz or _rate(times)
-    for user, session, chosen in _groups(arrays, told, count):
-        stretch = _stretches(chosen, times, rate_hz, told)
+            raise RecordingError(f"the array {description.time!r} has times that are no numbers")
+    labels, column = _labels(arrays, description, count)
+    rate_hz = description.rate_hz or _rate(times)
+    for user, session, chosen in _groups(arrays, description, count):
+        stretch = _stretches(chosen, times, rate_hz, description)
         rows = stretch.kept
         taken = frames[rows].astype(np.float32)
         n = len(rows)
-        said: dict[str, Any] = {**unlabelled(n), told.labeller: column[rows]}
+        said: dict[str, Any] = {**unlabelled(n), description.labeller: column[rows]}
         origin = Provenance(
-            device_id=told.device,
+            device_id=description.device,
             rows=taken.shape[1],
             columns=taken.shape[2],
-            pitch_mm=told.pitch_mm,
+            pitch_mm=description.pitch_mm,
             rate_hz=rate_hz,
             labels=labels,
             bundle="",
@@ -86,10 +86,10 @@ def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
             software=software(),
             user=user,
             session=session,
-            protocol=told.protocol,
-            hardware=told.hardware,
-            unit=told.unit,
-            id=_id(told, user, session, taken, stretch, column[rows]),
+            protocol=description.protocol,
+            hardware=description.hardware,
+            unit=description.unit,
+            id=_id(description, user, session, taken, stretch, column[rows]),
         )
         yield Recording(
             origin,
@@ -111,19 +111,19 @@ class _Stretch:
     sequence: NDArray[np.int64]
 
 
-def _frames(arrays: Arrays, told: Description) -> NDArray[Any]:
+def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
     """Return the frames as (n, rows, columns), of any kind of number."""
-    frames = arrays[told.frames]
-    if told.rows and told.columns and frames.ndim in (2, 3):
-        if frames[:1].size not in (0, told.rows * told.columns):
+    frames = arrays[description.frames]
+    if description.rows and description.columns and frames.ndim in (2, 3):
+        if frames[:1].size not in (0, description.rows * description.columns):
             raise RecordingError(
-                f"the array {told.frames!r} has {frames[:1].size} taxels, "
-                f"not {told.rows} x {told.columns}"
+                f"the array {description.frames!r} has {frames[:1].size} taxels, "
+                f"not {description.rows} x {description.columns}"
             )
-        frames = frames.reshape(len(frames), told.rows, told.columns)
+        frames = frames.reshape(len(frames), description.rows, description.columns)
     if frames.ndim != 3 or not frames.size or frames.dtype.kind not in "iuf":
         raise RecordingError(
-            f"the array {told.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
+            f"the array {description.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
             "(n, rows, columns); give rows and columns if it is flat"
         )
     return frames
@@ -141,26 +141,28 @@ def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArra
 
 
 def _labels(
-    arrays: Arrays, told: Description, count: int
+    arrays: Arrays, description: Description, count: int
 ) -> tuple[tuple[str, ...], NDArray[np.int16]]:
     """Return the labels, "null" first, and which each frame has."""
-    if not told.label:
+    if not description.label:
         return (NULL,), np.full(count, UNKNOWN, dtype=np.int16)
-    given = told.label_names
+    given = description.label_names
     if isinstance(given, str):
         if arrays[given].dtype.kind != "U" or arrays[given].ndim != 1:
             raise RecordingError(f"the array {given!r} is no list of names")
         given = tuple(arrays[given].tolist())
-    number = _column(arrays, told.label, count, "iu").astype(np.int64)
-    if told.null and told.null not in given:
-        raise RecordingError(f"null = {told.null!r} is none of the labels {', '.join(given)}")
+    number = _column(arrays, description.label, count, "iu").astype(np.int64)
+    if description.null and description.null not in given:
+        raise RecordingError(
+            f"null = {description.null!r} is none of the labels {', '.join(given)}"
+        )
     unfit = (number < UNKNOWN) | (number >= len(given))
     if unfit.any():
         raise RecordingError(
-            f"the array {told.label!r} holds {number[unfit][0]}, and there are "
+            f"the array {description.label!r} holds {number[unfit][0]}, and there are "
             f"{len(given)} labels, counted from 0 ({UNKNOWN}: unknown)"
         )
-    null = told.null or (NULL if NULL in given else "")
+    null = description.null or (NULL if NULL in given else "")
     # Names that no frame has would only confuse whoever trains on them.
     used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
     labels = (NULL, *(given[i] for i in used))
@@ -183,10 +185,10 @@ def _rate(times: NDArray[np.float64] | None) -> float:
 
 
 def _groups(
-    arrays: Arrays, told: Description, count: int
+    arrays: Arrays, description: Description, count: int
 ) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
     """Yield (user, session, frames) of each person and session, in order."""
-    names = [name for name in (told.subject, *told.session) if name]
+    names = [name for name in (description.subject, *description.session) if name]
     columns = [_column(arrays, name, count, "iuU") for name in names]
     if not columns:
         yield ALONE, ALONE, np.arange(count)
@@ -199,7 +201,7 @@ def _groups(
     for chosen in np.split(order, edges):
         words = [_word(arrays, name, column[chosen[0]])
                  for name, column in zip(names, columns, strict=True)]  # fmt: skip
-        user = words.pop(0) if told.subject else ALONE
+        user = words.pop(0) if description.subject else ALONE
         yield user, "".join(words) or ALONE, chosen
 
 
@@ -218,7 +220,7 @@ def _stretches(
     chosen: NDArray[np.int64],
     times: NDArray[np.float64] | None,
     rate_hz: float,
-    told: Description,
+    description: Description,
 ) -> _Stretch:
     """Return which frames to keep, times that rise, and numbers that jump where a stretch begins.
 
@@ -230,22 +232,22 @@ def _stretches(
     own = times[chosen]
     new = np.diff(own, prepend=-np.inf) != 0.0
     if not new.all():
-        if not told.drop_repeated:
+        if not description.drop_repeated:
             raise RecordingError(
-                f"the array {told.time!r} has the time {own[~new][0]:g} twice in a row; say "
+                f"the array {description.time!r} has the time {own[~new][0]:g} twice in a row; say "
                 "drop_repeated = true to keep the first frame of each time"
             )
         chosen, own = chosen[new], own[new]
     step = np.diff(own, prepend=own[0])
     back = step < 0.0
-    pause_s = max(told.gap_s, 2.0 / rate_hz)
+    pause_s = max(description.gap_s, 2.0 / rate_hz)
     shift = np.cumsum(np.where(back, pause_s - step, 0.0))
-    begins = back | ((step > told.gap_s) if told.gap_s else back)
+    begins = back | ((step > description.gap_s) if description.gap_s else back)
     return _Stretch(chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64)))
 
 
 def _id(
-    told: Description,
+    description: Description,
     user: str,
     session: str,
     frames: NDArray[np.float32],
@@ -254,7 +256,7 @@ def _id(
 ) -> str:
     """Return the id of a recording: the same whenever the same is imported again."""
     digest = hashlib.blake2b(digest_size=16)
-    digest.update(json.dumps([asdict(told), user, session, frames.shape]).encode())
+    digest.update(json.dumps([asdict(description), user, session, frames.shape]).encode())
     for array in (frames, stretch.t, stretch.sequence, column):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -96,7 +96,7 @@ class SourceLabels:
         return lines
 
 
-def said(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
+def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
     """Return what each labeller said that said anything."""
     return tuple(
         _one(name, recording, response)
