@@ -8,11 +8,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from controller.capture.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
-from controller.capture.key_labels import KeyLabels, LabelCorrection
-from controller.capture.terminal_decoder import HeldKeys, KeyEvent, Signal
+from controller.capture.key_labels import HeldKeys, KeyLabels, LabelCorrection
+from controller.keymap.terminal import Timed
+from controller.keymap.terminal_decoder import KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
-
-Told = tuple[float, KeyEvent | Signal]  # seconds ago, and what the terminal said
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +79,7 @@ class Labeller:
         t_s: float,
         *,
         button: str | None = None,
-        told: Iterable[Told] = (),
+        told: Iterable[Timed] = (),
         felt: bool = False,
         ready: bool = True,
     ) -> FrameLabels:
@@ -120,7 +119,7 @@ class Labeller:
             fresh=fresh,
         )
 
-    def _hear(self, told: Iterable[Told], t_s: float) -> tuple[list[LabelCorrection], list[Mark]]:
+    def _hear(self, told: Iterable[Timed], t_s: float) -> tuple[list[LabelCorrection], list[Mark]]:
         """Return what the keys say of earlier frames."""
         changes = []
         for ago_s, one in told:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final, Protocol
 
 from controller.capture.labels import FrameLabels, Labeller
-from controller.capture.terminal_keys import Keyboard
+from controller.keymap.terminal import Keyboard
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, State
 from controller.recordings.recorder import Recorder

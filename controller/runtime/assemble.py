@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from controller.capture.cue_plan import CuePlan
     from controller.capture.run_files import RunFiles
-    from controller.capture.terminal_keys import Keyboard
+    from controller.keymap.terminal import Keyboard
     from controller.runtime.bundle_updates import BundleUpdater
     from controller.runtime.latency_report import LatencyReporter
 

@@ -15,7 +15,7 @@ from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
 from controller.capture.session_recorder import Plain, SessionRecorder
 from controller.capture.status_line import Status, StatusLine
-from controller.capture.terminal_keys import Keyboard
+from controller.keymap.terminal import Keyboard
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance, RecordingError
 

@@ -23,8 +23,8 @@ from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
 from controller.capture.session_recorder import Display, SessionRecorder
 from controller.capture.simulated_hand import CuedHand
-from controller.capture.terminal_keys import Keyboard
 from controller.console import count
+from controller.keymap.terminal import Keyboard
 from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder

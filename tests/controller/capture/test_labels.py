@@ -8,9 +8,10 @@ import pytest
 from controller.capture.cue_plan import CueTiming, ExampleRequest
 from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.key_labels import LabelCorrection
-from controller.capture.labels import FrameLabels, Labeller, Told
+from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.status_line import Status, describe
-from controller.capture.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
+from controller.keymap.terminal import Timed
+from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = ("null", "press", "pinch")
@@ -22,11 +23,11 @@ def cued(*labels: str) -> CueSession:
     return CueSession([ExampleRequest(label) for label in labels], PACE, rng, shuffled=False)
 
 
-def down(key: str, ago_s: float = 0.0) -> Told:
+def down(key: str, ago_s: float = 0.0) -> Timed:
     return ago_s, KeyEvent(key, Action.PRESSED)
 
 
-def up(key: str, ago_s: float = 0.0) -> Told:
+def up(key: str, ago_s: float = 0.0) -> Timed:
     return ago_s, KeyEvent(key, Action.RELEASED)
 
 
