@@ -21,8 +21,9 @@ from controller.capture.cue_plan import ExampleRequest
 from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import Display, SessionRecorder
+from controller.capture.session_recorder import SessionRecorder
 from controller.capture.simulated_hand import CuedHand
+from controller.capture.status_line import Display
 from controller.console import count
 from controller.keymap.terminal import Keyboard
 from controller.recognition.debounce import NULL

@@ -9,7 +9,7 @@ from controller.capture.cue_plan import CueTiming, ExampleRequest
 from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.key_labels import LabelCorrection
 from controller.capture.labels import FrameLabels, Labeller
-from controller.capture.status_line import Status, describe
+from controller.capture.status_line import StatusLine, describe
 from controller.keymap.terminal import Timed
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
@@ -166,9 +166,9 @@ def test_with_cues_the_line_says_what_to_do_and_what_is_left() -> None:
 
 def test_the_line_is_written_over_and_fits_the_screen() -> None:
     screen = Screen()
-    status = Status(screen)
+    status = StatusLine(screen, LABELS, keyboard=True)
     for text in ("a long line", "short", "short", "x" * 200):
-        status.show(text)
+        status.write(text)
     status.clear()
     lines = screen.getvalue().replace("\r\r", "\n").strip("\r").split("\n")
     assert lines == ["a long line", "short      ", "x" * 79, " " * 79]
@@ -176,5 +176,5 @@ def test_the_line_is_written_over_and_fits_the_screen() -> None:
 
 def test_where_there_is_no_screen_nothing_is_written() -> None:
     file = io.StringIO()
-    Status(file).show("go")
+    StatusLine(file, LABELS, keyboard=True).write("go")
     assert file.getvalue() == ""
