@@ -1,9 +1,9 @@
-"""Other people's arrays into recordings: one for each person and session."""
+"""Import arrays of other sensors as recordings: one for each person and session."""
 
 import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +23,7 @@ from controller.recordings.recording import (
 )
 
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
-ALONE: Final = "01"  # who and which session, where nobody says
+ALONE: Final = "01"  # user and session where the description names none
 _DIGITS: Final = 2  # of a person's or session's number
 
 Arrays = dict[str, NDArray[Any]]
@@ -61,19 +61,13 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     """
     frames = _frames(arrays, description)
     count = len(frames)
-    times = _column(arrays, description.time, count) if description.time else None
-    if times is not None:
-        times = times.astype(np.float64)
-        if not np.isfinite(times).all():
-            raise RecordingError(f"the array {description.time!r} has times that are no numbers")
+    times = _times(arrays, description, count)
     labels, column = _labels(arrays, description, count)
     rate_hz = description.rate_hz or _rate(times)
     for user, session, chosen in _groups(arrays, description, count):
-        stretch = _stretches(chosen, times, rate_hz, description)
-        rows = stretch.kept
+        rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         taken = frames[rows].astype(np.float32)
-        n = len(rows)
-        said: dict[str, Any] = {**unlabelled(n), description.labeller: column[rows]}
+        given = {**unlabelled(len(rows)), description.labeller: column[rows]}
         origin = Provenance(
             device_id=description.device,
             rows=taken.shape[1],
@@ -89,26 +83,17 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
             protocol=description.protocol,
             hardware=description.hardware,
             unit=description.unit,
-            id=_id(description, user, session, taken, stretch, column[rows]),
+            id=_id(description, user, session, (taken, t, sequence, column[rows])),
         )
         yield Recording(
             origin,
             taken,
-            t=stretch.t,
-            sequence=stretch.sequence,
-            excluded=np.zeros(n, dtype=np.bool_),
-            touch=np.full((n, 2), np.nan),
-            **said,
+            t=t,
+            sequence=sequence,
+            excluded=np.zeros(len(rows), dtype=np.bool_),
+            touch=np.full((len(rows), 2), np.nan),
+            **given,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class _Stretch:
-    """The frames of one recording: which, and when."""
-
-    kept: NDArray[np.int64]
-    t: NDArray[np.float64]
-    sequence: NDArray[np.int64]
 
 
 def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
@@ -130,7 +115,7 @@ def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
 
 
 def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArray[Any]:
-    """Return an array with one value for each frame."""
+    """Return an array with one value for each frame, (count,)."""
     array = arrays[name]
     if array.shape != (count,) or array.dtype.kind not in kinds:
         raise RecordingError(
@@ -140,10 +125,20 @@ def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArra
     return array
 
 
+def _times(arrays: Arrays, description: Description, count: int) -> NDArray[np.float64] | None:
+    """Return the time of each frame, (n,) seconds; None if there are none."""
+    if not description.time:
+        return None
+    times = _column(arrays, description.time, count).astype(np.float64)
+    if not np.isfinite(times).all():
+        raise RecordingError(f"the array {description.time!r} has times that are no numbers")
+    return times
+
+
 def _labels(
     arrays: Arrays, description: Description, count: int
 ) -> tuple[tuple[str, ...], NDArray[np.int16]]:
-    """Return the labels, "null" first, and which each frame has."""
+    """Return the labels, "null" first, and the index of each frame's, (count,)."""
     if not description.label:
         return (NULL,), np.full(count, UNKNOWN, dtype=np.int16)
     given = description.label_names
@@ -163,7 +158,7 @@ def _labels(
             f"{len(given)} labels, counted from 0 ({UNKNOWN}: unknown)"
         )
     null = description.null or (NULL if NULL in given else "")
-    # Names that no frame has would only confuse whoever trains on them.
+    # Names that no frame has are left out of training.
     used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
     labels = (NULL, *(given[i] for i in used))
     if len(set(labels)) < len(labels):
@@ -175,19 +170,19 @@ def _labels(
 
 
 def _rate(times: NDArray[np.float64] | None) -> float:
-    """Return the frames per second by their times, to three digits."""
+    """Return the frames per second by the median interval, to three digits."""
     assert times is not None  # a description has one or the other
     steps = np.diff(times)
     steps = steps[steps > 0]
     if not len(steps):
-        raise RecordingError("the times do not rise, so nobody knows the rate; give rate_hz")
+        raise RecordingError("the times do not rise, so the rate is unknown; give rate_hz")
     return float(f"{1.0 / float(np.median(steps)):.3g}")
 
 
 def _groups(
     arrays: Arrays, description: Description, count: int
 ) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
-    """Yield (user, session, frames) of each person and session, in order."""
+    """Yield (user, session, indices of frames) of each person and session, in order."""
     names = [name for name in (description.subject, *description.session) if name]
     columns = [_column(arrays, name, count, "iuU") for name in names]
     if not columns:
@@ -206,7 +201,7 @@ def _groups(
 
 
 def _word(arrays: Arrays, name: str, value: Any) -> str:
-    """Return what a person or a session is called: letters and digits."""
+    """Return the ID of a person or a session: letters and digits."""
     named = arrays.get(f"{name}_names")
     if isinstance(value, np.integer):
         if named is not None and named.dtype.kind == "U" and 0 <= value < len(named):
@@ -221,14 +216,20 @@ def _stretches(
     times: NDArray[np.float64] | None,
     rate_hz: float,
     description: Description,
-) -> _Stretch:
-    """Return which frames to keep, times that rise, and numbers that jump where a stretch begins.
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return the frames to keep, rising times, and numbers that jump where a stretch begins.
 
     A pause keeps its length; where time goes back, the next stretch begins a gap later.
+
+    Args:
+        chosen: Indices of the frames of one recording, (n,).
+        times: Of all frames, seconds; None: one after the other at `rate_hz`.
+        rate_hz: Frames per second.
+        description: Of the arrays.
     """
     if times is None:
         number = np.arange(1, len(chosen) + 1)
-        return _Stretch(chosen, number / rate_hz, number)
+        return chosen, number / rate_hz, number
     own = times[chosen]
     new = np.diff(own, prepend=-np.inf) != 0.0
     if not new.all():
@@ -243,20 +244,14 @@ def _stretches(
     pause_s = max(description.gap_s, 2.0 / rate_hz)
     shift = np.cumsum(np.where(back, pause_s - step, 0.0))
     begins = back | ((step > description.gap_s) if description.gap_s else back)
-    return _Stretch(chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64)))
+    return chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64))
 
 
-def _id(
-    description: Description,
-    user: str,
-    session: str,
-    frames: NDArray[np.float32],
-    stretch: _Stretch,
-    column: NDArray[np.int16],
-) -> str:
-    """Return the id of a recording: the same whenever the same is imported again."""
+def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
+    """Return the id of a recording, frames first: the same for the same arrays."""
     digest = hashlib.blake2b(digest_size=16)
-    digest.update(json.dumps([asdict(description), user, session, frames.shape]).encode())
-    for array in (frames, stretch.t, stretch.sequence, column):
+    about = [asdict(description), user, session, arrays[0].shape]
+    digest.update(json.dumps(about).encode())
+    for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
