@@ -97,9 +97,10 @@ class SessionRecorder:
             ready=step.ready,
         )
         self._write(frame, step, label, said)
-        changes = [*said.voids, *([said.asked] if said.asked is not None and said.fresh else [])]
-        for change in changes:
-            self._tell(change.plain(step.t_s))
+        for void in said.voids:
+            self._tell(void.plain(step.t_s))
+        if said.asked is not None and said.fresh:
+            self._tell(said.asked.plain(step.t_s))
         self._screen.show(said, step, self._recorder.problem)
         return said
 

@@ -67,7 +67,7 @@ def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     for user, session, chosen in _groups(arrays, description, count):
         rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         taken = frames[rows].astype(np.float32)
-        given = {**unlabelled(len(rows)), description.labeller: column[rows]}
+        given: dict[str, Any] = {**unlabelled(len(rows)), description.labeller: column[rows]}
         origin = Provenance(
             device_id=description.device,
             rows=taken.shape[1],

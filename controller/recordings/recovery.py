@@ -33,31 +33,16 @@ class Recovered:
     """Outcome of one recovery.
 
     Attributes:
-        journal: Where the journal was.
         path: The recording; None if the journal held no frame.
-        frames: How many were recovered.
-        seconds: From the recording's first frame to its last.
-        unread_bytes: Bytes from the first bad record on; 0 if they are too few for a frame.
-        kept: Where the journal is kept, as more may be in it; None if it was removed.
+        line: The outcome for people.
     """
 
-    journal: Path
     path: Path | None
-    frames: int
-    seconds: float
-    unread_bytes: int
-    kept: Path | None
+    line: str
 
     def __str__(self) -> str:
-        """Return one line for people."""
-        if self.path is None:
-            line = f"{self.journal} held no frame"
-        else:
-            frames = count(self.frames, "frame")
-            line = f"recovered {frames} ({self.seconds:.1f} s) into {self.path}"
-        if self.unread_bytes:
-            line += f"; its last {count(self.unread_bytes, 'byte')} follow a damaged record"
-        return f"{line}; the journal is kept as {self.kept}" if self.kept else line
+        """Return the line for people."""
+        return self.line
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -97,21 +82,23 @@ def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
     decoded = decode(_read(file, size))
     unread = size - decoded.whole_bytes
     unread = unread if unread >= decoded.frame_bytes else 0  # else the crash tore a record
-    path, frames, seconds = None, 0, 0.0
+    path, line = None, f"{journal} held no frame"
     if (recording := decoded.recording) is not None:
         stem = journal.name.partition(JOURNAL)[0]
         path = seal(journal.with_name(stem + SEALED), recording)
-        frames, seconds = len(recording.t), float(recording.t[-1] - recording.t[0])
-    kept: Path | None = journal
-    if journal.name.endswith(JOURNAL):  # any other name was given by hand, and stays
-        if sys.platform == "win32":  # which moves and deletes no open file
-            file.close()
-        if unread:
-            kept = _set_aside(journal)
-        else:
-            journal_file.remove(journal)
-            kept = None
-    return Recovered(journal, path, frames, seconds, unread, kept)
+        seconds = float(recording.t[-1] - recording.t[0])
+        frames = count(len(recording.t), "frame")
+        line = f"recovered {frames} ({seconds:.1f} s) into {path}"
+    if unread:
+        line += f"; its last {count(unread, 'byte')} follow a damaged record"
+    if not journal.name.endswith(JOURNAL):  # a name that was given by hand, and stays
+        return Recovered(path, f"{line}; the journal is kept as {journal}")
+    if sys.platform == "win32":  # which moves and deletes no open file
+        file.close()
+    if unread:
+        return Recovered(path, f"{line}; the journal is kept as {_set_aside(journal)}")
+    journal_file.remove(journal)
+    return Recovered(path, line)
 
 
 def _set_aside(journal: Path) -> Path:
@@ -126,8 +113,6 @@ def _set_aside(journal: Path) -> Path:
 @contextmanager
 def _locked(journal: Path) -> Iterator[IO[bytes]]:
     """Open a journal, locked against recorders and other recoveries until it is closed."""
-    if not os.path.lexists(journal):
-        raise RecordingError("does not exist")
     if not _is_file(journal):
         raise RecordingError("is not a file")
     with journal.open("r+b", buffering=0) as file:

@@ -59,7 +59,8 @@ class TaxelFinding:
 def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
     """Return the taxels that do not respond to touch, (rows, columns)."""
     masks = [one.mask for one in found if one.useless]
-    return np.any([np.zeros(response.change.shape[1:], dtype=np.bool_), *masks], axis=0)
+    none = np.zeros(response.change.shape[1:], dtype=np.bool_)
+    return np.asarray(np.any([none, *masks], axis=0))
 
 
 def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[TaxelFinding]:
@@ -116,17 +117,17 @@ def _stuck(frames: NDArray[np.float32], unit: str, unknown: bool) -> Mask:
     """Return the taxels that hardly ever change while the others do."""
     stuck = frames.min(axis=0) == frames.max(axis=0)
     if unit != PICOFARAD:  # counts stay the same where nothing touches
-        return stuck & (stuck.all() or not unknown)
-    if len(frames) < IDLES:
-        return stuck
-    still = (frames[1:] == frames[:-1]).mean(axis=0)
-    return stuck | ((still > STUCK_SHARE) & (np.median(still) < LIVELY_SHARE))
+        return np.asarray(stuck & (stuck.all() or not unknown))
+    if len(frames) >= IDLES:
+        still = (frames[1:] == frames[:-1]).mean(axis=0)
+        stuck |= (still > STUCK_SHARE) & (np.median(still) < LIVELY_SHARE)
+    return np.asarray(stuck)
 
 
 def _clipped(frames: NDArray[np.float32]) -> Mask:
     """Return the taxels that rest against the highest number of all."""
     often = (frames == frames.max()).mean(axis=0) > CLIPPED_SHARE
-    return often & (often.sum() >= CLIPPED_TAXELS)
+    return np.asarray(often & (often.sum() >= CLIPPED_TAXELS))
 
 
 def _slope(response: Response, useless: Mask) -> Map:
@@ -148,7 +149,7 @@ def _noisy(response: Response) -> Mask:
     own = response.change - np.median(response.change, axis=(1, 2), keepdims=True)
     scatter = np.diff(own, axis=0)[pairs].std(axis=0)
     middle = np.median(scatter)
-    return (scatter > NOISY * middle) & (middle > 0.0)
+    return np.asarray((scatter > NOISY * middle) & (middle > 0.0))
 
 
 def _shorts(level: Map, useless: Mask) -> Iterator[tuple[str, Mask]]:
