@@ -137,7 +137,7 @@ class CueSession:
         """Whether there are enough examples of all labels."""
         return self._phase is Phase.DONE
 
-    def step(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
+    def advance(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
         """Advance to the frame at `t_s`; return the examples that are discarded.
 
         Args:

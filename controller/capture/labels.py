@@ -73,7 +73,7 @@ class Labeller:
         """Whether the whole plan has been recorded."""
         return self.cues is not None and self.cues.done
 
-    def step(
+    def label(
         self,
         t_s: float,
         *,
@@ -98,7 +98,7 @@ class Labeller:
                 if amend.column == "excluded":
                     voids += self.cues.drop(amend.from_s, amend.to_s)
             if ready:
-                voids += self.cues.step(t_s, felt=felt, paused=self.keys.paused)
+                voids += self.cues.advance(t_s, felt=felt, paused=self.keys.paused)
             amends += [LabelCorrection("excluded", void.from_s, void.to_s, True) for void in voids]
             marks += [Mark(t_s, "cue", f"again {void.label}: {void.why}") for void in voids]
         asked = self.cues.at(t_s) if self.cues is not None else None

@@ -32,8 +32,8 @@ class SessionRecorder:
         labeller: Labeller,
         *,
         keyboard: Keyboard | None = None,
-        tell: Callable[[Plain], None] = lambda plain: None,
-        screen: Display | None = None,
+        on_cue: Callable[[Plain], None] = lambda plain: None,
+        display: Display | None = None,
     ) -> None:
         """Begin to record.
 
@@ -42,15 +42,16 @@ class SessionRecorder:
             pipeline: Processes the frames.
             labeller: Labels the frames.
             keyboard: The keys, if there are any.
-            tell: Takes every change of the cues.
-            screen: For people.
+            on_cue: Called with every change of the cues.
+            display: For people.
 
         Raises:
             RecordingError: The first file cannot be written.
         """
         self.labels = labeller.labels
         self._begin, self._pipeline, self._labeller = begin, pipeline, labeller
-        self._keyboard, self._tell, self._screen = keyboard, tell, screen or Display()
+        self._keyboard, self._on_cue = keyboard, on_cue
+        self._display = display or Display()
         self._recorder = begin(pipeline.state())
         self._rested = False  # this file has its rest image
         self._least_s = LEAST_S  # of the session's first file; later ones are always kept
@@ -60,16 +61,16 @@ class SessionRecorder:
         """Whether the whole plan has been recorded."""
         return self._labeller.done
 
-    def turn(self) -> None:
+    def start_next_if_full(self) -> None:
         """Continue in a new file if the present one is full; call it between two frames.
 
         Raises:
             RecordingError: One of them cannot be written.
         """
         if self._recorder.full:
-            self.go_on(self._begin)
+            self.continue_in(self._begin)
 
-    def go_on(self, begin: Callable[[State], Recorder]) -> None:
+    def continue_in(self, begin: Callable[[State], Recorder]) -> None:
         """Seal the present file and continue in a new one, as `begin` makes it.
 
         Raises:
@@ -80,7 +81,7 @@ class SessionRecorder:
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
 
-    def take(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
+    def record(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
         """Record a frame, and return its labels.
 
         Args:
@@ -89,7 +90,7 @@ class SessionRecorder:
             label: True label as far as known: an index, -1 unknown.
             button: State of the sensor's button.
         """
-        said = self._labeller.step(
+        said = self._labeller.label(
             step.t_s,
             button=button,
             told=self._keyboard.poll() if self._keyboard is not None else (),
@@ -98,10 +99,10 @@ class SessionRecorder:
         )
         self._write(frame, step, label, said)
         for void in said.voids:
-            self._tell(void.plain(step.t_s))
+            self._on_cue(void.plain(step.t_s))
         if said.asked is not None and said.fresh:
-            self._tell(said.asked.plain(step.t_s))
-        self._screen.show(said, step, self._recorder.problem)
+            self._on_cue(said.asked.plain(step.t_s))
+        self._display.show(said, step, self._recorder.problem)
         return said
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
@@ -114,7 +115,7 @@ class SessionRecorder:
         Raises:
             RecordingError: It cannot be written where it should be; the message says where it is.
         """
-        self._screen.clear()
+        self._display.clear()
         return self._seal()
 
     def _write(self, frame: Frame, step: Step, label: int, said: FrameLabels) -> None:
@@ -143,6 +144,6 @@ class SessionRecorder:
     def _seal(self) -> bool:
         path = self._recorder.close(self._least_s)
         if path is not None:
-            self._screen.clear()
+            self._display.clear()
             _log.info("recorded into %s", path)
         return path is not None

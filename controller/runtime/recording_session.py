@@ -71,8 +71,8 @@ def tape(
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
-        tell=link.say if isinstance(link, RecordingLink) else _nobody,
-        screen=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
+        on_cue=link.say if isinstance(link, RecordingLink) else _nobody,
+        display=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
     )
 
 

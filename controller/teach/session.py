@@ -177,7 +177,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         pipeline,
         Labeller(vocabulary.labels, cues=cues),
         keyboard=keyboard,
-        screen=_screen(session, keyboard),
+        display=_screen(session, keyboard),
     )
     obey = None
     if sensor.virtual:
