@@ -39,7 +39,7 @@ def up(key: str, ago_s: float = 0.0) -> Timed:
     [(None, UNKNOWN), ("null", 0), ("pinch", 2), ("", UNKNOWN), ("poke", UNKNOWN)],
 )
 def test_a_button_says_what_it_knows(says: str | None, label: int) -> None:
-    assert Labeller(LABELS).step(0.1, button=says).button == label
+    assert Labeller(LABELS).label(0.1, button=says).button == label
 
 
 def test_a_button_that_says_only_down_means_what_the_user_said() -> None:
