@@ -170,7 +170,7 @@ def _labels(
 
 
 def _rate(times: NDArray[np.float64] | None) -> float:
-    """Return the frames per second by the median interval, to three digits."""
+    """Return the frames per second by the median interval of times, (n,), to three digits."""
     assert times is not None  # a description has one or the other
     steps = np.diff(times)
     steps = steps[steps > 0]
@@ -248,7 +248,7 @@ def _stretches(
 
 
 def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
-    """Return the id of a recording, frames first: the same for the same arrays."""
+    """Return the id of a recording: the same for the same arrays, frames (n, rows, columns) first."""
     digest = hashlib.blake2b(digest_size=16)
     about = [asdict(description), user, session, arrays[0].shape]
     digest.update(json.dumps(about).encode())

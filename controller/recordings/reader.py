@@ -221,14 +221,14 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
 
 
 def origin_of(array: NDArray[Any] | None) -> Provenance:
-    """Return the checked provenance in the array "meta", one text."""
+    """Return the checked provenance in the array "meta", one text of shape ()."""
     if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")
     return parse_provenance(_legible(array))
 
 
 def _legible(array: NDArray[Any]) -> Any:
-    """Return texts as Python strings, refusing invalid and unpaired code points."""
+    """Return an array of any shape as Python strings, refusing invalid code points."""
     try:
         texts = array.tolist()
         "".join(texts).encode()
@@ -297,4 +297,5 @@ def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
 
 
 def _place(touch: NDArray[np.float64]) -> Touch | None:
+    """Return a position, an array of shape (2,), NaN for none."""
     return None if np.isnan(touch).any() else (float(touch[0]), float(touch[1]))

@@ -23,7 +23,7 @@ _INDENT: Final = 2
 _APART: Final = 3  # columns between two pictures
 _LONGEST: Final = 24  # letters of a name
 
-Map = NDArray[np.floating]  # one number a taxel, 0 and more, (rows, columns)
+Map = NDArray[np.floating]  # (rows, columns), one number a taxel, 0 and more
 
 
 def facts(path: Path, recording: Recording) -> dict[str, Any]:

@@ -170,7 +170,7 @@ def _lags(
 def _crossing(
     t: NDArray[np.float64], energy: NDArray[np.float64], frame: int, level: float
 ) -> float:
-    """Return when the energy passed a level between a frame and the next, seconds."""
+    """Return when the energy, (n,), passed a level between a frame and the next, seconds."""
     low, high = float(energy[frame]), float(energy[frame + 1])
     share = (level - low) / (high - low) if high != low else 0.0
     return float(t[frame] + share * (t[frame + 1] - t[frame]))

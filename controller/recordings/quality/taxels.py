@@ -16,7 +16,8 @@ from controller.recognition.taxel_text import names
 from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD
 
-Map = NDArray[np.float64]  # one number a taxel, (rows, columns)
+Frames = NDArray[np.float32]  # (n, rows, columns), as they were read
+Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 Mask = NDArray[np.bool_]  # (rows, columns)
 
 # Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
@@ -63,11 +64,11 @@ def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
     return np.asarray(np.any([none, *masks], axis=0))
 
 
-def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[TaxelFinding]:
+def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]:
     """Return the faults of the taxels in some frames.
 
     Args:
-        frames: As they were read, (n, rows, columns).
+        frames: As they were read.
         unit: Of their values.
         response: Of the sensor in these frames.
     """
@@ -113,7 +114,7 @@ def unjudged(response: Response) -> str:
     return ""
 
 
-def _stuck(frames: NDArray[np.float32], unit: str, unknown: bool) -> Mask:
+def _stuck(frames: Frames, unit: str, unknown: bool) -> Mask:
     """Return the taxels that hardly ever change while the others do."""
     stuck = frames.min(axis=0) == frames.max(axis=0)
     if unit != PICOFARAD:  # counts stay the same where nothing touches
@@ -124,7 +125,7 @@ def _stuck(frames: NDArray[np.float32], unit: str, unknown: bool) -> Mask:
     return np.asarray(stuck)
 
 
-def _clipped(frames: NDArray[np.float32]) -> Mask:
+def _clipped(frames: Frames) -> Mask:
     """Return the taxels that rest against the highest number of all."""
     often = (frames == frames.max()).mean(axis=0) > CLIPPED_SHARE
     return np.asarray(often & (often.sum() >= CLIPPED_TAXELS))
