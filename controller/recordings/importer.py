@@ -248,7 +248,7 @@ def _stretches(
 
 
 def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
-    """Return the id of a recording: the same for the same arrays, frames (n, rows, columns) first."""
+    """Return an id of the arrays, frames, (n, rows, columns), first: the same for the same ones."""
     digest = hashlib.blake2b(digest_size=16)
     about = [asdict(description), user, session, arrays[0].shape]
     digest.update(json.dumps(about).encode())
