@@ -7,6 +7,7 @@ kept, and a sentence says so. Another program's additions are read before ours a
 import dataclasses
 import json
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,7 @@ from tetris.history.stats import Summary
 FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
+_SUMMED: Final = ("lines", "pieces", "time_s", "commands", "faultless")  # of a summary
 _MOST_BYTES: Final = 4_000_000
 _MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
@@ -125,32 +127,15 @@ class HighScores:
         self.trouble = ""
         self._read()
         before = self.totals(mode.name)
-        clears = dict(before.clears)
-        for name, count in summary.clears.items():
-            clears[name] = clears.get(name, 0) + count
+        sums = {name: getattr(before, name) + getattr(summary, name) for name in _SUMMED}
         self._totals[mode.name] = Totals(
-            before.games + 1,
-            before.won + won,
-            before.time_s + summary.time_s,
-            before.pieces + summary.pieces,
-            before.lines + summary.lines,
-            before.commands + summary.commands,
-            before.faultless + summary.faultless,
-            clears,
+            games=before.games + 1,
+            won=before.won + won,
+            clears=dict(Counter(before.clears) + Counter(summary.clears)),
+            **sums,
         )
-        entry = Entry(
-            summary.score,
-            summary.lines,
-            summary.level,
-            summary.pieces,
-            summary.time_s,
-            summary.commands,
-            summary.faultless,
-            won,
-            seed,
-            date,
-            replay,
-        )
+        figures = {name: getattr(summary, name) for name in ("score", "level", *_SUMMED)}
+        entry = Entry(won=won, seed=seed, date=date, replay=replay, **figures)
         place = self._rank(mode, entry)
         self._write()
         return place

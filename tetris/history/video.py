@@ -48,7 +48,7 @@ class VideoFile:
             sample: Some of the pictures to come, from which a GIF takes its 256 colours.
 
         Raises:
-            FilmError: The suffix is another, or the library is missing.
+            VideoError: The suffix is another, or the library is missing.
             OSError: The file cannot be written.
         """
         check_replaceable(path)

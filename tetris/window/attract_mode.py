@@ -37,6 +37,6 @@ class AttractMode:
     def draw(self, surface: pygame.Surface, area: pygame.Rect, look: ThemeChoice) -> None:
         """Draw the game into an area."""
         if self._view is None or self._look is not look or self._area != area:
-            self._view = GameView(area, look=look, hints={})
+            self._view = GameView(area, look=look)
             self._look, self._area = look, area.copy()
         self._view.draw(surface, self._game, self._time_s)

@@ -7,7 +7,8 @@ import pygame
 
 from tetris.window.theme import Colour
 
-_Draw = Callable[[pygame.Surface, pygame.Rect, Colour, int], None]
+Size = tuple[int, int]  # pixels
+_Draw = Callable[[pygame.Surface, pygame.Rect, Colour, int], object]
 
 
 def draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: Colour) -> None:
@@ -27,55 +28,32 @@ def draw_pattern(picture: pygame.Surface, face: pygame.Rect, mark: str, colour: 
         draw(picture, box, colour, max(1, side // 5))
 
 
-def _bar(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    band = pygame.Rect(0, 0, box.width, round(1.4 * stroke))
+def _band(picture: pygame.Surface, box: pygame.Rect, colour: Colour, size: Size) -> None:
+    band = pygame.Rect((0, 0), size)
     band.center = box.center
     pygame.draw.rect(picture, colour, band)
-
-
-def _ring(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    pygame.draw.circle(picture, colour, box.center, box.width // 2, stroke)
-
-
-def _triangle(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    pygame.draw.polygon(picture, colour, (box.midtop, box.bottomright, box.bottomleft))
-
-
-def _rising(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    _stroke(picture, box.bottomleft, box.topright, colour, stroke)
-
-
-def _sinking(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    _stroke(picture, box.topleft, box.bottomright, colour, stroke)
-
-
-def _stroke(
-    picture: pygame.Surface,
-    start: tuple[int, int],
-    end: tuple[int, int],
-    colour: Colour,
-    stroke: int,
-) -> None:
-    pygame.draw.line(picture, colour, start, end, round(1.6 * stroke))
-
-
-def _square(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    pygame.draw.rect(picture, colour, box, stroke)
 
 
 def _plus(picture: pygame.Surface, box: pygame.Rect, colour: Colour, stroke: int) -> None:
-    _bar(picture, box, colour, stroke)
-    band = pygame.Rect(0, 0, round(1.4 * stroke), box.height)
-    band.center = box.center
-    pygame.draw.rect(picture, colour, band)
+    wide = round(1.4 * stroke)
+    _band(picture, box, colour, (box.width, wide))
+    _band(picture, box, colour, (wide, box.height))
 
 
 _PATTERNS: Final[Mapping[str, _Draw]] = {
-    "I": _bar,
-    "O": _ring,
-    "T": _triangle,
-    "S": _rising,
-    "Z": _sinking,
-    "J": _square,
+    "I": lambda to, box, ink, stroke: _band(to, box, ink, (box.width, round(1.4 * stroke))),
+    "O": lambda to, box, ink, stroke: pygame.draw.circle(
+        to, ink, box.center, box.width // 2, stroke
+    ),
+    "T": lambda to, box, ink, stroke: pygame.draw.polygon(
+        to, ink, (box.midtop, box.bottomright, box.bottomleft)
+    ),
+    "S": lambda to, box, ink, stroke: pygame.draw.line(
+        to, ink, box.bottomleft, box.topright, round(1.6 * stroke)
+    ),
+    "Z": lambda to, box, ink, stroke: pygame.draw.line(
+        to, ink, box.topleft, box.bottomright, round(1.6 * stroke)
+    ),
+    "J": lambda to, box, ink, stroke: pygame.draw.rect(to, ink, box, stroke),
     "L": _plus,
 }

@@ -17,10 +17,9 @@ from tetris.window.bot_player import BotPlayer
 from tetris.window.game_session import Session
 from tetris.window.saves import Saves
 from tetris.window.screen_stack import ScreenStack
+from tetris.window.screens.game_menus import over_screen, pause_screen
 from tetris.window.screens.lists import best_screen, replays_screen
-from tetris.window.screens.over_screen import over_screen
 from tetris.window.screens.pages import open_settings
-from tetris.window.screens.pause_screen import pause_screen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.screens.title import chosen_mode, title_screen

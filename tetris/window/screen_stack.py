@@ -65,11 +65,6 @@ class ScreenStack:
         """Go back to the screen below."""
         self._screens.pop()
 
-    def back_to(self, screen: Screen) -> None:
-        """Go back to one of the screens below."""
-        while self._screens[-1] is not screen:
-            self._screens.pop()
-
     def home(self, *screens: Screen) -> None:
         """Leave all screens but the first, and show others on top of it."""
         self._screens[1:] = screens

@@ -5,16 +5,18 @@ is out of its limits or of another kind is as if it were not there. A file that 
 all is put aside, never overwritten.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
+import tomli_w
+
 from tetris.files import DAMAGES, parse_toml, put_aside, read_toml, write_beside
 from tetris.window import bindings
 from tetris.window.bindings import Names
+from tetris.window.keys import Keys
 
 FILE_NAME: Final = "tetris.toml"
 
@@ -174,22 +176,24 @@ def _bindings(read: dict[str, Any], usual: Names) -> Names:
 
 def format_toml(settings: Settings) -> str:
     """Write settings as `parse` reads them."""
-    lines: list[str] = []
-    for section, names in _SECTIONS.items():
-        lines.append(f"[{section}]")
-        lines += [f"{name} = {_written(getattr(settings, name))}" for name in names]
-        lines.append("")
+    tables: dict[str, dict[str, Any]] = {
+        section: {name: getattr(settings, name) for name in names}
+        for section, names in _SECTIONS.items()
+    }
     for section in _BINDINGS:
-        lines.append(f"[{section}]")
         bound: Names = getattr(settings, section)
-        lines += [f"{action} = {_written(list(names))}" for action, names in bound.items()]
-        lines.append("")
-    return "\n".join(lines)
+        tables[section] = {action: list(names) for action, names in bound.items()}
+    return tomli_w.dumps(tables)
 
 
-def _written(value: object) -> str:
-    """Write a value as TOML, which differs from JSON in one control character only."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+def hands(settings: Settings) -> Keys:
+    """Return the handling of keys and buttons that the player has chosen."""
+    return Keys(
+        bindings.table(settings.keys, settings.pads),
+        das_s=settings.das_ms / 1000,
+        arr_s=settings.arr_ms / 1000,
+        drop_guard=settings.drop_guard,
+    )
 
 
 def changed(settings: Settings, **values: Any) -> Settings:

@@ -1,6 +1,7 @@
 """A game drawn into a rectangle of a surface."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 import pygame
@@ -17,10 +18,6 @@ from tetris.window.layout import Layout
 from tetris.window.scenery import draw_scenery, slot
 from tetris.window.theme_choice import ThemeChoice
 
-KEYBOARD_HINTS: Final[Mapping[Phase, str]] = {
-    Phase.PAUSED: "P to go on",
-    Phase.OVER: "R to play again",
-}
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
     None: "view.paused",
     Finish.GOAL: "over.won",
@@ -45,7 +42,7 @@ class GameView:
         self,
         area: pygame.Rect,
         *,
-        hints: Mapping[Phase, str] = KEYBOARD_HINTS,
+        hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
     ) -> None:
         """Draw into an area; hints say what to do when the game pauses or is over."""

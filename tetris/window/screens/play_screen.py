@@ -14,9 +14,10 @@ from tetris.window import bindings, theme
 from tetris.window.bot_player import BotPlayer
 from tetris.window.figures import figures_of
 from tetris.window.game_session import Session
-from tetris.window.keys import Code, DueAction, Keys
+from tetris.window.keys import Code, DueAction
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.screen import Screen
+from tetris.window.settings import hands
 from tetris.window.view import GameView
 
 READY_S: Final = 0.9  # before the first piece moves
@@ -62,7 +63,7 @@ class PlayScreen(Screen):
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
         self._advise, self._bot = advise, bot
-        self._view = GameView(stage.area, look=stage.look, hints={})
+        self._view = GameView(stage.area, look=stage.look)
         # A game has a clock of its own: one that was taken over goes on where it was.
         self._offset_s = session.recorder.time_s - stage.time_s
         self._time_s = session.recorder.time_s
@@ -74,12 +75,7 @@ class PlayScreen(Screen):
 
     def _take_over_hands(self) -> None:
         settings = self._stage.settings
-        self._keys = Keys(
-            bindings.table(settings.keys, settings.pads),
-            das_s=settings.das_ms / 1000,
-            arr_s=settings.arr_ms / 1000,
-            drop_guard=settings.drop_guard,
-        )
+        self._keys = hands(settings)
         self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
 
     # -- what comes in -----------------------------------------------------------------
@@ -121,7 +117,7 @@ class PlayScreen(Screen):
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
-        self._view = GameView(self._stage.area, look=self._stage.look, hints={})
+        self._view = GameView(self._stage.area, look=self._stage.look)
 
     # -- time --------------------------------------------------------------------------
 
