@@ -5,8 +5,6 @@ through these tables and in no other way; docs/link.md draws them. What the even
 `EVENTS`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
@@ -87,21 +85,3 @@ def next_states(table: Sequence[Transition]) -> Next:
                 raise ValueError(f"there are two ways from {state} on {row.event}")
             ways[state, row.event] = row.to
     return ways
-
-
-def drawn(table: Sequence[Transition], first: str) -> str:
-    """Return a table as a state diagram, in Mermaid's words."""
-    lines = ["stateDiagram-v2", f"    [*] --> {first}"]
-    arrows: dict[tuple[str, str], list[str]] = {}
-    for row in table:
-        for state in row.states:
-            arrows.setdefault((state, row.to), []).append(row.event)
-    lines += [f"    {at} --> {to}: {', '.join(events)}" for (at, to), events in arrows.items()]
-    return "\n".join(lines)
-
-
-def listed(table: Sequence[Transition]) -> str:
-    """Return a table as Markdown."""
-    lines = ["| in | when | goes to | and does |", "|---|---|---|---|"]
-    lines += [f"| {', '.join(row.states)} | {row.event} | {row.to} | {row.does} |" for row in table]
-    return "\n".join(lines)

@@ -9,6 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final, Protocol
 
 from controller.log_limit import LogLimit
+from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     Command,
     Contacts,
@@ -19,7 +20,6 @@ from controller.protocol.messages import (
     State,
     Telemetry,
     UserIdentified,
-    quantise_image,
 )
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image

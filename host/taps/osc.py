@@ -9,7 +9,8 @@ from typing import Any, Final, Protocol
 from urllib.parse import urlsplit
 
 from controller.errors import how_to_install
-from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Command, Telemetry, Welcome
 from host.taps import TapError, TapUnavailableError
 
 DEFAULT: Final = "127.0.0.1:9000"
