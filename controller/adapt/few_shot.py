@@ -13,12 +13,11 @@ from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError, SplitNetwork
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
-from controller.bundles import archive
+from controller.bundles import archive, users_table
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.errors import TroubleError
-from controller.recognition import users
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -103,7 +102,7 @@ def teach(
     heads = list(dict.fromkeys((*loaded.users.heads, *sorted(asked))))
     shares = []
     for user in (EVERYBODY, *heads):
-        part = GESTURE if user == EVERYBODY else users.head_part(user)
+        part = GESTURE if user == EVERYBODY else users_table.head_part(user)
         source = part if part in parts else GESTURE  # whoever had none begins with everybody's
         model = parts[source]
         if everybodys or user in asked:
@@ -122,7 +121,7 @@ def teach(
     golden |= {f"head.{user}": answers[user] for user in heads}
     if heads:
         golden["people"] = _people(content, len(table["users"]["names"]), questions)
-        content.setdefault(users.NETWORK, b"")
+        content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = npz.pack(golden)
     content[rehearsal.PART] = replace(known, base=base).pack()
     return AdaptedBundle(
@@ -258,7 +257,7 @@ def _people(
     content: Mapping[str, bytes], names: int, questions: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return the user network's answers; it must know everybody who has a network."""
-    model = content.get(users.NETWORK, b"")
+    model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
     told = _ask(model, questions)

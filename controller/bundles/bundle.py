@@ -1,6 +1,6 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle with enrolled users (`controller/recognition/users.py`) also has the user network, and
+A bundle with enrolled users (`controller/bundles/users_table.py`) also has the user network, and
 gesture networks of single users. It is a zip in the one form that `archive` reads, so any changed
 bit is found. The hash proves integrity; authenticity comes from the channel that carried the file.
 """
@@ -16,20 +16,21 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-from controller.bundles import archive
+from controller.bundles import archive, users_table
 from controller.bundles import golden as goldens
 from controller.bundles.golden import Golden, GoldenError
+from controller.bundles.users_table import UsersError
 from controller.config import ConfigError, parse_toml
 from controller.console import one_line
 from controller.errors import UserError, reason
 from controller.files import atomic_write, open_regular
-from controller.recognition import users
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
+from controller.recognition.pipeline import PipelineSettings
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
-from controller.recognition.users import NOBODY, Users, UsersError
+from controller.recognition.user_id import NOBODY, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 # Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
@@ -109,6 +110,14 @@ class Bundle:
     users: Users = NOBODY
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> PipelineSettings:
+        """Settings of the pipeline's stages."""
+        return PipelineSettings(
+            self.labels, self.rows, self.columns, self.preprocess, self.debounce, self.spread,
+            self.users, self.tells,
+        )  # fmt: skip
 
     @property
     def locates(self) -> bool:
@@ -199,7 +208,7 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         path: Where to; `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
         parts: The bytes of each name in `CONTENT`, and of users' networks by the names that
-            `controller/recognition/users.py` gives them, as far as the manifest says so.
+            `controller/bundles/users_table.py` gives them, as far as the manifest says so.
 
     Raises:
         BundleError: The result would be refused by `read`.
@@ -257,11 +266,11 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
     located = bool(parts["location.onnx"])
     try:
-        known = users.parse(table.get("users"), labels)
+        known = users_table.parse(table.get("users"), labels)
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
             parts[GOLDEN], (window, rows, columns), len(labels), located=located, users=known,
-            told=bool(parts.get(users.NETWORK)), most=MAX_BYTES,
+            told=bool(parts.get(users_table.NETWORK)), most=MAX_BYTES,
         )  # fmt: skip
     except (UsersError, GoldenError) as error:
         raise BundleError(str(error)) from None
@@ -284,8 +293,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         golden=golden,
         hash=digest,
         users=known,
-        user_onnx=parts.get(users.NETWORK, b""),
-        heads={name: parts[users.head_part(name)] for name in known.heads},
+        user_onnx=parts.get(users_table.NETWORK, b""),
+        heads={name: parts[users_table.head_part(name)] for name in known.heads},
     )
 
 
@@ -296,9 +305,9 @@ def _everywhere(mapping: Mapping) -> bool:
 
 def _check_parts(given: set[str], known: Users) -> None:
     """Refuse parts that nobody would look at, and the lack of others."""
-    wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
+    wanted = {*CONTENT, *(users_table.head_part(name) for name in known.heads)}
     if known.names:
-        wanted.add(users.NETWORK)
+        wanted.add(users_table.NETWORK)
     if REHEARSAL in given:
         wanted.add(REHEARSAL)
     if odd := ", ".join(sorted(wanted ^ given)):
@@ -307,7 +316,7 @@ def _check_parts(given: set[str], known: Users) -> None:
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
     """Return the parts of a file in the one order that they have there."""
-    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users.NETWORK, name))
+    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users_table.NETWORK, name))
     return (MANIFEST, *CONTENT, *own, SUMS)
 
 

@@ -1,6 +1,6 @@
-"""Stand in for taxels that feel nothing: what they would have felt, from those around them.
+"""Dead taxels: thresholds, detection, and interpolation from their neighbours.
 
-The skin is smooth, so a taxel can be told from its neighbours: the best guess for a field that is
+The skin is smooth, so a taxel is estimated from its neighbours: the best guess for a field that is
 smooth over `SMOOTH` taxels (Gaussian-process regression; a matrix for each set of broken taxels).
 An electrode whose lead is off, 5 of 25 taxels, is filled in the same way.
 """
@@ -10,11 +10,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import median
 from controller.recognition.drift import TOUCHED, tone
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
+
+# A taxel that reads less than this share of what the others read at rest has no lead: an open one
+# reads some 1 of 41 pF, a pressed one never so little.
+NO_LEAD: Final = 0.2
 
 # Of kernels 1 to 2 taxels wide with floors of 0 to 1, these err least on simulated touches: single
 # taxels by 45 % of their change, inner electrodes by 35 %, those at the rim by 55 %.
@@ -30,6 +33,21 @@ MEMORY: Final = 100  # touched frames over which this is judged
 MOST: Final = 0.2  # of the taxels: where more seem dead, something else is wrong
 TOUCH_S: Final = 2.0  # of each touch count: a long one says nothing new
 _FELT: Final = 0.1  # of what the middle taxel's surroundings feel
+
+
+def without_lead(level: NDArray[np.floating]) -> Mask:
+    """Return which taxels of a rest image, (rows, columns) in picofarads, have no lead."""
+    return np.asarray(level < NO_LEAD * np.median(level))
+
+
+def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which taxels have no lead, now or at rest.
+
+    Args:
+        frame: One scan or several, (..., rows, columns), picofarads.
+        rest: The untouched sensor, (rows, columns), same unit.
+    """
+    return np.asarray(~(np.minimum(frame, rest) > NO_LEAD * float(rest.mean())))
 
 
 class TaxelInterpolator:
@@ -117,8 +135,8 @@ class ResponseMonitor:
         felt += around * around
         self.counts[0] += 1.0
         if self.counts[0] >= MEMORY:
-            told = felt > _FELT * float(median(felt))  # far from every touch nobody can tell
-            share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=told)
+            near = felt > _FELT * float(np.median(felt))  # others are far from every touch
+            share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)
             dead[share < DEAD] = 1.0
             dead[share > ALIVE] = 0.0
             self._judge()

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from controller import __version__
 from controller.errors import UserError
-from controller.median import median
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
 from controller.recognition.preprocess import State
 
@@ -155,7 +154,7 @@ class Recording:
         """Frames per second as measured: the median, which missed frames do not move."""
         if len(self.t) < 2:
             return self.origin.rate_hz
-        return 1.0 / float(median(np.diff(self.t)))
+        return 1.0 / float(np.median(np.diff(self.t)))
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
@@ -178,10 +177,10 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
             f"the recording is of a {shape[0]}×{shape[1]} sensor, the bundle for "
             f"{expected[0]}×{expected[1]}; choose another with --bundle"
         )
-    if abs(recording.rate_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
+    if abs(recording.rate_hz / bundle.preprocess.rate_hz - 1.0) > RATE_TOLERANCE:
         raise RecordingError(
             f"the recording runs at {recording.rate_hz:.2f} Hz, the bundle at "
-            f"{bundle.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
+            f"{bundle.preprocess.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
         )
     if recording.origin.unit != PICOFARAD:
         raise RecordingError(

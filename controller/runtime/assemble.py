@@ -464,11 +464,13 @@ def _pipeline(
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
     if not isinstance(sensor, RecordedSensor):
-        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
+        return Pipeline(bundle.settings, recognizer, mapping, _known(bundle, sensor), user)
     source = sensor.source
     if source.origin.bundle != bundle.hash:
-        return Pipeline(bundle, recognizer, mapping, None, user)
-    pipeline = Pipeline(bundle, recognizer, mapping, None, source.origin.user)  # as it was said
+        return Pipeline(bundle.settings, recognizer, mapping, None, user)
+    pipeline = Pipeline(
+        bundle.settings, recognizer, mapping, None, source.origin.user
+    )  # as it was said
     if set(source.state) | set(LATER) != set(pipeline.state()):
         _log.warning("another version of this program recorded this: it is replayed from rest")
         return pipeline

@@ -229,7 +229,7 @@ def _pipeline(session: Session) -> Pipeline:
     model = session.model
     if model is not None:
         assert session.lesson.recognizer is not None
-        return Pipeline(model, session.lesson.recognizer, model.mapping)
+        return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
     return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
 

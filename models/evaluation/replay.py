@@ -15,6 +15,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.debounce import NULL, DebounceSettings
 from controller.recognition.event_metric import Answer
+from controller.recognition.pipeline import Networks as PipelineNetworks
 from controller.recognition.pipeline import Pipeline, Touch
 from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
 from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
@@ -124,7 +125,7 @@ def replay(
     """Let the device's pipeline make of a recording what these networks say."""
     answers = networks.probabilities(felt.windows)
     spoken = _Spoken(answers, len(known.t))
-    pipeline = Pipeline(bundle, spoken, bundle.mapping)
+    pipeline = Pipeline(bundle.settings, spoken, bundle.mapping)
     fired = []
     sigmas = np.full(len(known.t), np.nan)
     for frame, t_s in zip(recording.frames, known.t.tolist(), strict=True):
@@ -221,10 +222,10 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
     """
     if bundle.preprocess.normalise != "ratio":  # then the unit is the sensor's own
         recording = replace(recording, origin=replace(recording.origin, unit=PICOFARAD))
-    refuse_misfit(recording, bundle)
+    refuse_misfit(recording, bundle.settings)
 
 
-class _Spoken:
+class _Spoken(PipelineNetworks):
     """Networks for the pipeline that have answered already."""
 
     def __init__(self, answers: NDArray[np.float32], frames: int) -> None:
@@ -233,7 +234,7 @@ class _Spoken:
         self.asked: list[int] = []  # frames in which something touched
         self.images: list[Image] = []  # and their images
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         """Return the answer to the next window."""
         return next(self._answers)
 

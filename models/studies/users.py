@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
 from models import user_files
 from models.data.recipe import Course

@@ -6,10 +6,9 @@ from typing import Any
 import tomli_w
 
 from controller import config, files, npz
-from controller.bundles import bundle
-from controller.recognition import users
+from controller.bundles import bundle, users_table
 from controller.recognition.mapping import USERS
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models.training import export
 from models.training.networks import GestureNet
 
@@ -39,7 +38,7 @@ def write(
     for name in base.users.heads:
         if name not in heads:  # who is not enrolled any more takes their network along
             golden.pop(f"head.{name}")
-            content.pop(users.head_part(name))
+            content.pop(users_table.head_part(name))
     own = table.get("users", {}).get("mapping", {})
     if mapping is not None:
         for name, rules in config.read_toml(mapping).get(USERS, {}).items():
@@ -56,6 +55,6 @@ def write(
     }
     table["card"]["users"] = said
     golden["people"] = part.answers
-    content[users.NETWORK] = part.onnx
+    content[users_table.NETWORK] = part.onnx
     content[bundle.GOLDEN] = npz.pack(golden)
     bundle.write(out, manifest=tomli_w.dumps(table).encode(), parts=content)

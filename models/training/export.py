@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 
-from controller.bundles import bundle
+from controller.bundles import bundle, users_table
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
-from controller.recognition import users
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.preprocess import PreprocessSettings
 from models.training.networks import GAIN, GestureNet, LocationNet
@@ -118,7 +117,7 @@ def write_bundle(
     }
     parts = {"gesture.onnx": gesture.onnx, "location.onnx": location.onnx}
     if people is not None:
-        golden["people"], parts[users.NETWORK] = people.answers, people.onnx
+        golden["people"], parts[users_table.NETWORK] = people.answers, people.onnx
     parts[bundle.GOLDEN] = _npz(golden)
     bundle.write(path, manifest=tomli_w.dumps(manifest).encode(), parts=parts)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from controller.bundles import bundle, mapping_file
 from controller.bundles.bundle import Bundle
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models import text, user_files
 from models.data import load, splits
 from models.data.examples import refuse_test_seed

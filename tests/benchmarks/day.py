@@ -217,7 +217,7 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
     there.close()
     geometry = Geometry(shipped_bundle.rows, shipped_bundle.columns, shipped_bundle.pitch_mm)
     skin, world = Skin(here, geometry), World()
-    pipeline = Pipeline(shipped_bundle, Recognizer(shipped_bundle), shipped_bundle.mapping)
+    pipeline = Pipeline(shipped_bundle.settings, Recognizer(shipped_bundle), shipped_bundle.mapping)
     device = Witness(skin, pipeline, world, steady(RATE_HZ))
     loop = Loop(world, lambda: device, world.clock)
     tallies: list[Counter[str]] = []

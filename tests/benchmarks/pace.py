@@ -130,7 +130,7 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
     sweeper = IdleCollector()
     timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0), sweeper=sweeper)
     timekeeper.ledger = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     device = Device(Recorded(grid, rate_hz), pipeline, link, steady(rate_hz), timekeeper=timekeeper)
     loop = Loop(link, lambda: device, time.monotonic)
     tell(f"{minutes:g} minutes at {rate_hz:g} frames a second, one other process computing")

@@ -17,7 +17,7 @@ from controller.errors import UserError
 from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap, KeyMapError, Kind
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 
 from .choices import Choices
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.taxel_text import names
+from controller.recognition.sensor_health import taxel_names as names
 from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD, Recording
 

@@ -271,7 +271,7 @@ def test_networks_are_exchanged_while_the_orb_runs(
     first, second = (reader.load(tmp_path / f"sub-ab_ses-1_run-0{number}.npz") for number in (1, 2))
     assert (first.origin.bundle, second.origin.bundle) == (parts.bundle.hash, changed.bundle.hash)
     assert (len(first.t), len(second.t)) == (38, 5)
-    replayed = Pipeline(changed.bundle, changed.recognizer, changed.mapping)
+    replayed = Pipeline(changed.bundle.settings, changed.recognizer, changed.mapping)
     replayed.restore(second.state)
     steps = [replayed.step(f, float(t)) for f, t in zip(second.frames, second.t, strict=True)]
     assert step is not None

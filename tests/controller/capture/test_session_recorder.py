@@ -90,7 +90,7 @@ class Short(Recorder):
 
 def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> None:
     world = World((3.0, FINGER))
-    pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
     paths = [tmp_path / f"{number}.npz" for number in range(3)]
     names = iter(paths)
@@ -104,7 +104,7 @@ def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> 
     loaded = [reader.load(path) for path in paths]
     assert [k for one in loaded for k in one.sequence.tolist()] == list(range(1, 51))
     assert all(one.rest is not None for one in loaded)
-    replayed = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    replayed = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     replayed.restore(loaded[1].state)
     steps = [replayed.step(f, float(t)) for f, t in zip(loaded[1].frames, loaded[1].t, strict=True)]
     assert [s.command.command for s in steps if s.command] == ["left"]

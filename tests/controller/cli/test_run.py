@@ -72,7 +72,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
     shipped = bundle.read(BUNDLE)
     sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
-    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
     origin = Provenance(
         sensor.device_id,
         5,
@@ -126,7 +126,7 @@ def test_a_recording_cut_from_the_middle_replays_from_its_state(
 ) -> None:
     source = reader.load(played[0])
     shipped = bundle.read(BUNDLE)
-    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
     for frame, t_s in zip(source.frames[:_T0_ROW], source.t, strict=False):
         pipeline.step(frame, float(t_s))
     path = tmp_path / "rest.npz"

@@ -1,33 +1,31 @@
-"""Enrolled users and their own rules: the table [users] of a bundle's manifest.
+"""The table [users] of a bundle's manifest: enrolled users and their own rules.
 
     [users]
-    names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0 is anybody else
-    gestures = ["press", "pinch"] # whose windows tell who touches
+    names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; 0 is anybody else
+    gestures = ["press", "pinch"] # whose windows are evidence
     temperature = 0.8             # divides the network's evidence
-    accept = 0.9                  # so probable a person is named
-    stay = 0.98                   # the next gesture is made by who made the last one
-    forget_s = 30.0               # untouched for so long, whoever touches next may be anybody
-    heads = ["ann"]               # who has a gesture network of their own: gesture-ann.onnx
+    accept = 0.9                  # probability from which a user is named
+    stay = 0.98                   # that the same user makes the next gesture
+    forget_s = 30.0               # untouched for so long, the user is forgotten
+    heads = ["ann"]               # users with a gesture network of their own: gesture-ann.onnx
 
     [users.mapping.bob]           # in place of the same labels of [mapping]
     pinch = "hold"
 
-Where user.onnx is empty, nobody can be told by their touch, and only `controller --user NAME` says
-who plays. It is a convenience, never a lock: docs/users.md.
+Where user.onnx is empty, users are not identified by their touch, and only `controller --user NAME`
+names the player. It is a convenience, never a lock: docs/users.md.
 """
 
 import re
-from collections.abc import Mapping as AbstractMapping
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
+from controller.recognition.user_id import NOBODY, Users
 
 NETWORK: Final = "user.onnx"  # a part of the bundle
 MOST: Final = 32  # people in a bundle
-ANYBODY: Final = 0  # the network's output for people who are not enrolled
 _NAME: Final = r"[A-Za-z0-9]{1,40}"  # as recordings name people, and fits a packet
 _RANGES: Final[dict[str, tuple[float, float]]] = {
     "temperature": (0.01, 100.0),
@@ -41,62 +39,6 @@ _OPTIONAL: Final = frozenset({"heads", "mapping"})
 
 class UsersError(ValueError):
     """The table cannot be used; the message says why, without a subject."""
-
-
-@dataclass(frozen=True, slots=True)
-class Users:
-    """The people of a bundle; without names it knows nobody.
-
-    Attributes:
-        names: In the order of the network's outputs from 1 on.
-        gestures: Labels whose windows are evidence.
-        temperature: Divides the evidence of a gesture, which is a mean of log probabilities.
-        accept: Probability from which on a person is named.
-        stay: Probability that one gesture and the next are the same person's.
-        forget_s: Untouched for so long, nothing is known of who touches next.
-        heads: Who has a gesture network of their own.
-        mappings: What gestures mean for some of them, in place of the bundle's own rules.
-    """
-
-    names: tuple[str, ...] = ()
-    gestures: tuple[str, ...] = ()
-    temperature: float = 1.0
-    accept: float = 1.0
-    stay: float = 1.0
-    forget_s: float = 30.0
-    heads: tuple[str, ...] = ()
-    mappings: AbstractMapping[str, Mapping] = field(default_factory=dict)
-
-    def mapping(self, user: str, of_all: Mapping) -> Mapping:
-        """Return what a user's gestures mean; "" and people without rules have those of all."""
-        own = self.mappings.get(user)
-        return of_all if own is None else of_all.overridden(own)
-
-    def overridden(self, other: Mapping, people: AbstractMapping[str, Mapping]) -> "Users":
-        """Return these people with other rules.
-
-        Args:
-            other: Goes over everybody's own rules.
-            people: Goes over that, for single people.
-
-        Raises:
-            MappingError: One of them is not among these.
-        """
-        made = {name: mapping.overridden(other) for name, mapping in self.mappings.items()}
-        for name, own in people.items():
-            if name not in self.names:
-                known = ", ".join(self.names) or "nobody (docs/users.md)"
-                raise MappingError(f"[users] has rules for {name!r}, but the bundle knows {known}")
-            made[name] = made.get(name, Mapping()).overridden(own)
-        return replace(self, mappings=made)
-
-    def commands(self, of_all: Mapping) -> tuple[str, ...]:
-        """Return the commands to announce: what anybody's gestures may ask for."""
-        tables = [of_all, *(self.mapping(name, of_all) for name in self.names)]
-        return tuple(dict.fromkeys(name for table in tables for name in table.commands))
-
-
-NOBODY: Final = Users()
 
 
 def head_part(name: str) -> str:
