@@ -19,7 +19,7 @@ from controller.errors import how_to_install
 from controller.files import read_bytes
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
-from controller.runtime.latency_report import status_folders
+from controller.runtime.latency import status_folders
 
 ASKED: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
                 "ActiveEnterTimestamp")  # fmt: skip

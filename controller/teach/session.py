@@ -29,8 +29,9 @@ from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.virtual import knows
@@ -183,7 +184,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         seed = options.seed * 2**32 + session.key
         obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
     alone = OfflineLink(options.speed)
-    device = Device(sensor, pipeline, alone, steady(sensor.rate_hz), tape=tape, obey=obey)
+    device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(obey=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
     if loop.missed:

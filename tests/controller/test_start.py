@@ -5,14 +5,14 @@ from importlib.resources import files
 
 # What a plain run does without: rooms of ours, and what is dear in the libraries.
 SPARED = """
-    controller.diagnostics.calibrate controller.sensors.calibration_store controller.diagnostics
-    controller.protocol.psk controller.capture.cues controller.capture.terminal_keys
+    controller.diagnostics.calibrate controller.diagnostics
+    controller.capture.cues controller.capture.terminal_keys
     controller.recordings.recorder controller.recordings.writer controller.capture.run_files
-    controller.sensors.virtual controller.runtime.bundle_updates controller.bundles.deploy.disk
+    controller.sensors.virtual controller.runtime.bundle_updates
     controller.bundles.deploy.install controller.simulator controller.capture.session_recorder
-    controller.runtime.recording_session controller.teach controller.runtime.latency_report
-    controller.bundles.vocabulary importlib.metadata importlib.resources numpy.ma numpy.random
-    onnxruntime queue serial socket subprocess zipfile
+    controller.runtime.recording_session controller.teach
+    controller.bundles.vocabulary importlib.metadata importlib.resources numpy.random
+    onnxruntime queue serial subprocess zipfile
 """
 PROGRAM = """
 import sys
@@ -41,7 +41,7 @@ def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
 
 def test_command_imports_nothing_of_a_run() -> None:
     assert not imported("models").intersection(
-        {"controller.cli.run", "controller.recognition.pipeline"}
+        {"controller.cli.run", "controller.runtime.loop"}
     )
 
 

@@ -16,8 +16,9 @@ from controller.recognition.pipeline import Networks, Pipeline
 from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
-from controller.runtime.device import Device, Wish, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
+from controller.runtime.virtual_hand import VirtualHand, Wish
 from controller.sensors.base import Geometry, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
@@ -149,11 +150,10 @@ class Bench:
         sensor.lost_s = self.lost_s
         self.sensors.append(sensor)
         pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
-        device = Device(sensor, pipeline, self.world, steady(10.0))
+        hand = None if self.cues is None else VirtualHand(obey=obey)
+        device = Device(sensor, pipeline, self.world, hand=hand)
         if self.record is not None:
-            device.tape = self.tape(self.record, pipeline)
-        if self.cues is not None:
-            device.obey = obey
+            device.recorder = self.tape(self.record, pipeline)
         return device
 
     def tape(self, path: Path, pipeline: Pipeline) -> SessionRecorder:

@@ -13,7 +13,7 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.cli.options import parser
+from controller.cli.run import parser
 from controller.protocol.messages import Command, Message, UserIdentified
 from controller.recognition.mapping import Mapping, Rule
 from controller.recognition.pipeline import Networks, Pipeline, Step
@@ -21,7 +21,8 @@ from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime import assemble
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorOptions
 from controller.sensors.virtual import Virtual, show
@@ -218,7 +219,7 @@ def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -
     frames = [REST] * 20 + RIGHT * 3
     link = Told()
     pipeline = Pipeline(two.settings, Certain(), two.mapping)
-    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in range(len(frames) - 1):
         device.advance(10.0)
     who = [message for message in link.messages if isinstance(message, UserIdentified)]
@@ -234,7 +235,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     link = Told()
     pipeline = Pipeline(shipped.settings, Certain(), shipped.mapping)
     frames = [REST] * 20 + RIGHT
-    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in frames:
         device.advance(10.0)
     assert any(isinstance(message, Command) for message in link.messages)
@@ -256,7 +257,7 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     )
     link = Told()
     script = show(two.labels, sensor.geometry, seed=3)
-    device = Device(sensor, pipeline, link, steady(10.0), tape=tape, script=script)
+    device = Device(sensor, pipeline, link, recorder=tape, hand=VirtualHand(script))
     for _ in range(300):
         device.advance(10.0)
     device.close()
