@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import logging
-import math
 import os
-import re
 import sys
 import threading
 import time
@@ -21,7 +19,7 @@ from typing import TYPE_CHECKING
 from controller import __version__, console
 from controller.bundles.inference import engines
 from controller.cli.commands import COMMANDS
-from controller.cli.sensor_options import add_sensor
+from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.console import TROUBLE, complain, let_go
 from controller.errors import UserError
 from controller.links import PRINT, LinkAwayError
@@ -206,7 +204,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--hand-of",
         metavar="NAME[:DAY]",
-        type=_hand_of,
+        type=hand_of,
         default=("", ""),
         help="simulate the hand of user NAME on day DAY, as `controller teach --user NAME "
         "--session DAY` does (default: a generic hand)",
@@ -256,8 +254,8 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--unprotected",
         action="store_true",
-        help="let listen:// take hosts of other machines without a key: everybody who reaches the "
-        "port can connect",
+        help="let listen:// take hosts of other machines without a key: every program that reaches "
+        "the port can connect",
     )
     add(
         "--record",
@@ -285,7 +283,7 @@ def parser() -> argparse.ArgumentParser:
         "--label",
         metavar="NAME",
         default="",
-        help="what the sensor's label button means, for --record, where it says only up and down",
+        help="what the sensor's label button means, for --record, where it has no label itself",
     )
     add(
         "--cues",
@@ -303,7 +301,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--rate",
         metavar="HZ",
-        type=_rate,
+        type=rate,
         help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
     )
     add(
@@ -335,21 +333,3 @@ def check(options: argparse.Namespace) -> argparse.Namespace:
         if wrong:
             raise UserError(words)
     return options
-
-
-def _hand_of(words: str) -> tuple[str, str]:
-    if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
-        raise argparse.ArgumentTypeError(f"{words!r} must be a NAME of letters and digits, or "
-                                         "NAME:DAY")  # fmt: skip
-    name, _, day = words.partition(":")
-    return name, day
-
-
-def _rate(words: str) -> float:
-    try:
-        value = float(words)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
-    return value

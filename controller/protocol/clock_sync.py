@@ -23,7 +23,7 @@ class ClockSync:
     """
 
     def __init__(self) -> None:
-        """Know nothing yet."""
+        """Begin without a measurement."""
         self.rtt_ms: int | None = None
         self.offset_ms: int | None = None
         # (round trip, offset, the most that the offset can be)
@@ -39,7 +39,7 @@ class ClockSync:
         return now_ms & 0xFFFFFFFF, self._theirs_ms, min(now_ms - self._taken_ms, NEVER - 1)
 
     def take(self, sent_ms: int, echo_ms: int, held_ms: int, now_ms: int) -> None:
-        """Take what a heartbeat carried; what makes no sense is no measurement."""
+        """Take what a heartbeat carried; what is impossible is no measurement."""
         self._theirs_ms, self._taken_ms = sent_ms, now_ms
         if held_ms == NEVER:
             return
@@ -50,8 +50,8 @@ class ClockSync:
         if self._samples and self.offset_ms is not None:
             best_ms = min(self._samples)[0]
             if abs(signed(offset_ms - self.offset_ms)) > (rtt_ms + best_ms) / 2 + _GRAIN_MS:
-                self._samples.clear()  # no clock could have shown both: one was set anew
-        # It was heard there after it was said here, so their clock cannot be further ahead.
+                self._samples.clear()  # no clock could have shown both: one was set
+        # It arrived there after it was sent here, so their clock cannot be further ahead.
         self._samples.append((rtt_ms, offset_ms, signed(sent_ms - held_ms - echo_ms)))
         self.rtt_ms, self.offset_ms = rtt_ms, min(self._samples)[1]
         self._most_ms = min(most_ms for _, _, most_ms in self._samples)

@@ -50,7 +50,7 @@ class DeviceSession(SessionEnd):
         number: The session's number; it stays when the session has ended.
         granted: Whether the present host owns the clock.
         resumed: Whether the present host was the one before as well.
-        taken_by: Set from outside: the host_nonce of a host on another line, who has the device;
+        taken_by: Set from outside: the host_nonce of a host on another line that has the device;
             only that one may come here instead. 0: none.
         outbox: Commands that are not acknowledged.
         dropped: Messages that were not sent: no session, or the host reads too slowly.

@@ -1,8 +1,8 @@
 """Session at the host's end: bytes in, link events out.
 
 Sans-IO: time comes in as an argument, bytes to send gather in `output`. One HostSession is one
-attempt on one open link; whatever ends it, the next attempt is a new one, and `SessionHistory` is
-what it knows of those before. Its states are the table `controller.protocol.states.HOST`.
+attempt on one open link; the next attempt is a new one, and `SessionHistory` carries what it needs
+of those before. Its states are the table `controller.protocol.states.HOST`.
 """
 
 from controller.protocol.auth import NONCE, seals
@@ -46,14 +46,14 @@ from controller.protocol.states import HOST, next_states
 
 
 class HostSession(SessionEnd):
-    """Talks to one device over one open link.
+    """The host's end of one open link.
 
     Attributes:
         state: "greeting" until Offer, "joining" until Welcome, then "live" or "stale"; "over"
             after Lost or Refused, or when the owner has ended it.
         welcomed: Whether it ever was live.
         pressed: What is held, as far as we know; nothing after 300 ms of silence.
-        past: What the next session needs to know; kept up to date.
+        past: Record for the next session; kept up to date.
         late: Commands that came, but too late.
     """
 
@@ -69,13 +69,13 @@ class HostSession(SessionEnd):
         nonce: bytes = b"",
         past: SessionHistory | None = None,
     ) -> None:
-        """Say Hello.
+        """Begin with Hello.
 
         Args:
             name: What the user calls the link.
             sequence: Number of the first packet, best a random u16.
             now_ms: The clock, as in every method.
-            token: What the device wants to hear.
+            token: What the device expects in Join.
             granted: Whether we shall own the device's clock.
             key: What both sides know; b"": nothing.
             nonce: 16 random bytes, drawn for this session; b"" will do where there is neither a
@@ -98,11 +98,11 @@ class HostSession(SessionEnd):
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
         self._joined_ms = now_ms  # when Join was sent
         self._skew_ms = 0  # from the device's link clock to the one that its messages carry
-        self._pressed: tuple[str, ...] | None = None  # None: to be told anew
+        self._pressed: tuple[str, ...] | None = None  # None: to be reported again
         self._owes = False  # a command came that is not acknowledged
         self._owed = 0  # Grants that are not answered yet
         self._foreign = 0  # version of a peer that we do not understand
-        self._mute = True  # the peer has said nothing at all
+        self._mute = True  # no byte has come
         self.output += b"\0"  # ends what an earlier host may have left half
         self._put(Hello(VERSION, VERSION, self._nonce, "", False), 0)
 
@@ -123,7 +123,7 @@ class HostSession(SessionEnd):
         return None if offset_ms is None else signed(offset_ms + self._skew_ms)
 
     def receive(self, data: bytes, now_ms: int) -> list[Received]:
-        """Return what these bytes tell."""
+        """Return the events in these bytes."""
         news = self.tick(now_ms)  # what comes too late cannot undo that it was late
         self._mute = self._mute and not data
         if self.over:
@@ -185,7 +185,7 @@ class HostSession(SessionEnd):
         return max(min(self._beat_ms + HEARTBEAT_MS, dead_ms) - now_ms, 0)
 
     def send(self, message: Message, now_ms: int) -> bool:
-        """Say something; return whether there is anybody to say it to.
+        """Send a message; return False if no session is live.
 
         Raises:
             ProtocolError: The wire cannot carry it.
@@ -200,13 +200,13 @@ class HostSession(SessionEnd):
         return True
 
     def cut(self, reason: str) -> list[Received]:
-        """End it because the port has gone; return what there is to tell."""
+        """End the session because the port has gone; return its events."""
         early = f"{reason} before an OrbTouch answered; name the orb's own port with --link"
         last = Lost(reason) if self.welcomed else Refused(early)
         return [] if self.over else self._end("cut", last)
 
     def close(self, reason: str, now_ms: int) -> None:
-        """End it because our own program ends: say Bye, if there is somebody."""
+        """End the session because our own program ends; send Bye if it is live."""
         if not self.over:
             self.send(Bye(reason), now_ms)
             self._go("close")
@@ -221,7 +221,7 @@ class HostSession(SessionEnd):
         self._put(message, now_ms - self._start_ms)
 
     def _beat(self, now_ms: int) -> None:
-        """Say that we are there, and what we have."""
+        """Send a heartbeat with the acknowledgements."""
         self._beat_ms = now_ms
         self._send(
             HostHeartbeat(*self.clock.stamps(now_ms), self.past.done, self.past.missed), now_ms
@@ -230,7 +230,7 @@ class HostSession(SessionEnd):
     # --- the handshake ---
 
     def _greeting(self, packet: Packet, now_ms: int) -> list[Received]:
-        """Take the answer to Hello or Join; all else is the rest of somebody's conversation."""
+        """Take the answer to Hello or Join; ignore what is left of other sessions."""
         message = packet.message
         first = self.state == "greeting"
         answers = packet.sequence == self._taken if first else packet.session == self.number
@@ -250,7 +250,7 @@ class HostSession(SessionEnd):
         return []
 
     def _join(self, packet: Packet, offer: Offer, now_ms: int) -> list[Received]:
-        """Say who we are, if both sides have a key or none."""
+        """Send Join, if both sides have a key or none."""
         self.number = packet.session
         if offer.keyed != bool(self._key):
             self._send(Bye(_WITHOUT[offer.keyed]), now_ms)
@@ -331,14 +331,14 @@ class HostSession(SessionEnd):
         return [Missed(count)] if count else []
 
     def _hold(self, pressed: tuple[str, ...], t_ms: int) -> list[Received]:
-        """Take a snapshot of what is held, and tell it if it is new."""
+        """Take a snapshot of what is held; return it if it is new."""
         if pressed == self._pressed:
             return []
         self._pressed = pressed
         return [Delivered(State(pressed), t_ms)]
 
 
-# By whether the orb asks for a key: what we tell the user, and what we tell the orb.
+# By whether the orb asks for a key: the sentence for the user, and the one for the orb.
 _OBJECTION = {
     True: "the orb wants a key; add --key FILE, with the file that it was started with",
     False: "the orb asks for no key, so nothing proves that it is ours; start it with the same "

@@ -48,7 +48,7 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """So many commands never came, or too late to be obeyed; nobody will send them again."""
+    """So many commands never came, or too late to be obeyed; they will not be sent again."""
 
     count: int
 

@@ -15,7 +15,7 @@ MAX_PAYLOAD = 1024  # bytes
 COMMANDS = ("left", "right", "down", "drop", "rotate_cw", "rotate_ccw", "hold", "pause")
 HEARTBEAT_MS = 100  # between two heartbeats, each way
 DEADMAN_MS = 300  # without a valid packet: release everything, pause
-LOST_MS = 1000  # without a valid packet: close, and connect anew
+LOST_MS = 1000  # without a valid packet: close, and connect again
 SILENCE_MS = 2000  # a device forgets a host, a host gives up on an answer
 LATE_MS = 250  # a command that is older is not obeyed any more
 PIECE = 1000  # bytes of a bundle in one packet
@@ -55,10 +55,10 @@ def message(number: int) -> Callable[[M], M]:
 @message(1)
 @dataclass(frozen=True, slots=True)
 class Hello(Message):
-    """Host to device, first: who connects. Sent again at any time, it starts a new session.
+    """Host to device, first: the start of a session, at any time.
 
     On the wire all but the versions is empty, and token a number drawn for the session; what the
-    device's program is told has these fields from Join.
+    device's program gets has these fields from Join.
     """
 
     version_min: codec.U8
@@ -100,7 +100,7 @@ class UploadChunk(Request):
 @message(50)
 @dataclass(frozen=True, slots=True)
 class Correction(Request):
-    """Host to device: what the latest touch was, as its player says; learn it."""
+    """Host to device: the label of the latest touch, given by the player, to learn."""
 
     label: codec.Text40  # of Welcome.labels; "": take the last correction back
 
@@ -108,7 +108,7 @@ class Correction(Request):
 @message(35)
 @dataclass(frozen=True, slots=True)
 class Join(Message):
-    """Host to device: who it is, and how far it is with the device's commands."""
+    """Host to device: its identity, and how far it is with the device's commands."""
 
     token: codec.Text64  # "" when none
     host: codec.Text64  # a name for the log
@@ -212,7 +212,7 @@ class State(Report):
 @message(18)
 @dataclass(frozen=True, slots=True)
 class Telemetry(Report):
-    """Device to host, one per frame: what the device feels and believes."""
+    """Device to host, one per frame: the device's measurements and estimates."""
 
     frame: codec.U32
     image: Annotated[bytes, codec.octets(900)]  # rows * columns, top row first: `quantise_image`
@@ -247,7 +247,7 @@ class Granted(Report):
 class Health(Report):
     """Device to host: what is not as it should be with the sensor, and what to do; () if nothing.
 
-    A snapshot, sent when it changes and once to every new host if there is something to tell.
+    A snapshot, sent when it changes and once to every new host if there is a fault.
     """
 
     found: Annotated[tuple[str, ...], codec.many(codec.text(120), 8)]  # sentences, worst first
@@ -289,20 +289,20 @@ class LatencyReport(Report):
 @message(24)
 @dataclass(frozen=True, slots=True)
 class UserIdentified(Report):
-    """Device to host: who touches, as far as their touch tells; a convenience, never a proof.
+    """Device to host: the identified user; a convenience, never a proof.
 
-    A snapshot, sent when it changes and once to every new host. A device that knows nobody sends
+    A snapshot, sent when it changes and once to every new host. A device without users sends
     none.
     """
 
-    user: codec.Text40  # "": nobody that it knows
+    user: codec.Text40  # "": none that is enrolled
     confidence: codec.Share  # how probable that is; without a user, of the most probable one
 
 
 @message(25)
 @dataclass(frozen=True, slots=True)
 class PositionUncertainty(Report):
-    """Device to host, before what else it says of a frame: how sure the place of its touch is."""
+    """Device to host, before the other messages of a frame: uncertainty of its touch's position."""
 
     frame: codec.U32
     sigma: codec.Deviation  # deviation from where it truly is, of each axis, grid units

@@ -41,7 +41,7 @@ def encode(
     """Return a message as one frame, the closing zero included.
 
     Args:
-        message: What to say; a Command travels as NumberedCommand.
+        message: What to send; a Command travels as NumberedCommand.
         session: The session's number, u16.
         sequence: The packet's number, u16.
         t_ms: The sender's time in milliseconds; it wraps at 2**32.
@@ -154,7 +154,7 @@ class SessionEnd:
         self._beat_ms = 0  # when the last heartbeat was sent
 
     def _go(self, event: str) -> None:
-        """Change the state as the table says."""
+        """Change the state by the table."""
         self.state = self._next_states[self.state, event]
 
     def _take_number(self, packet: Packet, now_ms: int) -> None:

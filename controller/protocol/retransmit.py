@@ -74,7 +74,7 @@ class RetransmitQueue:
         return posted
 
     def acknowledge(self, done: int) -> None:
-        """Forget what the host has; a number that was never given says nothing."""
+        """Forget what the host has; a number that was never given is ignored."""
         if done <= self.number:
             while self._posted and self._posted[0].number <= done:
                 self._posted.popleft()

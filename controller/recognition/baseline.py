@@ -20,7 +20,7 @@ from controller.recognition import drift
 from controller.recognition.dead_taxels import NO_LEAD
 from controller.recognition.frames import Frame, Image, PreprocessSettings, State, z_image
 
-# Fewer frames than this say too little of how much a noisy sensor scatters at rest.
+# Fewer frames than this do not show how much a noisy sensor scatters at rest.
 _LEAST: Final = 6
 
 # A light finger on a noisy skin stays below the gate, and so its touches take rest along: at a
@@ -102,7 +102,7 @@ class BaselineTracker:
         return self.settings.gate + self.settings.gate_noise * self.idle
 
     def begin(self, values: Reading) -> NDArray[np.float64]:
-        """Gather the first quiet second; touched or moving, it is gathered anew.
+        """Gather the first quiet second; a touch or a motion restarts it.
 
         Returns:
             Images of the frames so far by their own mean, (n, rows, columns). Once they are quiet
@@ -139,7 +139,7 @@ class BaselineTracker:
         rest = known * common
         still = _difference(here, rest, self.settings) < self.gate
         if not still and (not self._soft or drift.shape(z - 1.0) != "touch"):
-            self.image, self.idle = None, 0.0  # another sensor, or much has changed: begin anew
+            self.image, self.idle = None, 0.0  # another sensor, or much has changed
             return []
         self.image, self._recent = rest, here.copy()
         self.seen = self._start if still else 1

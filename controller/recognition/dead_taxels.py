@@ -31,7 +31,7 @@ DEAD: Final = 0.12
 ALIVE: Final = 0.3
 MEMORY: Final = 100  # touched frames over which this is judged
 MOST: Final = 0.2  # of the taxels: where more seem dead, something else is wrong
-TOUCH_S: Final = 2.0  # of each touch count: a long one says nothing new
+TOUCH_S: Final = 2.0  # of each touch count: a long one adds no evidence
 _FELT: Final = 0.1  # of what the middle taxel's surroundings feel
 
 
@@ -75,7 +75,7 @@ class TaxelInterpolator:
         return filled
 
     def around(self, change: Change) -> Change:
-        """Return for every taxel what the others say that it feels."""
+        """Return the estimate of every taxel from all others."""
         return np.asarray((self._others @ change.ravel()).reshape(self._shape))
 
     def _weights(self, broken: Mask) -> NDArray[np.float64]:
@@ -101,7 +101,7 @@ class ResponseMonitor:
     Attributes:
         evidence: How much each taxel goes along with its surroundings, how much those feel, and
             whether it counts as dead, (3, rows, columns).
-        counts: Touched frames that say so, and frames of the present touch, (2,).
+        counts: Touched frames that count, and frames of the present touch, (2,).
         dead: Taxels that do not answer; None: none, or so many that something else is wrong.
     """
 
@@ -113,7 +113,7 @@ class ResponseMonitor:
         self._longest = max(1, round(TOUCH_S * rate_hz))
 
     def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
-        """Continue with what another one had found."""
+        """Continue with the state of another monitor."""
         self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 

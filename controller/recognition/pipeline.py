@@ -93,7 +93,7 @@ class PipelineSettings:
         debounce: When a gesture counts.
         spread: Standard deviation of touch positions; None if it was not measured.
         users: Enrolled users.
-        tells: Whether there is a network that identifies users.
+        identifies: Whether there is a network that identifies users.
     """
 
     labels: tuple[str, ...]
@@ -103,7 +103,7 @@ class PipelineSettings:
     debounce: DebounceSettings
     spread: PositionSpread | None = None
     users: Users = NOBODY
-    tells: bool = False
+    identifies: bool = False
 
 
 class Networks:
@@ -146,7 +146,7 @@ class Pipeline:
             networks: Of the same bundle.
             mapping: The bundle's, or an override of it.
             known: An earlier calibration of the sensor.
-            player: The user who plays, as named by the options; "" or a user who is not enrolled:
+            player: The user who plays, named by the options; "" or a user who is not enrolled:
                 unknown.
 
         Raises:
@@ -164,7 +164,7 @@ class Pipeline:
         self.user = player if player in settings.users.names else ""
         self.confidence = float(bool(self.user))
         self._identifier: UserIdentifier | None = None
-        if settings.tells and not self.user:
+        if settings.identifies and not self.user:
             self._identifier = UserIdentifier(settings.users, rate_hz)
             self.confidence = self._identifier.confidence
         self._certain = np.zeros(len(settings.labels), dtype=np.float32)
@@ -295,7 +295,8 @@ class Pipeline:
     def _command(
         self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float
     ) -> CommandRecord | None:
-        name = self._users.mapping(self.user, self.mapping).command(gesture, touch)
+        rules = self._users.mapping(self.user, self.mapping) if self.user else self.mapping
+        name = rules.command(gesture, touch)
         if name is None:
             return None
         probability = float(probabilities[self.labels.index(gesture)])

@@ -104,7 +104,7 @@ class Preprocessor:
         if known is not None and known.rest.shape != self.shape:
             raise ValueError(
                 f"the calibration is of a sensor of {known.rest.shape} taxels, this one has "
-                f"{self.shape}; calibrate anew"
+                f"{self.shape}; calibrate it again"
             )
         self._images: deque[Image] = deque(maxlen=settings.window)
         self._rest = BaselineTracker(settings, self.shape, known)

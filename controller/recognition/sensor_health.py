@@ -21,26 +21,17 @@ LETTERS: Final = 120  # of each
 
 _EVERY_S: Final = 1.0
 _LOST_S: Final = 1.0  # a lead that is off for less crackles
-_CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are told as well
+_CRACKLES: Final = 3  # losses within `_CRACKLING_S` that are reported as well
 _CRACKLING_S: Final = 30.0
 _UNREADY_S: Final = 10.0
 _TOUCHED_S: Final = 60.0  # no gesture lasts so long
-# The drift that is told, as ln C / C0. Sound orbs of both presets wander by 1 % together and by 3 %
-# each (SD), so a line's mean by 1.3 % against the others.
+# The drift that is reported, as ln C / C0. Sound orbs of both presets wander by 1 % together and by
+# 3 % each (SD), so a line's mean by 1.3 % against the others.
 _COMMON: Final = 0.08
 _LINE: Final = 0.12
 _FILM: Final = 0.3
 _NAMED: Final = 6  # more taxels than that are counted, not listed
-_LESS: Final = 0.7  # what was told is told until it is so much less
-
-
-class _Told:
-    """What was last said, so that it is not said and unsaid again and again."""
-
-    def __init__(self) -> None:
-        self.common = False
-        self.lines: frozenset[tuple[str, int]] = frozenset()
-        self.film: frozenset[int] = frozenset()
+_LESS: Final = 0.7  # a drift stays reported until it is so much less
 
 
 class HealthMonitor:
@@ -64,7 +55,7 @@ class HealthMonitor:
         self._every = max(1, round(_EVERY_S * rate_hz))
         self._rate_hz, self._ratio = rate_hz, ratio
         self._before = before
-        self._told = _Told()
+        self._drifted: set[object] = set()  # reported: "all", (line, index), or taxel index
         self._frame = 0
         self._busy_run = 0
         self._lost_run: NDArray[np.int64] | None = None
@@ -126,32 +117,31 @@ class HealthMonitor:
         return []
 
     def _drift(self, rest: Map | None) -> list[str]:
-        """Say how far rest has drifted, by cause."""
+        """Return sentences about the drift of rest, by cause."""
         if rest is None or not self._ratio:
             return []
         if self._before is None:
             self._before = rest.copy()
             return []
         least = 1e-3
-        told, why = self._told, drift.causes(
-            np.maximum(self._before, least), np.maximum(rest, least)
-        )  # fmt: skip
-        lines = []
-        told.common = abs(why.common) > _COMMON * (_LESS if told.common else 1.0)
-        if told.common:
-            lines.append(_air(why.common))
-        marked = []
+        why = drift.causes(np.maximum(self._before, least), np.maximum(rest, least))
+        before, self._drifted = self._drifted, set()
+
+        def drifted(what: object, size: float, limit: float) -> bool:
+            """Return whether a drift is reported, and note it: it stays so a little below."""
+            far = abs(size) > limit * (_LESS if what in before else 1.0)
+            if far:
+                self._drifted.add(what)
+            return far
+
+        lines = [_air(why.common)] if drifted("all", why.common, _COMMON) else []
         for word, sizes in (("row", why.rows), ("column", why.columns)):
             for i, size in enumerate(sizes.tolist()):
-                if abs(size) > _LINE * (_LESS if (word, i) in told.lines else 1.0):
-                    marked.append((word, i))
+                if drifted((word, i), size, _LINE):
                     percent = 100 * np.expm1(size)
                     lines.append(f"{word} {i} has drifted by {percent:+.0f} %; look at its lead")
-        told.lines = frozenset(marked)
         flat = why.film.ravel()
-        limits = [_FILM * (_LESS if i in told.film else 1.0) for i in range(flat.size)]
-        far = np.abs(flat) > limits
-        told.film = frozenset(np.flatnonzero(far).tolist())
+        far = np.array([drifted(i, size, _FILM) for i, size in enumerate(flat.tolist())])
         if far.any():
             percent = 100 * np.expm1(np.median(flat[far]))
             where = taxel_names(far.reshape(why.film.shape))
@@ -160,7 +150,7 @@ class HealthMonitor:
 
 
 def _air(common: float) -> str:
-    """Say what all taxels have in common; C goes with the square of the pressure."""
+    """Return the sentence for a drift of all taxels; C goes with the square of the pressure."""
     pressure = 100 * np.expm1(common / 2.0)
     if common < 0.0:
         return f"pressure down {-pressure:.0f} %: pump (or the orb has cooled)"

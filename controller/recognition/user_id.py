@@ -1,9 +1,9 @@
 """Bayesian user identification over successive gestures, and the enrolled users.
 
-While something is made, the user network is asked with every window; the first ones tell most, so
-it does not wait until the gesture is known. If one was, the mean of the log probabilities, over a
-temperature, is its evidence when it ends: windows share most of their frames, so many
-of them say hardly more than a few. Before the next gesture another user may have sat down, so the
+While something is made, the user network sees every window; the first ones are the best evidence,
+so it does not wait until the gesture is known. If one was, the mean of the log probabilities, over
+a temperature, is its evidence when it ends: windows share most of their frames, so many of them are
+hardly more evidence than a few. Before the next gesture another user may have sat down, so the
 belief fades a little each time, and is forgotten after a long time without touch.
 """
 

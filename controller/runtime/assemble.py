@@ -98,7 +98,7 @@ def prepare(options: Namespace) -> Parts:
     sensor = _sensor(options, bundle)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
-        runs = recording_session.runs(options)
+        runs = recording_session.RunFiles(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,

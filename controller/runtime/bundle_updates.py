@@ -39,7 +39,7 @@ class BundleUpdater:
     """Takes bundles and corrections without keeping the loop waiting.
 
     Attributes:
-        switched: Whether a new bundle is in use; the loop begins anew with it.
+        switched: Whether a new bundle is in use; the loop starts again with it.
     """
 
     def __init__(

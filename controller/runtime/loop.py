@@ -1,7 +1,7 @@
 """The paced loop: frames at their times, requests in between, and never a wait for the link.
 
 A `Device` does the work of one frame. `Loop` owns the time: an absolute schedule by the clock, or,
-for a virtual orb whose host asked for it, exactly as far as time is granted.
+for a virtual orb in granted time, exactly as far as time is granted.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Loop:
             link: Where requests come from, and what is waited on.
             open_device: Makes a device at its first frame; its time starts at 0.
             clock: Seconds that never go back, such as `time.monotonic`.
-            await_host: Begin when a host says Hello, instead of now.
+            await_host: Begin when a host connects, instead of now.
             orphan_s: End when no host was there for so long; None: never.
             updater: Takes new bundles and corrections from the host.
             exchange: Gives a device the networks of a bundle that has come into use, or returns
@@ -106,7 +106,7 @@ class Loop:
             self._end()
 
     def _update(self, updater: BundleUpdater) -> bool:
-        """Tell the host how its delivery went; return whether to begin anew with it."""
+        """Send the outcome of an upload; return whether to start again with its bundle."""
         outcome = updater.poll()
         if outcome is not None:
             self._link.send(outcome, self._now_ms())
@@ -118,7 +118,7 @@ class Loop:
         return round((self.device.now_s if self.device is not None else 0.0) * 1000)
 
     def _begin(self, *, granted: bool) -> None:
-        """Start anew: a fresh device whose time is 0."""
+        """Begin with a fresh device whose time is 0."""
         self._end()
         self.device = device = self._open()
         device.log_limit = self._log_limit
@@ -135,7 +135,7 @@ class Loop:
             device.close()
 
     def _take(self, message: Message, stopped: Callable[[], bool]) -> None:
-        """Do what the host asks."""
+        """Take a request of the host."""
         if isinstance(message, Hello):
             if message.granted or self._granted or self.device is None:
                 self._begin(granted=message.granted)
@@ -153,17 +153,17 @@ class Loop:
                     self.device.note("correct", message.label or "take back")
                 self._link.send(answer, self._now_ms())
         elif isinstance(message, Bye):
-            if not self._granted:  # granted time has stopped, and the next host's begins anew
+            if not self._granted:  # granted time has stopped, and the next host's begins at 0
                 self.device.lift(self._elapsed_s())
         elif isinstance(message, Grant):
             if self._granted:
-                self._step_to(self.device, message.until_ms, stopped)
+                self._advance_to(self.device, message.until_ms, stopped)
         elif isinstance(message, Contacts | Perform):
             device = self.device
             device.request(message, device.now_s if self._granted else self._elapsed_s())
 
-    def _step_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
-        """Step exactly to the granted time, and say so after everything that it gave."""
+    def _advance_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
+        """Advance exactly to the granted time, and acknowledge it after all its messages."""
         until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
         while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
             if not self._link.connected:

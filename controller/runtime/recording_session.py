@@ -51,15 +51,6 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
     return None if options.cues is None else cue_plan.read(options.cues, labels)
 
 
-def runs(options: Namespace) -> RunFiles:
-    """Return where recordings go.
-
-    Raises:
-        RecordingError: Nothing can be recorded there.
-    """
-    return RunFiles(options.record, options.user, options.session)
-
-
 def recorder(
     parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
 ) -> SessionRecorder:
