@@ -92,13 +92,14 @@ def prepare(options: Namespace) -> Parts:
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
+        from controller.capture.run_files import RunFiles
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
-        runs = recording_session.RunFiles(options.record, options.user, options.session)
+        runs = RunFiles(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,
