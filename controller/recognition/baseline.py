@@ -148,7 +148,7 @@ class BaselineTracker:
         return frames
 
     def without(self, lost: NDArray[np.bool_], values: Reading) -> Reading:
-        """Return values that leave rest as it was where leads are off, for when they are back.
+        """Return values, (rows, columns), that leave rest as it was where leads are off.
 
         Where a lead is there now that was not there at rest, its first reading becomes its rest.
         """
@@ -221,7 +221,7 @@ class BaselineTracker:
         self._returns.restore(state["spell"], state["returns"], peak, int(busy_run))
 
     def _still(self, images: NDArray[np.float64], half: int, noise: float) -> bool:
-        """Whether the second half of the images shows what the first half does, but for noise."""
+        """Whether the second half of images, (n, rows, columns), equals the first but for noise."""
         change = np.abs(images[:half].mean(axis=0) - images[half:].mean(axis=0)).mean()
         limit = self.settings.gate + noise / float(np.sqrt(half))
         return bool(change < limit)

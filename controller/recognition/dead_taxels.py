@@ -51,7 +51,7 @@ def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray
 
 
 class TaxelInterpolator:
-    """Guesses what broken taxels would have felt."""
+    """Estimates what broken taxels would have felt."""
 
     def __init__(self, rows: int, columns: int) -> None:
         """Prepare for a grid."""
@@ -67,7 +67,7 @@ class TaxelInterpolator:
         np.fill_diagonal(self._others, 0.0)
 
     def fill(self, change: Change, broken: Mask) -> Change:
-        """Return the change with guesses in place of broken taxels; none where all are broken."""
+        """Return the change, (rows, columns), with estimates of broken taxels; 0 if all are."""
         if broken.all():
             return np.zeros_like(change)
         filled = change.copy()
@@ -75,10 +75,11 @@ class TaxelInterpolator:
         return filled
 
     def around(self, change: Change) -> Change:
-        """Return the estimate of every taxel from all others."""
+        """Return the estimate of every taxel, (rows, columns), from all others."""
         return np.asarray((self._others @ change.ravel()).reshape(self._shape))
 
     def _weights(self, broken: Mask) -> NDArray[np.float64]:
+        """Return the weights of the other taxels, (broken, others)."""
         key = broken.tobytes()
         if key not in self._known:
             if len(self._known) > 64:  # a loose contact makes many masks; they are cheap to redo
@@ -113,12 +114,12 @@ class ResponseMonitor:
         self._longest = max(1, round(TOUCH_S * rate_hz))
 
     def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
-        """Continue with the state of another monitor."""
+        """Continue with evidence, (3, rows, columns), and counts, (2,), of another monitor."""
         self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 
     def learn(self, change: Change, filler: TaxelInterpolator, *, quiet: bool) -> None:
-        """Take the next frame's change, as it was read."""
+        """Take the next frame's change, (rows, columns), as it was read."""
         if quiet:
             self.counts[1] = 0.0
             return
@@ -135,12 +136,25 @@ class ResponseMonitor:
         felt += around * around
         self.counts[0] += 1.0
         if self.counts[0] >= MEMORY:
-            near = felt > _FELT * float(np.median(felt))  # others are far from every touch
-            share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)
-            dead[share < DEAD] = 1.0
-            dead[share > ALIVE] = 0.0
+            slope = response_slope(along, felt)
+            dead[slope < DEAD] = 1.0
+            dead[slope > ALIVE] = 0.0
             self._judge()
 
     def _judge(self) -> None:
         dead = self.evidence[2] > 0.0
         self.dead = dead if 0.0 < dead.mean() <= MOST else None
+
+
+def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how each taxel follows its surroundings under touch; below `DEAD` it is dead.
+
+    Args:
+        along: Sum of its change times that of its surroundings, (rows, columns).
+        felt: Sum of the squared change of its surroundings, (rows, columns).
+
+    Returns:
+        Slope of the regression, (rows, columns); NaN far from every touch.
+    """
+    near = felt > _FELT * float(np.median(felt))
+    return np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)

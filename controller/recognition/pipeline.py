@@ -270,7 +270,7 @@ class Pipeline:
     def _decide(
         self, prepared: Prepared, window: Window | None, probabilities: Probabilities, t_s: float
     ) -> Step:
-        """Return the gesture, the touch, the command and the user of a frame."""
+        """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
         before, null = self._held, bool(probabilities[NULL] > 0.5)
         gesture = self._debouncer.step(probabilities)
         held = self._held = self._debouncer.held
@@ -295,6 +295,7 @@ class Pipeline:
     def _command(
         self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float
     ) -> CommandRecord | None:
+        """Return the command of a gesture with probabilities (classes,), if it has one."""
         rules = self._users.mapping(self.user, self.mapping) if self.user else self.mapping
         name = rules.command(gesture, touch)
         if name is None:

@@ -14,7 +14,7 @@ from controller.recognition import drift
 from controller.recognition.preprocess import Prepared
 
 Map = NDArray[np.floating]  # (rows, columns)
-Mask = NDArray[np.bool_]
+Mask = NDArray[np.bool_]  # (rows, columns)
 
 MOST: Final = 8  # sentences at once
 LETTERS: Final = 120  # of each
@@ -48,7 +48,7 @@ class HealthMonitor:
         Args:
             rate_hz: Frames per second.
             ratio: Frames are capacitances, so that they can drift by a factor.
-            before: Rest as it was calibrated; the session's first one if not given.
+            before: Rest as it was calibrated, (rows, columns); None: the session's first one.
         """
         self.found: tuple[str, ...] = ()
         self.due = False
@@ -104,6 +104,7 @@ class HealthMonitor:
         return []
 
     def _silent(self, dead: Mask | None) -> list[str]:
+        """Return the sentence about dead taxels, (rows, columns)."""
         if dead is None:
             return []
         return [f"{taxel_names(dead)}: no answer to touch, filled in; run: controller doctor"]
@@ -117,7 +118,7 @@ class HealthMonitor:
         return []
 
     def _drift(self, rest: Map | None) -> list[str]:
-        """Return sentences about the drift of rest, by cause."""
+        """Return sentences about the drift of rest, (rows, columns), by cause."""
         if rest is None or not self._ratio:
             return []
         if self._before is None:
@@ -158,7 +159,7 @@ def _air(common: float) -> str:
 
 
 def taxel_names(mask: NDArray[np.bool_]) -> str:
-    """Return the taxels of a mask in words: whole rows or columns, single ones, or how many."""
+    """Return the taxels of a mask, (rows, columns), in words: whole lines, single ones, a count."""
     if mask.all():
         return "all taxels"
     for word, lines in (("row", mask), ("column", mask.T)):

@@ -132,7 +132,7 @@ class TouchImage:
         self._noise, self._doubt = state["noise"].tolist()
 
     def _rest(self, signal: Signal, *, released: bool) -> None:
-        """Take an image without a gesture: after several in a row the touch has ended."""
+        """Take an image, (rows, columns), without a gesture: after several the touch has ended."""
         if not self._touched:
             self._untouched.append(signal)
             return
@@ -159,4 +159,5 @@ class TouchImage:
         self._touched = True
 
     def _stack(self, signals: "deque[Signal] | list[Signal]") -> Signal:
+        """Return images (rows, columns) as (n, rows, columns)."""
         return np.array(signals) if signals else np.empty((0, *self._shape))
