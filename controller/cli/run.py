@@ -31,7 +31,7 @@ from controller.runtime.systemd import WatchdogHeartbeat
 from controller.shutdown import ShutdownSignals, signals
 
 if TYPE_CHECKING:
-    from controller.capture.terminal_keys import Keyboard
+    from controller.keymap.terminal import Keyboard
     from controller.runtime.bundle_updates import BundleUpdater
 
 _log = logging.getLogger("controller")
@@ -62,7 +62,7 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
     """Return the keyboard, which labels what is recorded."""
     if parts.runs is None:
         return nullcontext()
-    from controller.capture.terminal_keys import keyboard
+    from controller.keymap.terminal import keyboard
 
     return keyboard()
 

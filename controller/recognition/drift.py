@@ -32,7 +32,7 @@ _ROUNDS: Final = 4  # of the median polish: more change nothing
 
 
 def tone(change: NDArray[np.floating]) -> float:
-    """Return how lopsided a change of any shape is: below 0 few lose much, above 0 few gain much."""
+    """Return how lopsided a change of any shape is: < 0: few lose much, > 0: few gain much."""
     square = np.square(change)
     power = float(square.mean())
     return float((square * change).mean()) / power**1.5 if power > 0.0 else 0.0
@@ -45,7 +45,7 @@ def unevenness(change: Change) -> float:
 
 
 def smoothness(change: Change) -> float:
-    """Return how alike neighbours in a change, (rows, columns), are: 1 all, about 0 each by itself."""
+    """Return how alike neighbours in a change, (rows, columns), are: from about 0 to 1."""
     power = float(np.square(change).sum())
     across, down = change[:, 1:] * change[:, :-1], change[1:] * change[:-1]
     pairs = across.size + down.size

@@ -39,7 +39,7 @@ from controller.sensors.base import RecordedSensor, Sensor, SensorError, SensorO
 if TYPE_CHECKING:
     from controller.capture.cue_plan import CuePlan
     from controller.capture.run_files import RunFiles
-    from controller.capture.terminal_keys import Keyboard
+    from controller.keymap.terminal import Keyboard
 
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must name to the orb it started
 
@@ -158,7 +158,7 @@ def exchange(parts: Parts, device: Device) -> None:
     if device.recorder is not None and parts.runs is not None:
         from controller.runtime import recording_session
 
-        device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
+        device.recorder.continue_in(recording_session.begin(parts, parts.runs, device.sensor))
     if device.latency is not None:
         device.latency.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)

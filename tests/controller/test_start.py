@@ -6,7 +6,7 @@ from importlib.resources import files
 # What a plain run does without: rooms of ours, and what is dear in the libraries.
 SPARED = """
     controller.diagnostics.calibrate controller.diagnostics
-    controller.capture.cues controller.capture.terminal_keys
+    controller.capture.cues controller.keymap.terminal
     controller.recordings.recorder controller.recordings.writer controller.capture.run_files
     controller.sensors.virtual controller.runtime.bundle_updates
     controller.bundles.deploy.install controller.simulator controller.capture.session_recorder
