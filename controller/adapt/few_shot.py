@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import tomli_w
 from numpy.typing import NDArray
 
-from controller import console, npz, toml_text
+from controller import console, npz
 from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError, SplitNetwork
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
-from controller.bundles import archive
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
@@ -88,7 +88,7 @@ def teach(
         loaded, parts = bundles.parse(data), bundles.unpack(data)
         table = bundles.manifest(parts[bundles.MANIFEST])
         known = _rehearsal(loaded, parts)
-    except (RehearsalError, archive.ArchiveError) as error:
+    except (RehearsalError, BundleError) as error:
         raise BundleError(f"the bundle {error}") from None
     fresh = _checked(loaded, known, examples)
     known = replace(known, taught=(*known.taught, *fresh))
@@ -126,7 +126,7 @@ def teach(
     content[bundles.GOLDEN] = npz.pack(golden)
     content[rehearsal.PART] = replace(known, base=base).pack()
     return AdaptedBundle(
-        toml_text.dumps(table).encode(),
+        tomli_w.dumps(table).encode(),
         content,
         min(kept for kept, _ in shares),
         min(learned for _, learned in shares),

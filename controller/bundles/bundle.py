@@ -137,7 +137,7 @@ def read(path: Path) -> Bundle:
     """
     try:
         return parse(_content(path))
-    except (BundleError, archive.ArchiveError) as error:
+    except BundleError as error:
         raise BundleError(f"the bundle {path} {_cut(one_line(str(error)))}") from None
 
 
@@ -145,8 +145,7 @@ def parse(data: bytes) -> Bundle:
     """Return the bundle that bytes are, every one of them checked.
 
     Raises:
-        BundleError: Anything in it is not as it was written.
-        ArchiveError: It is no such file at all. Neither message has a subject.
+        BundleError: Anything in it is not as it was written; the message has no subject.
     """
     return _parse(unpack(data), hashlib.sha256(data).hexdigest())
 
@@ -155,12 +154,16 @@ def unpack(data: bytes) -> dict[str, bytes]:
     """Return the parts of a bundle's file, by name: `PARTS`, and users' networks.
 
     Raises:
-        ArchiveError: They are not as they were packed.
+        BundleError: They are not as they were packed.
     """
-    names = archive.names(data)
-    parts = archive.unpack(data, _OLD_PARTS if names == _OLD_PARTS else _in_order(names))
+    try:
+        parts = archive.unpack(data)
+    except archive.ArchiveError as error:
+        raise BundleError(str(error)) from None
+    if tuple(parts) not in (_OLD_PARTS, _in_order(parts)):
+        raise BundleError("is damaged: its parts are not those of a bundle")
     if archive.sums(parts, SUMS) != parts[SUMS]:
-        raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
+        raise BundleError("is damaged: a part is not what SHA256SUMS says of it")
     return {name: data for name, data in parts.items() if name not in _DROPPED}
 
 

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import median
 from controller.recognition.drift import TOUCHED, tone
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
@@ -117,7 +116,7 @@ class ResponseMonitor:
         felt += around * around
         self.counts[0] += 1.0
         if self.counts[0] >= MEMORY:
-            told = felt > _FELT * float(median(felt))  # far from every touch nobody can tell
+            told = felt > _FELT * float(np.median(felt))  # far from every touch nobody can tell
             share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=told)
             dead[share < DEAD] = 1.0
             dead[share > ALIVE] = 0.0

@@ -9,8 +9,6 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import mean
-
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
 Window = NDArray[np.float32]  # (images, rows, columns), oldest first
@@ -91,4 +89,4 @@ def z_image(
 
 def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return which taxels have no lead, now or at rest; shapes as in `z_image`."""
-    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * mean(rest)))
+    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * float(np.mean(rest))))

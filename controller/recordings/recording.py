@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from controller import __version__
 from controller.errors import UserError
-from controller.median import median
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
 from controller.recognition.preprocess import State
 
@@ -155,7 +154,7 @@ class Recording:
         """Frames per second as measured: the median, which missed frames do not move."""
         if len(self.t) < 2:
             return self.origin.rate_hz
-        return 1.0 / float(median(np.diff(self.t)))
+        return 1.0 / float(np.median(np.diff(self.t)))
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:

@@ -16,7 +16,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from controller import folders, toml_text
+import tomli_w
+
+from controller import files
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
 from controller.config import parse_toml
@@ -191,7 +193,7 @@ class BundleStore:
 
 def home() -> Path:
     """Return the user's own shelf; it may not exist."""
-    return folders.data() / "bundles"
+    return files.data_folder() / "bundles"
 
 
 def name_of(bundle: Bundle) -> str:
@@ -230,7 +232,7 @@ def _text(record: InstalledRecord) -> str:
         }
         for entry in record.entries
     }
-    return toml_text.dumps(table)
+    return tomli_w.dumps(table)
 
 
 def _parse(table: dict[str, Any]) -> InstalledRecord:

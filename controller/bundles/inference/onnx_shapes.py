@@ -170,6 +170,8 @@ def _broadcast(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shap
 def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     data, kernel = inputs[0], inputs[1]
     group = integer(node, "group", 1)
+    if node.inputs[1] not in weights:
+        raise ValueError("the kernel does not lie in the file")
     if len(kernel) != len(data) or not 3 <= len(data) <= 5:
         raise ValueError("as many axes as the kernel, three to five, are supported")
     if group < 1 or kernel[0] % group or data[1] != kernel[1] * group:
