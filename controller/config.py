@@ -1,15 +1,18 @@
-"""Parse TOML and JSON from files that strangers may have written, at a bounded cost.
+"""Parse TOML and JSON of unknown origin at a bounded cost, and check tables against dataclasses.
 
 Python's `tomllib` takes time and memory quadratic in the parts of one dotted key (a line of 30,000
 parts costs gigabytes), and both parsers recurse into nested values. So size, dots and nesting are
 checked before, and whole numbers after, since some are too large to become a float.
 """
 
+import dataclasses
 import json
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from types import UnionType
+from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 from controller.errors import UserError, reason
 from controller.files import read_text
@@ -27,6 +30,10 @@ _QUOTED: Final = re.compile(
     re.DOTALL | re.MULTILINE,
 )  # fmt: skip
 _DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_PARTS}}}")
+_ANY_NUMBER: Final = (0.0, 1e9)  # range of a field that names none; 1e9 stands for never
+_CHECKED: Final = (bool, int, float, str, dict)
+_REQUIRED: Final = (dataclasses.MISSING, dataclasses.MISSING)  # default and factory of a field
+_Settings = TypeVar("_Settings")
 _PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 
 
@@ -83,6 +90,77 @@ def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
         raise ConfigError("values are nested too deeply") from None
     except ValueError:
         raise ConfigError("a whole number does not fit 64 bits") from None
+
+
+def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
+    """Return the settings in a table: a dataclass with a field for each key.
+
+    A missing key takes the default of its field; an unknown one is refused. Fields of the types
+    bool, int, float, str, dict and of dataclasses, which are tables themselves, are checked. Their
+    metadata may have the "key" if it is not the field's name, the "range" of a number, the
+    "choices" or the "pattern" of a text, and what is "expected".
+
+    Args:
+        kind: The dataclass.
+        table: Its values.
+        name: What the table is called; "" for the whole file.
+
+    Raises:
+        ConfigError: A value cannot be used; a sentence without its subject.
+    """
+    under = f" under [{name}]" if name else ""
+    if not isinstance(table, dict):
+        raise ConfigError(f"has {name} = {table!r}; expected is a table [{name}]")
+    fields = {
+        field.metadata.get("key", field.name): field
+        for field in dataclasses.fields(kind)  # type: ignore[arg-type]
+    }
+    if odd := sorted(set(table) - set(fields)):
+        raise ConfigError(f"has the unknown key {odd[0]!r}{under}; known are {', '.join(fields)}")
+    hints, values = get_type_hints(kind), {}
+    for key, field in fields.items():
+        if key in table or (field.default, field.default_factory) == _REQUIRED:
+            hint = hints[field.name]
+            wanted = get_args(hint)[0] if isinstance(hint, UnionType) else hint
+            values[field.name] = _value(wanted, table.get(key), key, under, field.metadata)
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise ConfigError(f"has{under} {error}") from None
+
+
+def _value(kind: Any, value: Any, key: str, under: str, limits: Mapping[str, Any]) -> Any:
+    """Return the value of a field, checked."""
+    if dataclasses.is_dataclass(kind):
+        return settings(kind, value, key)  # type: ignore[arg-type]
+    if kind is float and type(value) is int:
+        value = float(value)
+    plain = get_origin(kind) or kind
+    if plain in _CHECKED and (type(value) is not plain or not _within(value, limits)):
+        expected = limits.get("expected") or _expected(plain, limits)
+        raise ConfigError(f"has {key} = {value!r}{under}; expected is {expected}")
+    return value
+
+
+def _within(value: Any, limits: Mapping[str, Any]) -> bool:
+    """Return whether a number or text is within the limits of its field."""
+    if isinstance(value, str):
+        pattern = limits.get("pattern", r"(?s).*")
+        return value in limits.get("choices", (value,)) and bool(re.fullmatch(pattern, value))
+    if isinstance(value, bool | dict):
+        return True
+    low, high = limits.get("range", _ANY_NUMBER)
+    return bool(low <= value <= high)
+
+
+def _expected(kind: type, limits: Mapping[str, Any]) -> str:
+    """Return what to write for a field."""
+    if kind in (int, float):
+        low, high = limits.get("range", _ANY_NUMBER)
+        return f"a {'whole ' if kind is int else ''}number from {low:g} to {high:g}"
+    if "choices" in limits:
+        return f"one of {', '.join(limits['choices'])}"
+    return {bool: "true or false", dict: "a table"}.get(kind, "a text")
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1) -> str:

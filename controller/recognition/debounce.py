@@ -6,7 +6,7 @@ The paper names a debouncing filter (section 5) without describing it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,9 @@ class DebounceSettings:
         off: Smoothed probability of all gestures together at which the latch re-arms.
     """
 
-    smoothing: float = 0.4
-    on: float = 0.8
-    off: float = 0.35
+    smoothing: float = field(default=0.4, metadata={"range": (0.01, 1.0)})
+    on: float = field(default=0.8, metadata={"range": (0.0, 1.0)})
+    off: float = field(default=0.35, metadata={"range": (0.0, 1.0)})
 
 
 class Debouncer:
