@@ -421,7 +421,7 @@ def _install(shelf: BundleStore, path: Path, corrects: str | None = None) -> str
     """Take a bundle that has come into use."""
     from controller.bundles.deploy.install import install
 
-    return install(path, shelf, other_sensor=False, tell=_log.info, corrects=corrects)
+    return install(path, shelf, other_sensor=False, report=_log.info, corrects=corrects)
 
 
 def _corrected(parts: Parts, shelf: BundleStore, label: str, images: list[Image]) -> str:
