@@ -11,7 +11,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 from controller.errors import UserError, reason
@@ -120,13 +120,18 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
     hints, values = get_type_hints(kind), {}
     for key, field in fields.items():
         if key in table or (field.default, field.default_factory) == _REQUIRED:
-            hint = hints[field.name]
-            wanted = get_args(hint)[0] if isinstance(hint, UnionType) else hint
+            wanted = _without_none(hints[field.name])
             values[field.name] = _value(wanted, table.get(key), key, under, field.metadata)
     try:
         return kind(**values)
     except ValueError as error:
         raise ConfigError(f"has{under} {error}") from None
+
+
+def _without_none(hint: Any) -> Any:
+    """Return T for the type T | None."""
+    kinds = [kind for kind in get_args(hint) if kind is not NoneType]
+    return kinds[0] if isinstance(hint, UnionType) and len(kinds) == 1 else hint
 
 
 def _value(kind: Any, value: Any, key: str, under: str, limits: Mapping[str, Any]) -> Any:

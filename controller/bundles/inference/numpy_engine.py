@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controller.bundles.inference.engines import Network
 from controller.bundles.inference.onnx_reader import Graph, Node
-from controller.bundles.inference.onnx_shapes import Shape, Sliding, integer, ints, sizes
+from controller.bundles.inference.onnx_shapes import Shape, Sliding, attribute, sizes
 
 Values = NDArray[np.float32]  # (batch, ...)
 Indices = NDArray[np.intp]
@@ -55,7 +55,7 @@ def _function(operator: Operator) -> _Make:
 def _conv(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
     """Return a convolution: a gather of kernel positions, then one matrix product."""
     weights = graph.weights[node.inputs[1]]
-    groups = integer(node, "group", 1)
+    groups = attribute(node, "group", 1)
     sliding = Sliding.of(node, weights.shape[2:])
     taps = _taps(shapes[node.inputs[0]][1:], sliding)
     places = taps.shape[-1]
@@ -77,7 +77,7 @@ def _pool(reduce: Callable[..., Values]) -> _Make:
 
     def make(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
         given = shapes[node.inputs[0]]
-        taps = _taps(given[1:], Sliding.of(node, ints(node, "kernel_shape", ())))
+        taps = _taps(given[1:], Sliding.of(node, attribute(node, "kernel_shape", ())))
         taps = taps.reshape(given[1], -1, taps.shape[-1])
         shape = shapes[node.output][1:]
         return lambda values: reduce(_gather(values, taps), axis=2).reshape(-1, *shape)
@@ -99,8 +99,7 @@ def _taps(given: Shape, sliding: Sliding) -> Indices:
     index = np.arange(size).reshape(given)
     pads = [(0, 0), *zip(sliding.before, sliding.after, strict=True)]
     index = np.pad(index, pads, constant_values=size)
-    reach = [d * (k - 1) + 1 for k, d in zip(sliding.kernel, sliding.dilations, strict=True)]
-    view = sliding_window_view(index, reach, axis=axes)
+    view = sliding_window_view(index, sliding.reach, axis=axes)
     steps = [slice(None, None, step) for step in (1, *sliding.strides, *sliding.dilations)]
     view = np.moveaxis(view[tuple(steps)], axes, range(-len(axes), 0))
     return view.reshape(given[0] * prod(sliding.kernel), -1)
@@ -115,7 +114,7 @@ def _gather(values: Values, taps: Indices) -> Values:
 
 def _dense(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
     """Return a matrix product, with a bias if there is one."""
-    turned = integer(node, "transB", 0)
+    turned = attribute(node, "transB", 0)
 
     def dense(values: Values, matrix: Values, bias: Values | None = None) -> Values:
         made = values @ (matrix.T if turned else matrix)
@@ -130,7 +129,7 @@ def _reshape(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
 
 
 def _transpose(node: Node, graph: Graph, shapes: dict[str, Shape]) -> Operator:
-    order = ints(node, "perm", tuple(reversed(range(len(shapes[node.output])))))
+    order = attribute(node, "perm", tuple(reversed(range(len(shapes[node.output])))))
     return lambda values: values.transpose(order)
 
 
