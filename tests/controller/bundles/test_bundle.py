@@ -264,9 +264,9 @@ def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     recognizer = Recognizer(bundle.read(bundle.default_path()))
-    for network, answers in (("_gesture", 5), ("_location", 2)):
+    for network, answers in (("gesture", 5), ("location", 2)):
         answer = np.full((1, answers), np.nan, dtype=np.float32)
-        monkeypatch.setattr(recognizer, network, lambda question, answer=answer: answer)
+        monkeypatch.setitem(recognizer._networks, network, lambda question, answer=answer: answer)
     window = np.ones((10, 5, 5), dtype=np.float32)
     assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
     assert recognizer.touch(window[0]) is None
