@@ -6,6 +6,7 @@ is the process that learns, so that the loop that plays never waits for it; it i
 """
 
 import io
+import math
 import os
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from controller.bundles.deploy.store import BundleStore
 
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
+LEAD_S: Final = 1.3  # of images before the touch
 DEADLINE_S: Final = 120.0
 MOST: Final = 40  # corrections that a bundle takes
 NICE: Final = 10
@@ -55,18 +57,12 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
 
 def latest(images: Images, rate_hz: float) -> Images | None:
     """Return the images of the latest touch with what is around it; None: there was none."""
-    if len(images) < 3:
+    touches = touched(images, GAP_S * rate_hz) if len(images) >= 3 else []
+    if not touches or touches[-1].span[1] < len(images) - LATEST_S * rate_hz:
         return None
-    touches = touched(images)
-    if not touches or touches[0].span[1] < len(images) - LATEST_S * rate_hz:
-        return None
-    energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
-    idle = float(np.quantile(energy, 0.1))
-    loud = np.flatnonzero(energy > idle + 0.2 * (energy.max() - idle))
-    gaps = np.flatnonzero(np.diff(loud) > GAP_S * rate_hz)
-    first = int(loud[gaps[-1] + 1]) if len(gaps) else int(loud[0])
-    before = int(loud[gaps[-1]]) + 1 if len(gaps) else 0
-    return images[max(before, first - round(1.3 * rate_hz)) :]
+    before = math.ceil(touches[-2].span[1]) if len(touches) > 1 else 0
+    first = math.ceil(touches[-1].span[0]) - round(LEAD_S * rate_hz)
+    return images[max(before, first) :]
 
 
 def correct(

@@ -7,16 +7,18 @@ it was trained is still there, and can be had back.
 """
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.inference import engines, onnx_writer
 from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference.engines import EngineError
 from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
 Values = NDArray[np.float32]
+
+_BATCH: Final = 64  # windows that are embedded at once
 
 
 class FormError(ValueError):
@@ -36,6 +38,11 @@ class LearnedUnits:
     weights: Values
     bias: Values
     says: Values
+
+    def answers(self, embedding: Values) -> Values:
+        """Return what the units add to the answers, (n, classes), to (n, embedding)."""
+        hidden = np.maximum(embedding @ self.weights.T + self.bias, 0.0)
+        return np.asarray(hidden @ self.says.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +66,12 @@ class SplitNetwork:
     classes: int
 
     def embed(self, windows: NDArray[np.float32]) -> Values:
-        """Return the embedding of windows (n, window, rows, columns), (n, width).
-
-        Neighbours that follow each other in time are computed faster.
-        """
+        """Return the embedding of windows (n, window, rows, columns), (n, width)."""
         at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
         cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
         network = engines.open_network("numpy", b"", cut)
-        return np.concatenate([network(window[None]) for window in windows])
+        parts = range(0, len(windows), _BATCH)
+        return np.concatenate([network(windows[first : first + _BATCH]) for first in parts])
 
     def logits(self, embedding: Values) -> Values:
         """Return what the network as it was trained answers, before the softmax, (n, classes)."""
@@ -148,6 +153,3 @@ def _other() -> FormError:
         "has another form than ours (dense, relu, dense, relu, dense, softmax at its end), so "
         "nothing can be added to it"
     )
-
-
-__all__ = ["EngineError", "FormError", "LearnedUnits", "SplitNetwork", "take_apart"]
