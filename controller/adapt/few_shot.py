@@ -246,8 +246,7 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
     if not heads:
         return
     people = table.setdefault("users", {
-        "names": [], "gestures": list(labels[1:]), "temperature": 1.0, "accept": 0.9,
-        "stay": 0.98, "forget_s": 30.0,
+        "names": [], "gestures": list(labels[1:])
     })  # fmt: skip
     people["names"] += [name for name in heads if name not in people["names"]]
     people["heads"] = list(heads)

@@ -1,6 +1,6 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle with enrolled users (`controller/recognition/users.py`) also has the user network, and
+A bundle with enrolled users (`users_table`) also has the user network, and
 gesture networks of single users. It is a zip in the one form that `archive` reads, so any changed
 bit is found. The hash proves integrity; authenticity comes from the channel that carried the file.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from controller import config
-from controller.bundles import archive
+from controller.bundles import archive, users_table
 from controller.bundles import golden as goldens
 from controller.bundles.golden import Golden, GoldenError
 from controller.config import ConfigError
@@ -29,7 +29,7 @@ from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
-from controller.recognition.users import NOBODY, Users, UsersError
+from controller.recognition.users import NOBODY, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
@@ -245,7 +245,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     try:
         plain = _settings(table)
         mapping = parse_mapping(_rules(table.get("mapping")), plain.labels)
-        known = users.parse(table.get("users"), plain.labels)
+        known = users_table.parse(table.get("users"), plain.labels)
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
             parts[GOLDEN], (plain.window, plain.rows, plain.columns), len(plain.labels),
@@ -253,7 +253,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         )  # fmt: skip
     except MappingError as error:
         raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
-    except (ConfigError, UsersError, GoldenError) as error:
+    except (ConfigError, GoldenError) as error:
         raise BundleError(str(error)) from None
     if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
         raise BundleError("maps gestures by their place, but has no network that tells it")
