@@ -31,7 +31,14 @@ _QUOTED: Final = re.compile(
 )  # fmt: skip
 _DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_PARTS}}}")
 _ANY_NUMBER: Final = (0.0, 1e9)  # range of a field that names none; 1e9 stands for never
-_CHECKED: Final = (bool, int, float, str, dict)
+_EXPECTED: Final = {  # of a field of each type that is checked
+    bool: "true or false",
+    int: "a whole number from {low:g} to {high:g}",
+    float: "a number from {low:g} to {high:g}",
+    str: "a text",
+    tuple: "a list of different words",
+    dict: "a table",
+}
 _REQUIRED: Final = (dataclasses.MISSING, dataclasses.MISSING)  # default and factory of a field
 _Settings = TypeVar("_Settings")
 _PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
@@ -96,9 +103,10 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
     """Return the settings in a table: a dataclass with a field for each key.
 
     A missing key takes the default of its field; an unknown one is refused. Fields of the types
-    bool, int, float, str, dict and of dataclasses, which are tables themselves, are checked. Their
-    metadata may have the "key" if it is not the field's name, the "range" of a number, the
-    "choices" or the "pattern" of a text, and what is "expected".
+    bool, int, float, str, dict, tuple[str, ...] and of dataclasses, which are tables themselves,
+    are checked. Their metadata may have the "key" if it is not the field's name, the "range" of a
+    number, the "choices" or the "pattern" of a text, the "count" of a list of texts, and what is
+    "expected".
 
     Args:
         kind: The dataclass.
@@ -140,32 +148,31 @@ def _value(kind: Any, value: Any, key: str, under: str, limits: Mapping[str, Any
         return settings(kind, value, key)  # type: ignore[arg-type]
     if kind is float and type(value) is int:
         value = float(value)
-    plain = get_origin(kind) or kind
-    if plain in _CHECKED and (type(value) is not plain or not _within(value, limits)):
-        expected = limits.get("expected") or _expected(plain, limits)
+    if kind == tuple[str, ...] and isinstance(value, list):
+        value = tuple(value)
+    plain = tuple if kind == tuple[str, ...] else dict if get_origin(kind) is dict else kind
+    if plain in _EXPECTED and (type(value) is not plain or not _within(value, limits)):
+        low, high = limits.get("range", _ANY_NUMBER)
+        words = {"low": low, "high": high, "choices": ", ".join(limits.get("choices", ()))}
+        wanted = "one of {choices}" if "choices" in limits else _EXPECTED[plain]
+        expected = limits.get("expected") or wanted.format(**words)
         raise ConfigError(f"has {key} = {value!r}{under}; expected is {expected}")
     return value
 
 
 def _within(value: Any, limits: Mapping[str, Any]) -> bool:
-    """Return whether a number or text is within the limits of its field."""
+    """Return whether a value of the right type is within the limits of its field."""
     if isinstance(value, str):
         pattern = limits.get("pattern", r"(?s).*")
         return value in limits.get("choices", (value,)) and bool(re.fullmatch(pattern, value))
-    if isinstance(value, bool | dict):
-        return True
-    low, high = limits.get("range", _ANY_NUMBER)
-    return bool(low <= value <= high)
-
-
-def _expected(kind: type, limits: Mapping[str, Any]) -> str:
-    """Return what to write for a field."""
-    if kind in (int, float):
+    if isinstance(value, tuple):
+        low, high = limits.get("count", (0, MAX_BYTES))
+        different = all(type(one) is str for one in value) and len(set(value)) == len(value)
+        return low <= len(value) <= high and different and all(_within(v, limits) for v in value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
         low, high = limits.get("range", _ANY_NUMBER)
-        return f"a {'whole ' if kind is int else ''}number from {low:g} to {high:g}"
-    if "choices" in limits:
-        return f"one of {', '.join(limits['choices'])}"
-    return {bool: "true or false", dict: "a table"}.get(kind, "a text")
+        return bool(low <= value <= high)
+    return True
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1) -> str:

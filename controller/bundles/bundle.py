@@ -7,7 +7,6 @@ bit is found. The hash proves integrity; authenticity comes from the channel tha
 
 import hashlib
 import os
-import re
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
 from dataclasses import dataclass, field, fields
@@ -43,7 +42,6 @@ _DROPPED = ("gesture.npz", "location.npz")
 _OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
 
 _OTHERS = ("format", "mapping", "users")  # entries of a manifest with readers of their own
-_LABEL = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
 _ENDS = 200, 150  # characters kept of a long message: what was found, and what was expected
 
 
@@ -68,7 +66,13 @@ class BundleSettings:
         spread: Deviation of touch positions; None if it was not measured.
     """
 
-    labels: tuple[str, ...]
+    labels: tuple[str, ...] = field(
+        metadata={
+            "pattern": r"[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
+            "count": (2, 64),
+            "expected": '2 to 64 different names in small letters, "null" first',
+        }
+    )
     rows: int = field(metadata={"range": (1, 30)})  # 900 taxels fit in a packet of telemetry
     columns: int = field(metadata={"range": (1, 30)})
     pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})
@@ -277,7 +281,9 @@ def _settings(table: dict[str, Any]) -> BundleSettings:
         BundleError, ConfigError: One of them cannot be used.
     """
     own = {key: value for key, value in table.items() if key not in _OTHERS}
-    plain = config.settings(BundleSettings, {**own, "labels": _labels(table.get("labels"))})
+    plain = config.settings(BundleSettings, own)
+    if plain.labels[0] != "null":
+        raise BundleError(f'has the labels {", ".join(plain.labels)}; expected is "null" first')
     if (plain.preprocess.window, plain.preprocess.rate_hz) != (plain.window, plain.rate_hz):
         raise BundleError("names one window and rate at its top and others under [preprocess]")
     added = plain.card.get("added", [])  # notes of lessons; the rest of the card is its maker's
@@ -310,20 +316,3 @@ def _in_order(names: Iterable[str]) -> tuple[str, ...]:
     """Return the parts of a file in the one order that they have there."""
     own = sorted(set(names) - set(PARTS), key=lambda name: (name != users.NETWORK, name))
     return (MANIFEST, *CONTENT, *own, SUMS)
-
-
-def _labels(value: Any) -> tuple[str, ...]:
-    """Return the labels, checked: names of their own, null first."""
-    ok = (
-        isinstance(value, list)
-        and 2 <= len(value) <= 64
-        and all(isinstance(label, str) and _LABEL.fullmatch(label) for label in value)
-        and len(set(value)) == len(value)
-        and value[0] == "null"
-    )
-    if not ok:
-        raise BundleError(
-            f"has the labels {value!r}; expected are 2 to 64 different names in small letters, "
-            '"null" first'
-        )
-    return tuple(value)

@@ -16,18 +16,15 @@ Where user.onnx is empty, users are not identified by their touch, and `controll
 names them. It is a convenience, never a lock: docs/users.md.
 """
 
-import re
 from collections.abc import Sequence
-from typing import Any, Final
+from dataclasses import replace
+from typing import Any
 
 from controller import config
 from controller.config import ConfigError
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
 from controller.recognition.users import NOBODY, Users
-
-MOST: Final = 32  # users in a bundle
-_NAME: Final = r"[A-Za-z0-9]{1,40}"  # as recordings name users, and fits a packet
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:
@@ -44,35 +41,17 @@ def parse(table: Any, labels: Sequence[str]) -> Users:
         return NOBODY
     if not isinstance(table, dict):
         raise ConfigError(f"has users = {table!r}; expected is a table [users]")
-    names = _words(table, "names", None)
-    if not 1 <= len(names) <= MOST or not all(re.fullmatch(_NAME, name) for name in names):
-        raise ConfigError(f"names {names!r} as users; expected are 1 to {MOST} of letters, digits")
-    if len({name.lower() for name in names}) < len(names):
-        raise ConfigError(f"names {names!r} as users, two of them alike")
-    lists = {
-        "names": names,
-        "gestures": _words(table, "gestures", labels[1:]),
-        "heads": _words({"heads": [], **table}, "heads", names),
-        "mapping": _mappings(table.get("mapping", {}), names, labels),
-    }
-    if not lists["gestures"]:
-        raise ConfigError("has no gesture that tells its users; expected is one at least")
-    return config.settings(Users, {**table, **lists}, "users")
-
-
-def _words(table: dict[str, Any], key: str, known: Sequence[str] | None) -> tuple[str, ...]:
-    """Return a list of different words, each of them known; None: any."""
-    value = table.get(key)
-    if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
-        raise ConfigError(f"has {key} = {value!r} under [users]; expected is a list of words")
-    seen: set[str] = set()
-    for word in value:
-        if word in seen or (known is not None and word not in known):
-            raise ConfigError(
-                f"has {word!r} among the {key} under [users], which is there twice or unknown"
-            )
-        seen.add(word)
-    return tuple(value)
+    required: dict[str, Any] = {"names": [], "gestures": []}
+    users = config.settings(Users, {**required, **table, "mapping": {}}, "users")
+    if len({name.lower() for name in users.names}) < len(users.names):
+        raise ConfigError(f"names {', '.join(users.names)} as users, two of them alike")
+    for key, given, known in (
+        ("gestures", users.gestures, labels[1:]), ("heads", users.heads, users.names),
+    ):  # fmt: skip
+        if odd := [word for word in given if word not in known]:
+            raise ConfigError(f"has {odd[0]!r} among the {key} under [users], which is unknown")
+    mappings = _mappings(table.get("mapping", {}), users.names, labels)
+    return replace(users, mappings=mappings)
 
 
 def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[str, Mapping]:

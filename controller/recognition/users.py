@@ -25,8 +25,15 @@ class Users:
         mappings: Rules of single users, in place of the bundle's.
     """
 
-    names: tuple[str, ...] = ()
-    gestures: tuple[str, ...] = ()
+    names: tuple[str, ...] = field(
+        default=(),
+        metadata={
+            "pattern": "[A-Za-z0-9]{1,40}",  # as recordings name users, and fits a packet
+            "count": (1, 32),
+            "expected": "1 to 32 different names of letters and digits",
+        },
+    )
+    gestures: tuple[str, ...] = field(default=(), metadata={"count": (1, 64)})
     temperature: float = field(default=1.0, metadata={"range": (0.01, 100.0)})
     accept: float = field(default=0.9, metadata={"range": (0.0, 1.0)})
     stay: float = field(default=0.98, metadata={"range": (0.0, 1.0)})

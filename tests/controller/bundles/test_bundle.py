@@ -15,6 +15,7 @@ from controller import npz
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
+from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import A_FEW, Recognizer
 from controller.recognition.touch_position import PositionSpread
 
@@ -263,10 +264,12 @@ def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
 
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(answers: int) -> Network:
+        return lambda question: np.full((1, answers), np.nan, dtype=np.float32)
+
     recognizer = Recognizer(bundle.read(bundle.default_path()))
     for network, answers in (("gesture", 5), ("location", 2)):
-        answer = np.full((1, answers), np.nan, dtype=np.float32)
-        monkeypatch.setitem(recognizer._networks, network, lambda question, answer=answer: answer)
+        monkeypatch.setitem(recognizer._networks, network, nothing(answers))
     window = np.ones((10, 5, 5), dtype=np.float32)
     assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
     assert recognizer.touch(window[0]) is None

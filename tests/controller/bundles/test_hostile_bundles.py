@@ -105,4 +105,4 @@ def test_ten_thousand_users_are_refused_before_they_are_compared_with_each_other
 ) -> None:
     many = ", ".join(f'"u{number}"' for number in range(5000))
     text = hostile_bundles.TEXT.replace('["ann", "bob"]', f"[{many}]")
-    assert "as users; expected are 1 to 32" in str(read(tmp_path, text.encode()))
+    assert "expected is 1 to 32 different names" in str(read(tmp_path, text.encode()))
