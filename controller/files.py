@@ -16,7 +16,7 @@ import platformdirs
 
 _APPLICATION: Final = "orbtouch"
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-_PIECE: Final = 1 << 20  # bytes that are read at once; so much memory is asked for
+_PIECE: Final = 1 << 20  # bytes that are read at once
 _KINDS: Final = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),

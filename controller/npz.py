@@ -41,7 +41,7 @@ _DAMAGE: Final = (
 
 
 class NpzError(ValueError):
-    """The bytes are no archive of plain arrays, or too large a one; the message says which."""
+    """The bytes are no archive of plain arrays, or too large a one; the message has no subject."""
 
 
 def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:

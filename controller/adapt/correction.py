@@ -69,18 +69,18 @@ def correct(
     label: str,
     images: Images,
     rate_hz: float,
-    shelf: BundleStore,
+    store: BundleStore,
     install: Callable[[Path, str], str],
 ) -> str:
     """Learn what the latest touch was and take the bundle that knows it into use.
 
-    It takes seconds, and runs where nobody waits for it.
+    It takes seconds: call it in a thread of its own.
 
     Args:
         label: What it was; "null": nothing; "": take the last correction back.
         images: The latest, z, (frames, rows, columns).
         rate_hz: Frames per second.
-        shelf: Of this device.
+        store: Bundle store of this device.
         install: Proves a file and takes it into use; given the name of the bundle that it
             corrects as well.
 
@@ -88,21 +88,21 @@ def correct(
         What is in use now, a sentence.
 
     Raises:
-        BundleError, AdaptError, OSError: Nothing has changed; the message says why.
+        BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.
     """
     if not label:
-        left = _corrections(shelf.path(shelf.take_back().current))
+        left = _corrections(store.path(store.take_back().current))
         return f"taken back ({left} left)"
-    before = shelf.record().current
-    path = shelf.path(before)
+    before = store.record().current
+    path = store.path(before)
     made = _corrections(path)
     if made >= MOST:
         raise AdaptError(
-            f"{MOST} corrections are enough; teach the gesture anew (docs/teach.md), or go back "
+            f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
             "with controller rollback"
         )
     example(label, images, rate_hz)  # what cannot be learned from is told at once
-    out = shelf.folder / "incoming" / "corrected.orb"
+    out = store.folder / "incoming" / "corrected.orb"
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         _in_a_process(path, out, label, images, rate_hz)

@@ -39,7 +39,7 @@ _ExampleWindows = tuple[
 
 
 class AdaptError(TroubleError, ValueError):
-    """It cannot be learned like this; the message says why, in one sentence."""
+    """It cannot be learned like this; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ def teach(
     Args:
         data: The bundle as a file.
         examples: Of one gesture or several, old or new; a user's own go into a network of theirs.
-        command: What a new gesture asks for: a word or rules (docs/mapping.md); None: nothing.
-        note: What the card says of the lesson; by default which gesture from how many examples.
+        command: Command of a new gesture: a word or rules (docs/mapping.md); None: nothing.
+        note: Entry of the card; by default the gestures and numbers of examples.
 
     Raises:
         AdaptError: There is no touch in an example, or the old gestures would suffer.
@@ -107,7 +107,7 @@ def teach(
     shares = []
     for user in (EVERYBODY, *heads):
         part = GESTURE if user == EVERYBODY else users.head_part(user)
-        source = part if part in parts else GESTURE  # whoever had none begins with everybody's
+        source = part if part in parts else GESTURE  # a user's first network begins as everybody's
         model = parts[source]
         if everybodys or user in asked:
             model, base[part], share = lesson.learn(model, known.base.get(source), user)
@@ -168,7 +168,7 @@ class _Lesson:
         windows, inside, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
         embedding = split.embed(np.concatenate([old, windows]))
         logits = split.logits(embedding)
-        # The target of old windows is the network's own answer, which also says how sure it is.
+        # The target of old windows is the network's own answer, with its confidence.
         target = [_probabilities(logits[: len(old)], len(self.labels))]
         target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
         weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
@@ -242,7 +242,7 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
 
 
 def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -> None:
-    """Let the manifest know whoever has a network of their own."""
+    """Add users with networks of their own to the manifest."""
     if not heads:
         return
     people = table.setdefault("users", {
@@ -255,15 +255,15 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
 def _people(
     content: Mapping[str, bytes], names: int, questions: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the user network's answers; it must know everybody who has a network."""
+    """Return the user network's answers; it must have an output for each user with a network."""
     model = content.get(users.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
     told = _ask(model, questions)
     if told.shape[1] != 1 + names:
         raise AdaptError(
-            "this bundle tells its users by their touch, and does not know this one; use a name "
-            "that it knows, or enrol them: models train --task user (docs/users.md)"
+            "this bundle identifies its users by their touch, and does not know this one; use a "
+            "name that it knows, or enrol them: models train --task user (docs/users.md)"
         )
     return told
 

@@ -10,7 +10,7 @@ from controller.adapt.head import LearnedUnits
 
 Values = NDArray[np.float32]
 
-TEAMS: Final = 3  # fitted each for itself; what they say together errs less than each alone
+TEAMS: Final = 3  # fitted each for itself; their mean errs less than each alone
 UNITS: Final = 16  # of a team, beside those that were trained, the constant one not counted
 STEPS: Final = 300
 BATCH: Final = 512
@@ -43,7 +43,7 @@ def fit(material: TrainingSet) -> LearnedUnits:
     return LearnedUnits(
         np.concatenate([team.weights for team in teams]),
         np.concatenate([team.bias for team in teams]),
-        np.asarray(np.concatenate([team.says for team in teams], axis=1) / TEAMS, np.float32),
+        np.asarray(np.concatenate([team.out for team in teams], axis=1) / TEAMS, np.float32),
     )
 
 
@@ -66,13 +66,13 @@ def _team(material: TrainingSet, rng: np.random.Generator) -> LearnedUnits:
     for step in range(1, STEPS + 1):
         batch = np.minimum(np.searchsorted(drawn, rng.random(BATCH)), count - 1)
         x = seen[batch]
-        within, bias, says, always = parameters
-        hidden = np.maximum(x @ within + bias, 0.0)
-        logits[:] = hidden @ says + always
+        hidden_weights, hidden_bias, out_weights, out_bias = parameters
+        hidden = np.maximum(x @ hidden_weights + hidden_bias, 0.0)
+        logits[:] = hidden @ out_weights + out_bias
         logits[:, :old] += material.logits[batch]
         power = np.exp(logits - logits.max(axis=1, keepdims=True))
         off = (power / power.sum(axis=1, keepdims=True) - material.target[batch]) / BATCH
-        back = (off @ says.T) * (hidden > 0.0)
+        back = (off @ out_weights.T) * (hidden > 0.0)
         gradients = (x.T @ back, back.sum(axis=0), hidden.T @ off, off.sum(axis=0))
         rate = 0.5 * RATE * (1.0 + np.cos(np.pi * step / STEPS))
         for i, gradient in enumerate(gradients):
@@ -83,14 +83,14 @@ def _team(material: TrainingSet, rng: np.random.Generator) -> LearnedUnits:
             parameters[i] -= (rate * slope).astype(np.float32)
             if parameters[i].ndim == 2:
                 parameters[i] *= np.float32(1.0 - rate * DECAY)
-    within, bias, says, always = parameters
-    # The scale goes into the weights; a unit that always says 1 carries what is always added.
-    weights = (within / spread[:, None]).T
-    offset = bias - (mean / spread) @ within
+    hidden_weights, hidden_bias, out_weights, out_bias = parameters
+    # The scale goes into the weights; a unit that is always 1 carries the bias of the output.
+    weights = (hidden_weights / spread[:, None]).T
+    offset = hidden_bias - (mean / spread) @ hidden_weights
     return LearnedUnits(
         np.vstack([weights, np.zeros((1, len(mean)))]).astype(np.float32),
         np.append(offset, 1.0).astype(np.float32),
-        np.column_stack([says.T, always]).astype(np.float32),
+        np.column_stack([out_weights.T, out_bias]).astype(np.float32),
     )
 
 

@@ -2,7 +2,7 @@
 
 The form is that of the shipped network (figure 6 of the paper): ... dense, relu = embedding; dense,
 relu; dense, softmax. New units stand beside those of the second dense layer; they see the
-embedding, and what they tell is added to the answers. Since no old weight changes, the network as
+embedding, and their outputs are added to the answers. Since no old weight changes, the network as
 it was trained is still there, and can be had back.
 """
 
@@ -32,17 +32,17 @@ class LearnedUnits:
     Attributes:
         weights: (units, embedding).
         bias: (units,).
-        says: (classes, units); the old classes first.
+        out: Output weights, (classes, units); the old classes first.
     """
 
     weights: Values
     bias: Values
-    says: Values
+    out: Values
 
     def answers(self, embedding: Values) -> Values:
         """Return what the units add to the answers, (n, classes), to (n, embedding)."""
         hidden = np.maximum(embedding @ self.weights.T + self.bias, 0.0)
-        return np.asarray(hidden @ self.says.T)
+        return np.asarray(hidden @ self.out.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class SplitNetwork:
         graph: The network.
         embedding: Name of the embedding.
         dense: The second dense layer: names of its weights and bias.
-        out: The last one, likewise.
+        out: The last dense layer: names of its weights and bias.
         hidden: Units of the second dense layer.
         classes: Answers.
     """
@@ -80,13 +80,13 @@ class SplitNetwork:
         return np.asarray(hidden @ weights[self.out[0]].T + weights[self.out[1]])
 
     def widened(self, units: LearnedUnits) -> bytes:
-        """Return the ONNX file of the network with more units, and classes as they say."""
+        """Return the ONNX file of the network with the learned units and all their classes."""
         weights = dict(self.graph.weights)
         dense, bias = (weights[name] for name in self.dense)
         old, old_bias = (weights[name] for name in self.out)
-        out = np.zeros((len(units.says), self.hidden + len(units.bias)), dtype=np.float32)
+        out = np.zeros((len(units.out), self.hidden + len(units.bias)), dtype=np.float32)
         out[: self.classes, : self.hidden] = old
-        out[:, self.hidden :] = units.says
+        out[:, self.hidden :] = units.out
         none = np.zeros(len(out) - self.classes, dtype=np.float32)
         weights[self.dense[0]] = np.vstack([dense, units.weights]).astype(np.float32)
         weights[self.dense[1]] = np.concatenate([bias, units.bias]).astype(np.float32)

@@ -36,7 +36,7 @@ Bytes = NDArray[np.uint8]
 
 
 class RehearsalError(ValueError):
-    """The part cannot be used; the message says why, without a subject."""
+    """The part cannot be used; the message has no subject."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +181,7 @@ def disturbed(
 
 
 def of_golden(bundle: Bundle) -> Rehearsal:
-    """Return a bundle's golden windows, for want of better: each is what the network says it is."""
+    """Return the golden windows of a bundle, each with the class that its network answers."""
     windows, count = bundle.golden.windows, bundle.window
     label = np.full((len(windows), count), UNCLEAR, dtype=np.int8)
     label[:, -1] = bundle.golden.probabilities.argmax(axis=1)

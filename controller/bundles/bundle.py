@@ -46,7 +46,7 @@ _ENDS = 200, 150  # characters kept of a long message: what was found, and what 
 
 
 class BundleError(UserError, ValueError):
-    """The bundle cannot be used; the message says why, in one sentence."""
+    """The bundle cannot be used; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +114,7 @@ class Bundle(BundleSettings):
         return bool(self.location_onnx)
 
     @property
-    def tells(self) -> bool:
+    def identifies(self) -> bool:
         """Whether it identifies users."""
         return bool(self.user_onnx)
 
@@ -161,7 +161,7 @@ def unpack(data: bytes) -> dict[str, bytes]:
     if tuple(parts) not in (_OLD_PARTS, _in_order(parts)):
         raise BundleError("is damaged: its parts are not those of a bundle")
     if archive.sums(parts, SUMS) != parts[SUMS]:
-        raise BundleError("is damaged: a part is not what SHA256SUMS says of it")
+        raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
     return {name: data for name, data in parts.items() if name not in _DROPPED}
 
 
@@ -196,7 +196,7 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         path: Where to; `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
         parts: The bytes of each name in `CONTENT`, and of users' networks by the names that
-            `controller/recognition/users.py` gives them, as far as the manifest says so.
+            `controller/recognition/users.py` gives them, as far as the manifest names users.
 
     Raises:
         BundleError: The result would be refused by `read`.
@@ -260,7 +260,7 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     except (ConfigError, GoldenError) as error:
         raise BundleError(str(error)) from None
     if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
-        raise BundleError("maps gestures by their place, but has no network that tells it")
+        raise BundleError("maps gestures by their place, but has no location network")
     return Bundle(
         **{entry.name: getattr(plain, entry.name) for entry in fields(plain)},
         mapping=mapping,

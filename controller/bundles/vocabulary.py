@@ -46,7 +46,7 @@ _LABEL: Final = {
 
 
 class VocabularyError(UserError, ValueError):
-    """The file is no vocabulary; the message says where, and what belongs there."""
+    """The file is no vocabulary; the message has the place and what belongs there."""
 
 
 @dataclass(frozen=True, slots=True)

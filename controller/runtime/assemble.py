@@ -216,7 +216,7 @@ def _settings(bundle: Bundle, mapping: Mapping) -> tuple[object, ...]:
     b = bundle
     return (
         b.labels, b.rows, b.columns, b.pitch_mm, b.rate_hz, b.window, b.preprocess, b.debounce,
-        b.spread, b.users, b.tells, mapping,
+        b.spread, b.users, b.identifies, mapping,
     )  # fmt: skip
 
 

@@ -132,7 +132,7 @@ def test_a_table_becomes_a_dataclass_with_its_defaults() -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({}, "has rows = None; expected is a whole number from 0 to 1e+09"),
+        ({}, "has rows = None; expected is a whole number from 0 to 1e.09"),
         ({"rows": True}, "has rows = True; expected is a whole number"),
         ({"rows": 5, "row": 5}, "has the unknown key 'row'; known are rows, order, labels, table"),
         ({"rows": 5, "order": "b"}, "has order = 'b'; expected is one of random, blocks"),

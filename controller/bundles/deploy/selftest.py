@@ -37,7 +37,7 @@ class SelfTestResult:
     Attributes:
         engine: Its name.
         step_us: Median control step, from a frame to a gesture, of the fastest block, microseconds.
-        worst_us: The 99th percentile, likewise.
+        worst_us: 99th percentile of that block, microseconds.
         problem: Why the engine cannot be used; "" if it can.
         start_ms: Processor time from a program's start until the networks were proved.
     """
@@ -55,7 +55,7 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResu
     That is the fastest, or, of those that are as fast, the one that starts soonest.
 
     Raises:
-        BundleError: The bundle is damaged, or no engine can run it; the message says why.
+        BundleError: The bundle is damaged, or no engine can run it.
     """
     bundles.read(path)
     proofs = [_in_a_process(path, name) for name in names]

@@ -3,8 +3,7 @@
 An ONNX file is a protocol buffer, and the format allows far more than a network needs: pictures of
 other files, functions, loops, arrays of any size. Here it is read field by field, and whatever is
 not on the lists below is refused. What is left is a short chain of well-known operators whose
-weights lie in the file; `controller/bundles/inference/onnx_shapes.py` says what it would cost to
-run.
+weights lie in the file; `onnx_shapes` computes its cost.
 
 Sources: onnx.proto3 (version 1.17 of ONNX) for the fields, and the protocol buffers' encoding
 for the bytes.
@@ -57,7 +56,7 @@ _TYPES: Final[dict[int, np.dtype[Any]]] = {  # TensorProto.DataType: FLOAT, INT6
 
 
 class GraphError(ValueError):
-    """The file is no network that a device runs; the message says why, without a subject."""
+    """The file is no network that a device runs; the message has no subject."""
 
 
 @dataclass(frozen=True, slots=True)

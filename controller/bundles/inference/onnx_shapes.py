@@ -1,7 +1,7 @@
 """Shape inference and cost limits of a network, without running it.
 
 A graph that `controller/bundles/inference/onnx_reader.py` has read is harmless as text, but a
-convolution with pads of a million would still ask for all the memory there is. So every shape is
+convolution with pads of a million would still take all the memory there is. So every shape is
 worked out first, by ONNX's own rules, and added up against limits that a network for a skin stays
 far below.
 """

@@ -25,7 +25,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_bundle_says_whom_it_knows_and_what_their_gestures_mean(path: Path) -> None:
     read = bundle.read(path)
-    assert (read.users.names, read.users.heads, read.tells) == (("ann", "bob"), ("ann",), True)
+    assert (read.users.names, read.users.heads, read.identifies) == (("ann", "bob"), ("ann",), True)
     assert read.users.mapping("bob", read.mapping).rules["pinch"] == (Rule("hold"),)
     assert read.users.mapping("ann", read.mapping) == read.mapping
     assert list(read.heads) == ["ann"]
@@ -40,7 +40,7 @@ def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> N
 
 def test_a_bundle_without_people_has_no_word_about_them() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
-    assert (shipped.users, shipped.tells, shipped.heads) == (users.NOBODY, False, {})
+    assert (shipped.users, shipped.identifies, shipped.heads) == (users.NOBODY, False, {})
     assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
 
 
@@ -95,7 +95,7 @@ def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_pa
     parts[bundle.GOLDEN] = npz.pack({**golden, "people": golden["people"][:0]})
     bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
     read = bundle.read(tmp_path / "x.orb")
-    assert (read.users.names, read.tells) == (("ann", "bob"), False)
+    assert (read.users.names, read.identifies) == (("ann", "bob"), False)
     assert Recognizer(read).people(read.golden.windows[0]) is None
 
 
