@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+import numpy.ma
 from numpy.typing import NDArray
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)

@@ -1,6 +1,6 @@
 """Frames and images: their types, the settings of preprocessing, and z = C / C0."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
@@ -35,11 +35,11 @@ class PreprocessSettings:
             a hand, which it never does to "difference" (`controller.recognition.drift`).
     """
 
-    normalise: str = "ratio"
-    scale: float = 1.0
-    rate_hz: float = 10.0
-    window: int = 10
-    start_s: float = 1.0
+    normalise: str = field(default="ratio", metadata={"choices": get_args(Normalise)})
+    scale: float = field(default=1.0, metadata={"range": (1e-9, 1e9)})  # images stay finite
+    rate_hz: float = field(default=10.0, metadata={"range": (0.1, 1000.0)})
+    window: int = field(default=10, metadata={"range": (1, 250)})
+    start_s: float = field(default=1.0, metadata={"range": (0.0, 100.0)})  # all its frames are kept
     follow_s: float = 2.0
     settle_s: float = 0.4
     gate: float = 0.015

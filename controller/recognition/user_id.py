@@ -39,14 +39,23 @@ class Users:
         mappings: Rules of single users, in place of the bundle's own.
     """
 
-    names: tuple[str, ...] = ()
-    gestures: tuple[str, ...] = ()
-    temperature: float = 1.0
-    accept: float = 1.0
-    stay: float = 1.0
-    forget_s: float = 30.0
+    names: tuple[str, ...] = field(
+        default=(),
+        metadata={
+            "pattern": "[A-Za-z0-9]{1,40}",  # as recordings name users, and fits a packet
+            "count": (1, 32),
+            "expected": "1 to 32 different names of letters and digits",
+        },
+    )
+    gestures: tuple[str, ...] = field(default=(), metadata={"count": (1, 64)})
+    temperature: float = field(default=1.0, metadata={"range": (0.01, 100.0)})
+    accept: float = field(default=0.9, metadata={"range": (0.0, 1.0)})
+    stay: float = field(default=0.98, metadata={"range": (0.0, 1.0)})
+    forget_s: float = field(default=30.0, metadata={"range": (0.1, 1e6)})
     heads: tuple[str, ...] = ()
-    mappings: AbstractMapping[str, Mapping] = field(default_factory=dict)
+    mappings: AbstractMapping[str, Mapping] = field(
+        default_factory=dict, metadata={"key": "mapping"}
+    )
 
     def mapping(self, user: str, of_all: Mapping) -> Mapping:
         """Return what a user's gestures mean; "" and people without rules have those of all."""

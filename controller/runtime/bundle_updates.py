@@ -118,7 +118,7 @@ def updater(parts: Parts) -> BundleUpdater | None:
     store = BundleStore()
 
     def take_into_use(path: Path, corrects: str | None = None) -> str:
-        return install(path, store, other_sensor=False, tell=_log.info, corrects=corrects)
+        return install(path, store, other_sensor=False, report=_log.info, corrects=corrects)
 
     def learn(label: str, images: list[Image]) -> str:
         if label and label not in parts.bundle.labels:

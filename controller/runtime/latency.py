@@ -15,8 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from controller import folders
-from controller.files import atomic_write
+from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime.realtime import IdleCollector
 
@@ -152,7 +151,7 @@ class LatencyReporter:
 
 def status_folders() -> list[Path]:
     """Return the folders of status files: the service's, then the user's own."""
-    return [Path("/run/orbtouch"), folders.runtime()]
+    return [Path("/run/orbtouch"), runtime_folder()]
 
 
 def status_file() -> Path | None:
