@@ -406,7 +406,7 @@ def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
 
 
 def test_a_calibration_of_another_shape_is_refused() -> None:
-    with pytest.raises(ValueError, match="calibrate anew"):
+    with pytest.raises(ValueError, match="calibrate it again"):
         Preprocessor(PreprocessSettings(), 4, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003))
 
 
