@@ -96,21 +96,6 @@ class UserGestures:
         number = (np.cumsum(events) - 1).astype(np.int64)
         return replace(self, ends=self.ends[kept], event=number[self.event[kept]], **of_events)
 
-    def joined(self, other: "UserGestures") -> "UserGestures":
-        """Return these gestures and others, with recordings of their own."""
-        frames, sessions = len(self.examples.images), int(self.examples.session.max()) + 1
-        moved = replace(
-            other.examples,
-            ends=other.examples.ends + frames,
-            session=other.examples.session + sessions,
-        )
-        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__slots__[1:]}
-        shift = {"ends": frames, "event": len(self.label), "session": sessions}
-        return UserGestures(
-            Examples.joined([self.examples, moved]),
-            **{n: np.concatenate([a, b + shift.get(n, 0)]) for n, (a, b) in pairs.items()},
-        )
-
     def longer(self, ends: Index, spare: int) -> NDArray[np.float32]:
         """Return windows with some images before them, (ends, spare + window, rows, columns).
 
