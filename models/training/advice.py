@@ -225,7 +225,7 @@ def _errors(job: TrainingJob, share: float) -> list[float]:
 
 
 def _some(job: TrainingJob, share: float) -> NDArray[np.int64]:
-    """Return the windows of some examples: each gesture is in or out as a whole."""
+    """Return the windows of a share of the gestures, whole ones, (windows,)."""
     examples, train = job.data.examples, job.split.windows.train
     run = np.cumsum(examples.begins(examples.ends[train])) - 1
     rank = np.random.default_rng((job.seed, 6)).permutation(int(run[-1]) + 1)

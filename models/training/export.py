@@ -182,7 +182,10 @@ def _array(tensor: Tensor) -> Values:
 def _export(
     net: Network, inputs: Values, source: str, result: str
 ) -> tuple[ExportedNetwork, float]:
-    """Return a network for a bundle, and the greatest difference between the engines."""
+    """Return a network for a bundle, and the greatest difference between the engines.
+
+    Inputs are (n, window, rows, columns) or (n, rows, columns).
+    """
     flush(net)
     with torch.no_grad():
         outputs = _array(net(torch.from_numpy(inputs)))

@@ -143,7 +143,7 @@ class UserTask(Task):
         self._weights = torch.from_numpy(weights.astype(np.float32))
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
-        """Return the loss of a batch, and its share of right answers."""
+        """Return the loss of a batch (windows,), and its share of right answers."""
         longer = torch.from_numpy(self.taught.longer(self.taught.ends[batch], SPARE))
         user = torch.from_numpy(self._user[batch])
         window = self.taught.examples.window
