@@ -32,7 +32,7 @@ FAINT: Final = 0.35  # noise over strength: more is none either; presses on pape
 UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
-Column = NDArray[np.int16]
+Column = NDArray[np.int16]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)

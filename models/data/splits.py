@@ -16,8 +16,8 @@ from models.data.examples import Examples
 from models.data.load import Data
 from models.data.touch_images import Touches
 
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]  # (n,)
+Mask = NDArray[np.bool_]  # (n,)
 
 SPLITS: Final = ("session", "user", "time", "site")
 RANDOM: Final = ("windows", "random")  # refused, with the reason

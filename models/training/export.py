@@ -27,7 +27,7 @@ TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
 TINY: Final = 1e-12  # smaller weights are set to 0: subnormal ones make inference 2.6 x slower
 GOLDEN: Final = 64  # golden vectors of each network in a bundle
 
-Values = NDArray[np.float32]
+Values = NDArray[np.float32]  # (n, ...)
 Operator = tuple[str, dict[str, Values | NDArray[np.int64]], dict[str, Attribute]]
 
 

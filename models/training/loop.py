@@ -27,7 +27,7 @@ FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
 
-Index = NDArray[np.int64]  # (examples,)
+Index = NDArray[np.int64]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)
