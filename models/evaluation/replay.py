@@ -27,7 +27,7 @@ Windows = NDArray[np.float32]  # (windows, images, rows, columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Felt:
+class NetworkInputs:
     """Windows that the device's preprocessing makes of a recording.
 
     Attributes:
@@ -79,7 +79,12 @@ class Batched:
 
 
 def run(
-    bundle: Bundle, networks: Batched, recording: Recording, known: Known, *, located: bool = True
+    bundle: Bundle,
+    networks: Batched,
+    recording: Recording,
+    known: Known,
+    *,
+    located: bool = True,
 ) -> Stream:
     """Replay a recording through a bundle's stages.
 
@@ -94,14 +99,14 @@ def run(
         RecordingError: The bundle is for another sensor or rate.
     """
     refuse(recording, bundle)
-    felt = feel(recording.frames, bundle.preprocess)
+    inputs = network_inputs(recording.frames, bundle.preprocess)
     if located:
-        return replay(bundle, networks, recording, known, felt)
-    outputs = networks.probabilities(felt.windows)
-    return answered(known, felt, outputs, bundle.labels, bundle.debounce)
+        return replay(bundle, networks, recording, known, inputs)
+    outputs = networks.probabilities(inputs.windows)
+    return debounced_stream(known, inputs, outputs, bundle.labels, bundle.debounce)
 
 
-def feel(frames: NDArray[np.float32], settings: PreprocessSettings) -> Felt:
+def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
     """Return the windows of frames (n, rows, columns), by the device's preprocessing."""
     stage = Preprocessor(settings, *frames.shape[1:])
     windows: list[Window] = []
@@ -111,14 +116,18 @@ def feel(frames: NDArray[np.float32], settings: PreprocessSettings) -> Felt:
             windows.append(window)
             last.append(number)
     empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
-    return Felt(np.stack(windows) if windows else empty, np.array(last, dtype=np.int64))
+    return NetworkInputs(np.stack(windows) if windows else empty, np.array(last, dtype=np.int64))
 
 
 def replay(
-    bundle: Bundle, networks: Batched, recording: Recording, known: Known, felt: Felt
+    bundle: Bundle,
+    networks: Batched,
+    recording: Recording,
+    known: Known,
+    inputs: NetworkInputs,
 ) -> Stream:
     """Replay a recording whose windows are known."""
-    outputs = networks.probabilities(felt.windows)
+    outputs = networks.probabilities(inputs.windows)
     computed = _ComputedOutputs(outputs)
     pipeline = Pipeline(bundle, computed, bundle.mapping)
     fired = []
@@ -133,14 +142,14 @@ def replay(
     if computed.images and (places := networks.touches(np.stack(computed.images))) is not None:
         touches[computed.touched] = places
     return Stream(
-        known, *spread(outputs, felt, len(known.t), len(bundle.labels)), touches, sigmas,
+        known, *spread(outputs, inputs, len(known.t), len(bundle.labels)), touches, sigmas,
         tuple(fired),
     )  # fmt: skip
 
 
-def answered(
+def debounced_stream(
     known: Known,
-    felt: Felt,
+    inputs: NetworkInputs,
     outputs: NDArray[np.float32],
     labels: Sequence[str],
     settings: DebounceSettings,
@@ -149,26 +158,26 @@ def answered(
 
     Args:
         known: Ground truth of the recording.
-        felt: Its windows.
+        inputs: Its windows.
         outputs: Probabilities of each window, (windows, classes).
         labels: The classes, "null" first.
         settings: When a gesture counts.
     """
-    ready, probabilities = spread(outputs, felt, len(known.t), len(labels))
+    ready, probabilities = spread(outputs, inputs, len(known.t), len(labels))
     nowhere = np.full((len(known.t), 3), np.nan)
     fired = debounced(probabilities, known.t, labels, settings)
     return Stream(known, ready, probabilities, nowhere[:, :2], nowhere[:, 2], fired)
 
 
 def spread(
-    outputs: NDArray[np.float32], felt: Felt, frames: int, classes: int
+    outputs: NDArray[np.float32], inputs: NetworkInputs, frames: int, classes: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
     """Return which frames end a window, (n,), and every frame's probabilities, (n, classes)."""
     probabilities = np.zeros((frames, classes), dtype=np.float32)
     probabilities[:, NULL] = 1.0
-    probabilities[felt.last] = outputs
+    probabilities[inputs.last] = outputs
     ready = np.zeros(frames, dtype=np.bool_)
-    ready[felt.last] = True
+    ready[inputs.last] = True
     return ready, probabilities
 
 

@@ -19,7 +19,7 @@ from models.data.augment import Symmetry
 from models.data.ground_truth import know
 from models.data.simulate import DataSet
 from models.evaluation import scores
-from models.evaluation.replay import answered, feel
+from models.evaluation.replay import debounced_stream, network_inputs
 from models.studies.information import classifier_bound, games
 from models.studies.information.windows import GAIN, cut
 
@@ -73,11 +73,11 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[games.Se
     named = ("null", *labels)
 
     def session(day: int, on: float) -> games.Session:
-        felt = feel(days[day].frames, settings)
-        x = GAIN * (felt.windows.reshape(len(felt.windows), -1) - 1.0)
+        inputs = network_inputs(days[day].frames, settings)
+        x = GAIN * (inputs.windows.reshape(len(inputs.windows), -1) - 1.0)
         given = scores.softmax(classify(x.astype(np.float32)), temperature).astype(np.float32)
         known = know(days[day], named, str(day))
-        stream = answered(known, felt, given, named, DebounceSettings(on=on))
+        stream = debounced_stream(known, inputs, given, named, DebounceSettings(on=on))
         minutes = float(known.t[-1] - known.t[0]) / 60.0
         return games.Session(known.events, stream.answers, minutes)
 

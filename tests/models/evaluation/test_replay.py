@@ -42,9 +42,9 @@ def test_without_places_the_answers_are_the_same() -> None:
     recording = played("nominal", seed=1, minutes=1.5)
     known = know(recording, LABELS, "it")
     whole = replay.run(SHIPPED, NETWORKS, recording, known)
-    felt = replay.feel(recording.frames, SHIPPED.preprocess)
-    answers = NETWORKS.probabilities(felt.windows)
-    quick = replay.answered(known, felt, answers, LABELS, SHIPPED.debounce)
+    inputs = replay.network_inputs(recording.frames, SHIPPED.preprocess)
+    answers = NETWORKS.probabilities(inputs.windows)
+    quick = replay.debounced_stream(known, inputs, answers, LABELS, SHIPPED.debounce)
     assert quick.answers == whole.answers
     assert (quick.probabilities == whole.probabilities).all()
     assert (quick.ready == whole.ready).all()
