@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import queue
 import selectors
 import socket
 import threading
 import time
-from collections import deque
 from functools import partial
 from typing import Protocol
 
-from controller.links import Access
+from controller.links.base import Access, Link, RequestQueue
 from controller.log_limit import LogLimit
 from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
@@ -68,7 +66,7 @@ class Peer:
             del output[:sent]
 
 
-class StreamLink:
+class StreamLink(Link):
     """The common part; a link adds where its peers come from.
 
     Attributes:
@@ -76,11 +74,10 @@ class StreamLink:
             counted in `outbox`.
         outbox: Commands that no host has acknowledged yet, and how many were lost.
         patient: Whether a peer may stay without a session; else it is let go after 2 s.
-        proves: Whether a host has to prove who it is before it is heard.
     """
 
+    dropped = 0
     patient = False
-    proves = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
         """Prepare; `start` begins.
@@ -93,18 +90,16 @@ class StreamLink:
             ProtocolError: The wire cannot carry this Welcome.
         """
         encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
-        self.dropped = 0
         self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access
-        self.proves = self.proves or bool(access.key or access.token)
+        self.authenticated = self.authenticated or bool(access.key or access.token)
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
         self._lock = threading.Lock()  # guards peers and sessions
         self._peers: list[Peer] = []
         self._host: Peer | None = None  # the one peer that was welcomed
         self._left: list[Peer] = []  # whose host has come anew on another line
         self._hush = LogLimit()
-        self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
-        self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
+        self._requests: RequestQueue[tuple[int, Message]] = RequestQueue()
         self._polled = 0  # the session that the loop knows of; 0: none
         self._closing = False
         self._failure: BaseException | None = None
@@ -160,21 +155,15 @@ class StreamLink:
         """Return the host's new requests, oldest first."""
         if self._failure:
             raise RuntimeError("the link's thread has died") from self._failure
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._ready.append(self._requests.get_nowait())
-        requests = [request for _, request in self._ready]
-        for number, request in self._ready:
+        requests = self._requests.take()
+        for number, request in requests:
             if isinstance(request, Hello | Bye):
                 self._polled = number if isinstance(request, Hello) else 0
-        self._ready.clear()
-        return requests
+        return [request for _, request in requests]
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has something to tell, or after the timeout."""
-        if not self._ready:
-            with contextlib.suppress(queue.Empty):
-                self._ready.append(self._requests.get(timeout=max(timeout_s, 0.0)))
+        """Return when `poll` has requests, or after the timeout."""
+        self._requests.wait(timeout_s)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
         """Be another device from now on; the host is told why, and comes back by itself.
@@ -274,7 +263,7 @@ class StreamLink:
         self._tell(peer, session.receive(data, self._now_ms()))
         self._number = session.number or self._number
         self._note_refusal(session)
-        if self._requests.qsize() > REQUESTS:
+        if len(self._requests) > REQUESTS:
             raise ConnectionAbortedError("the host sends faster than the orb can follow")
 
     def _tell(self, peer: Peer, requests: list[Message]) -> None:

@@ -14,7 +14,7 @@ import selectors
 import socket
 from urllib.parse import urlsplit
 
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome

@@ -8,7 +8,7 @@ import queue
 import socket
 
 from controller.errors import how_to_install
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.identifiers import CHANNEL
@@ -44,6 +44,8 @@ class RfcommLink(StreamLink):
         url: Where hosts connect to: rfcomm://ADDRESS:CHANNEL.
     """
 
+    authenticated = True  # only bonded hosts on an encrypted line are let in
+
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
         from controller.links.bluetooth.registration import RegistrationThread
@@ -62,8 +64,6 @@ class RfcommLink(StreamLink):
             raise LinkAwayError(f"cannot wait for hosts over Bluetooth: {error}") from None
         self.url = f"rfcomm://{service.address}:{CHANNEL}"
         self.start()
-
-    proves = True  # who is not bonded, and on an encrypted line, is not let in at all
 
     @property
     def state(self) -> str:

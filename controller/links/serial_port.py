@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import serial
 
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from controller.console import let_go
-from controller.links import Access, LinkError
+from controller.links.base import Access, Link, LinkError
 from controller.protocol.messages import (
     Command,
     Message,
@@ -33,20 +33,20 @@ def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
     return StdoutLink(sys.stdout)
 
 
-class StdoutLink:
+class StdoutLink(Link):
     """Prints commands and cues. A thread writes, so that a slow reader delays no scan.
 
     Attributes:
         dropped: Lines that were not printed: the reader is too slow, or has gone.
-        connected: Whether somebody reads.
-        problem: Why nothing is printed any more, in one sentence; "" where the reader just went.
+        connected: Whether there is a reader.
     """
+
+    touchable = False
+    dropped = 0
+    connected = True
 
     def __init__(self, stream: TextIO) -> None:
         """Begin to write to `stream`, which stays open when the link is closed."""
-        self.dropped = 0
-        self.connected = True
-        self.problem = ""
         self._spot: PositionUncertainty | None = None  # the newest
         self._stream = stream
         self._lines: deque[str] = deque()  # that wait to be written
@@ -68,10 +68,6 @@ class StdoutLink:
     def say(self, plain: Mapping[str, object]) -> None:
         """Print plain data that is no message, such as a cue."""
         self._print(json.dumps(plain) + "\n")
-
-    def poll(self) -> list[Message]:
-        """Return nothing: nobody answers."""
-        return []
 
     def wait(self, timeout_s: float) -> None:
         """Wait for the whole timeout."""

@@ -21,12 +21,11 @@ from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
 from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, ServiceValues
-from controller.links.bluetooth.hid.held import Held
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
-from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.reports import Report
+from controller.links.hid import key_map
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
 _PROPERTIES = {
@@ -73,7 +72,7 @@ class Orb:
         self.told: list[str] = []
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read(mapping)), hosts, tell=self.told.append, remember=lambda known: None
+            key_map(mapping), hosts, tell=self.told.append, remember=lambda known: None
         )
         self.pad.open(self)
         self._tasks: set[asyncio.Task[Any]] = set()

@@ -21,12 +21,11 @@ if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
 from controller.links.bluetooth.hid.classic import ClassicPart, L2capSockets
-from controller.links.bluetooth.hid.held import Held
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
-from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad
+from controller.links.hid import key_map
 from controller.protocol.messages import Command, State
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
@@ -79,7 +78,7 @@ class Table:
         self.told: asyncio.Queue[str] = asyncio.Queue()
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read("gamepad")), hosts, tell=self.told.put_nowait, remember=lambda known: None
+            key_map("gamepad"), hosts, tell=self.told.put_nowait, remember=lambda known: None
         )
         self.part = ClassicPart(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []

@@ -18,12 +18,11 @@ if shutil.which("dbus-daemon") is None:
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
 from controller.links.bluetooth.hid.gatt import GattPart
-from controller.links.bluetooth.hid.held import Held
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
+from controller.links.hid import key_map
 from controller.protocol.messages import Command, State
 from tests.reference import hid
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
@@ -43,7 +42,7 @@ class Table:
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read(mapping)), hosts, tell=self.told.append, remember=self.remembered.append
+            key_map(mapping), hosts, tell=self.told.append, remember=self.remembered.append
         )
         self.percent = 87
         self.part = GattPart(self.pad, "OrbTouch", lambda: self.percent)

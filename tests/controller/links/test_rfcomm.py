@@ -63,7 +63,7 @@ def wired(air: Air, monkeypatch: pytest.MonkeyPatch) -> Air:
 
 @pytest.fixture
 def link(wired: Air, monkeypatch: pytest.MonkeyPatch) -> Iterator[RfcommLink]:
-    monkeypatch.setattr(registration, "Keeper", NoBluez)
+    monkeypatch.setattr(registration, "RegistrationThread", NoBluez)
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
 

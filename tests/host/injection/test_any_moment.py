@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import KEYBOARD
 from controller.keymap.keymap_file import parse
 from controller.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.watchdog import HANG_MS, Watchdog
-from host.targets._keys import KeysTarget
+from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
 
 MAP = parse(
@@ -31,7 +32,7 @@ MAP = parse(
             "desk": {"left": "ctrl+pageup", "pause": {"profile": "game"}},
         },
     },
-    "keyboard",
+    KEYBOARD,
 )
 COMMANDS = (*MAP.profiles["game"], "unheard_of")
 
@@ -138,7 +139,7 @@ class AnyMoment(RuleBasedStateMachine):
     def cut(self, cut: Received) -> None:
         self.take(cut)
         assert not self.board.down
-        assert not (isinstance(cut, Lost | Refused) and self.target.pressed.armed)
+        assert not (isinstance(cut, Lost | Refused) and self.target.keys.armed)
 
     @rule(key=st.sampled_from(("f9", "f8", "x")))
     def hot_key(self, key: str) -> None:
@@ -158,7 +159,7 @@ class AnyMoment(RuleBasedStateMachine):
         self.wait(passed_ms)
         assert not self.board.down
         self.take()
-        assert not (was_down and self.target.pressed.armed)
+        assert not (was_down and self.target.keys.armed)
 
     @rule()
     def kill_the_program(self) -> None:
@@ -171,7 +172,7 @@ class AnyMoment(RuleBasedStateMachine):
         was_down = bool(self.board.down)
         self.pipe.dead = True
         self.take()
-        assert not was_down or not (self.board.down or self.target.pressed.armed)
+        assert not was_down or not (self.board.down or self.target.keys.armed)
 
     @rule()
     def end(self) -> None:
@@ -182,8 +183,8 @@ class AnyMoment(RuleBasedStateMachine):
     @invariant()
     def only_what_is_named_is_down_and_nothing_while_disarmed(self) -> None:
         assert self.board.down <= MAP.keys
-        assert self.board.down == set(self.target.pressed.down)
-        assert self.target.pressed.armed or not self.board.down
+        assert self.board.down == set(self.target.keys.down)
+        assert self.target.keys.armed or not self.board.down
 
 
 TestAnyMoment = AnyMoment.TestCase

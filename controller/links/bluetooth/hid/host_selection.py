@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from controller.links.bluetooth.hid.mapping import NEXT
+from controller.keymap.keymap import NEXT_HOST
 
 WAIT_S: Final = 10.0  # for the host that is wanted, before any other will do
 
@@ -77,7 +77,7 @@ class HostSelection:
         """Give the orb to another host, now or as soon as it comes.
 
         Args:
-            number: Which of those that are known, from 1; or `NEXT`.
+            number: Which of those that are known, from 1; or `NEXT_HOST`.
             now_s: The time.
 
         Returns:
@@ -90,7 +90,7 @@ class HostSelection:
             return f"there is no host {number or 'yet'}; there are {len(hosts)}"
         wanted = self.known.wanted
         after = hosts.index(wanted) + 1 if wanted in hosts else 0
-        chosen = hosts[after % len(hosts) if number == NEXT else number - 1]
+        chosen = hosts[after % len(hosts) if number == NEXT_HOST else number - 1]
         self.known = StoredHosts(self.known.hosts, chosen)
         if self.active != chosen:
             self.active = ""
