@@ -25,13 +25,7 @@ from controller.links.bluetooth.bluez import (
     bonded,
     devices,
 )
-from controller.links.bluetooth.hid.dbus_objects import (
-    CHARACTERISTIC,
-    Advertisement,
-    Characteristic,
-    Descriptor,
-    Service,
-)
+from controller.links.bluetooth.hid import dbus_objects
 from controller.links.bluetooth.hid.gatt_services import SERVICES, OfferError, ServiceValues
 
 if TYPE_CHECKING:
@@ -204,13 +198,13 @@ class GattPart:
         """Offer all services to BlueZ, as a tree of objects."""
         for number, (uuid, characteristics) in enumerate(SERVICES.items()):
             service = f"{APPLICATION}/service{number}"
-            bus.export(service, Service(uuid))
+            bus.export(service, dbus_objects.service(uuid))
             for place, one in enumerate(characteristics):
                 path = f"{service}/char{place}"
                 self._paths[one.name] = path
-                bus.export(path, Characteristic(self, one.name, one.uuid, one.flags, service))
+                bus.export(path, dbus_objects.characteristic(one, service, self))
                 for last, (kind, value) in enumerate(one.descriptors):
-                    bus.export(f"{path}/desc{last}", Descriptor(kind, value, path))
+                    bus.export(f"{path}/desc{last}", dbus_objects.descriptor(kind, value, path))
 
     def _look_at_battery(self) -> None:
         """Tell whoever listens when the battery's level has changed; look again by and by."""
@@ -230,7 +224,7 @@ class GattPart:
             interface="org.freedesktop.DBus.Properties",
             member="PropertiesChanged",
             signature="sa{sv}as",
-            body=[CHARACTERISTIC, {"Value": Variant("ay", value)}, []],
+            body=[dbus_objects.CHARACTERISTIC, {"Value": Variant("ay", value)}, []],
         )
         self._bus.raw.send(signal)
 
@@ -254,7 +248,7 @@ class GattPart:
                     self._adapter, ADVERTISING, "UnregisterAdvertisement", "o", ADVERTISEMENT
                 )
                 bus.unexport(ADVERTISEMENT)
-            bus.export(ADVERTISEMENT, Advertisement(self._name, self._discoverable))
+            bus.export(ADVERTISEMENT, dbus_objects.advertisement(self._name, self._discoverable))
             await bus.call(
                 self._adapter, ADVERTISING, "RegisterAdvertisement", "oa{sv}", ADVERTISEMENT, {}
             )
