@@ -5,29 +5,19 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Any, Final
 from urllib.parse import urlsplit
 
 from controller.errors import how_to_install
 from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
-from host.taps import TapError, TapUnavailableError
+from host.taps.base import Tap, TapError, TapUnavailableError
 
 DEFAULT: Final = "127.0.0.1:9000"
-DESCRIBE_S: Final = 2.0  # who starts to listen later hears what the numbers mean by then
+DESCRIBE_S: Final = 2.0  # between two descriptions, for programs that start later
 
 
-class Client(Protocol):
-    """What sends."""
-
-    def send(self, address: str, values: list[str | float]) -> None:
-        """Send one message, without waiting."""
-
-    def close(self) -> None:
-        """Let go of the socket."""
-
-
-class Udp:
-    """A socket that sends to one address only; nobody else can reach it."""
+class UdpClient:
+    """A socket that sends to one address only, and takes packets from no other."""
 
     def __init__(self, host: str, port: int, build: Callable[[str, list[Any]], bytes]) -> None:
         """Take the address, and what makes a message's bytes; OSError if there is no such host."""
@@ -42,22 +32,22 @@ class Udp:
             raise
 
     def send(self, address: str, values: list[str | float]) -> None:
-        """Send one message; a full buffer, or nobody there, is an OSError."""
+        """Send one message; OSError if the buffer is full, or the last one was refused."""
         self._socket.send(self._build(address, values))
 
     def close(self) -> None:
-        """Let go of the socket."""
+        """Close the socket."""
         self._socket.close()
 
 
-class OscTap:
+class OscTap(Tap):
     """Messages below /orbtouch; docs/taps.md has the table.
 
     Attributes:
         unsent: Messages that the system did not take: nobody listens, or the network is gone.
     """
 
-    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, client: UdpClient, clock: Callable[[], float] = time.monotonic) -> None:
         """Take what sends, and a clock in seconds."""
         self.unsent = 0
         self._client, self._clock = client, clock
@@ -138,7 +128,7 @@ def create(where: str) -> OscTap:
         return bytes(osc_message_builder.build_msg(address, values).dgram)
 
     try:
-        return OscTap(Udp(host, port, build))
+        return OscTap(UdpClient(host, port, build))
     except OSError as error:
         raise TapUnavailableError(
             f"--tap osc://{where}: {host} is not known ({error.strerror})"
