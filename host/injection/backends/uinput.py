@@ -13,7 +13,7 @@ from typing import Final
 
 from controller.keymap.key_names import KEYS, PAD, STICK, Axis
 from controller.keymap.keymap import Kind
-from host.injection.backends import BackendError
+from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = True  # the kernel lifts the keys of a device that goes
 DEVICE: Final = "/dev/uinput"
@@ -40,7 +40,7 @@ _HATS: Final = (0x10, 0x11)
 Control = Callable[[int, int, int | bytes], object]  # fcntl.ioctl
 
 
-class Uinput:
+class Uinput(Backend):
     """A device that exists as long as this object."""
 
     def __init__(self, kind: Kind, device: str = DEVICE, control: Control | None = None) -> None:
@@ -87,15 +87,8 @@ class Uinput:
         # Vendor and product are 0: it is nobody's product, so no driver mistakes it for one.
         self._control(self._handle, UI_DEV_SETUP, SETUP.pack(_BUS_VIRTUAL, 0, 0, 1, name, 0))
 
-    def press(self, key: str) -> None:
-        """Put a key or button down, or an axis to its end."""
-        self._set(key, down=True)
-
-    def release(self, key: str) -> None:
-        """Lift it; an axis that the other direction holds stays there."""
-        self._set(key, down=False)
-
-    def _set(self, key: str, *, down: bool) -> None:
+    def set(self, key: str, *, down: bool) -> None:
+        """Put a key, button or axis down, or up; an axis that another direction holds stays."""
         entry = KEYS[key].evdev if key in KEYS else PAD[key]
         if isinstance(entry, Axis):
             if down:

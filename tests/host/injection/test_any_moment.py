@@ -14,6 +14,8 @@ from controller.keymap.keymap import KEYBOARD
 from controller.keymap.keymap_file import parse
 from controller.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.injection.backends import Backend
+from host.injection.injector import Sender
 from host.injection.watchdog import HANG_MS, Watchdog
 from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
@@ -37,24 +39,21 @@ MAP = parse(
 COMMANDS = (*MAP.profiles["game"], "unheard_of")
 
 
-class Board:
+class Board(Backend):
     """A keyboard as the kernel sees it."""
 
     def __init__(self) -> None:
         self.down: set[str] = set()
 
-    def press(self, key: str) -> None:
-        assert key not in self.down
-        self.down.add(key)
-
-    def release(self, key: str) -> None:
-        self.down.discard(key)
+    def set(self, key: str, *, down: bool) -> None:
+        assert not (down and key in self.down)
+        (self.down.add if down else self.down.discard)(key)
 
     def close(self) -> None:
         assert not self.down
 
 
-class Pipe:
+class Pipe(Sender):
     """The two ends of the watchdog's pipe in one process, on one clock."""
 
     def __init__(self, board: Board, now_ms: int) -> None:

@@ -19,6 +19,7 @@ from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.connection.transport import LinkError
 from host.injection.backends import BackendError
+from host.injection.injector import Sender
 from host.injection.terminal_keys import decode
 from host.targets import TargetOptions
 from host.targets.keys import KeysTarget
@@ -41,7 +42,7 @@ MAP = parse(
 )
 
 
-class Wire:
+class Wire(Sender):
     """Takes strokes, and can fail."""
 
     def __init__(self) -> None:
