@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+import queue
 import sys
 import threading
-from collections import deque
 from collections.abc import Mapping
 from typing import TextIO
 
@@ -49,8 +49,7 @@ class StdoutLink(Link):
         """Begin to write to `stream`, which stays open when the link is closed."""
         self._spot: PositionUncertainty | None = None  # the newest
         self._stream = stream
-        self._lines: deque[str] = deque()  # that wait to be written
-        self._news = threading.Condition()  # a line, or the end
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()  # to be written; "" is the end
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stdout", daemon=True)
         self._thread.start()
@@ -76,42 +75,31 @@ class StdoutLink(Link):
     def close(self) -> None:
         """Print what is still to be printed, for as long as the reader reads."""
         if not self._closed.is_set():
-            with self._news:
-                self._closed.set()
-                self._news.notify()
+            self._closed.set()
+            self._lines.put("")
         self._thread.join()
 
     def _print(self, line: str) -> None:
-        if not self.connected or self._closed.is_set() or len(self._lines) >= LINES:
+        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
             self.dropped += 1
         else:
-            with self._news:
-                self._lines.append(line)
-                self._news.notify()
+            self._lines.put(line)
 
     def _run(self) -> None:
-        while line := self._next():
+        line = " "
+        while line and self.connected:
+            line = self._lines.get()
             try:
                 self._stream.write(line)
-                if not self._lines:
+                if not line or self._lines.empty():
                     self._stream.flush()
             except BrokenPipeError:  # the reader has gone, as in `controller | head -1`
                 self.connected = False
             except OSError as error:
                 self.problem = f"cannot print the commands: {error.strerror or error}"
                 self.connected = False
-            if not self.connected:
-                let_go(self._stream)
-                return
-
-    def _next(self) -> str:
-        """Wait for the next line; "" when there will be none."""
-        with self._news:
-            while not self._lines:
-                if self._closed.is_set():
-                    return ""
-                self._news.wait()
-            return self._lines.popleft()
+        if not self.connected:
+            let_go(self._stream)
 
 
 def _line(command: Command, spot: PositionUncertainty | None, t_ms: int) -> str:
