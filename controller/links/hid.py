@@ -173,9 +173,9 @@ class HidLink(Link):
 def _registration(device: HidDevice, name: str, *, classic: bool) -> Registration:
     """Return the transport that brings reports to hosts."""
     if classic:
-        from controller.links.bluetooth.hid.classic import ClassicPart
+        from controller.links.bluetooth.hid.classic import ClassicTransport
 
-        return ClassicPart(device, name)
-    from controller.links.bluetooth.hid.gatt import GattPart
+        return ClassicTransport(device, name)
+    from controller.links.bluetooth.hid.gatt import GattTransport
 
-    return GattPart(device, name, host_store.charge)
+    return GattTransport(device, name, host_store.charge)

@@ -1,7 +1,7 @@
-"""The thread that keeps us on Bluetooth: it begins anew whenever bluetoothd or the adapter returns.
+"""Thread that registers services with BlueZ, again whenever bluetoothd or the adapter returns.
 
-A round lasts from a working adapter to the next change that matters. At its end the connection to
-the bus is dropped, with which BlueZ forgets everything of ours, so that every round begins alike.
+A round lasts from a working adapter until bluetoothd, the adapter or the bus is lost. At its end
+the connection to the bus is closed, with which BlueZ forgets all registrations.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import concurrent.futures
 import contextlib
 import logging
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
 from controller.links.bluetooth.identifiers import ALIAS
@@ -26,26 +27,28 @@ START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
 log = logging.getLogger(__name__)
 
 
-class Registration(Protocol):
-    """Something that is registered with BlueZ. Everything runs on the keeper's loop."""
+class Registration(ABC):
+    """Something that is registered with BlueZ. Everything runs on the thread's loop."""
 
+    @abstractmethod
     async def begin(self, bus: Bus, adapter: str) -> None:
         """Register.
 
         Args:
-            bus: Where BlueZ is; a new one every time.
-            adapter: The path of our adapter, which is on.
+            bus: The connection to BlueZ; a new one every time.
+            adapter: The path of the adapter, which is on.
 
         Raises:
-            BluetoothError: It cannot be registered; one sentence says why.
+            BluetoothError: It cannot be registered; the message is one sentence.
         """
 
+    @abstractmethod
     async def end(self) -> None:
-        """BlueZ or the adapter has gone, or we close; the bus may be dead already."""
+        """Forget the bus, which may be lost already: BlueZ, the adapter or the link has ended."""
 
 
 class RegistrationThread:
-    """Keeps parts registered; an asyncio loop on a thread of its own.
+    """An asyncio loop on a thread of its own, which keeps services registered.
 
     Attributes:
         state: "ready", or in a sentence what is missing.
@@ -59,7 +62,7 @@ class RegistrationThread:
         Args:
             parts: What to register.
             adapter: Its name (hci0) or address; "": the first.
-            capability: How our agent can be asked; "": it has no screen.
+            capability: What the pairing agent can show; "": nothing.
         """
         self.state = "starting"
         self._parts = parts
@@ -71,13 +74,13 @@ class RegistrationThread:
         self._closing = asyncio.Event()
         self._agent: PairingAgent | None = None
         self._adapter = ""
-        self._off = False  # somebody has switched the adapter off, and shall have it so
+        self._off = False  # the adapter was switched off, and stays off
 
     def start(self) -> None:
         """Begin, and wait until everything is registered for the first time.
 
         Raises:
-            BluetoothError: It cannot be; one sentence says why. The keeper is closed.
+            BluetoothError: It cannot be; the message is one sentence. The thread has ended.
         """
         self._thread.start()
         try:
@@ -95,10 +98,10 @@ class RegistrationThread:
 
     def submit(self, task: Coroutine[Any, Any, Any]) -> None:
         """Run something on the loop, without waiting; a BluetoothError is logged."""
-        asyncio.run_coroutine_threadsafe(_logged(task), self._loop)
+        asyncio.run_coroutine_threadsafe(logged(task), self._loop)
 
     def close(self) -> None:
-        """Let BlueZ forget us, and end the thread."""
+        """Unregister everything, and end the thread."""
         if self._thread.is_alive():
             with contextlib.suppress(RuntimeError):  # it has just ended
                 self._loop.call_soon_threadsafe(self._closing.set)
@@ -170,7 +173,7 @@ class RegistrationThread:
             log.warning("Bluetooth on %s was lost; waiting for it", adapter.rpartition("/")[2])
 
     async def _power(self, bus: Bus, adapter: str) -> None:
-        """Switch the adapter on, unless somebody has just switched it off."""
+        """Switch the adapter on, unless it was switched off on purpose."""
         if await bus.get(adapter, ADAPTER, "Powered"):
             self._off = False
         elif self._off:
@@ -195,7 +198,7 @@ class RegistrationThread:
             await self._agent.open_window(self._adapter, seconds)
 
     def _missing(self, error: BluetoothError) -> None:
-        """Tell what is missing, once."""
+        """Log what is missing, once."""
         if not self._first.done():
             self._first.set_exception(error)
             self._closing.set()
@@ -204,7 +207,8 @@ class RegistrationThread:
         self.state = str(error)
 
 
-async def _logged(task: Coroutine[Any, Any, Any]) -> None:
+async def logged(task: Coroutine[Any, Any, Any]) -> None:
+    """Run a task; a BluetoothError is logged."""
     try:
         await task
     except BluetoothError as error:

@@ -13,6 +13,7 @@ from dbus_fast.service import ServiceInterface, dbus_method
 # Its annotations are read while it runs, as D-Bus types: no `from __future__ import annotations`.
 from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, variant
 from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
+from controller.links.bluetooth.registration import Registration
 
 MANAGER: Final = "org.bluez.ProfileManager1"
 SOL_BLUETOOTH: Final = 274  # the kernel's include/net/bluetooth/bluetooth.h; likewise the next two
@@ -25,7 +26,7 @@ Accept = Callable[[socket.socket, str, str], None]
 log = logging.getLogger(__name__)
 
 
-class SerialService(ServiceInterface):
+class SerialService(ServiceInterface, Registration):
     """A part of the keeper that offers the serial port, to bonded hosts only."""
 
     def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:

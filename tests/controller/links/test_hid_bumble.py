@@ -221,7 +221,7 @@ async def open_channels(host: ClassicHost, orb: ClassicOrb) -> None:
     """Do what a host does after pairing."""
     await host.connect_control_channel()
     await host.connect_interrupt_channel()
-    orb.begin()
+    orb.opened()
 
 
 async def come(host: ClassicHost, count: int) -> list[Report]:
@@ -296,7 +296,7 @@ def test_the_orb_comes_back_by_itself_and_says_that_nothing_is_down() -> None:
                 host.reports.get_nowait()
             await orb.call(HOST)
             await host.opened()
-            orb.begin()
+            orb.opened()
             assert await come(host, 2) == list(RELEASED)
         assert orb.told == [HOST, *["", HOST] * 5]
 

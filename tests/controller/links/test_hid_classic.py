@@ -20,7 +20,7 @@ if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
 
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
-from controller.links.bluetooth.hid.classic import ClassicPart, L2capSockets
+from controller.links.bluetooth.hid.classic import ClassicTransport, L2capSockets
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
@@ -80,7 +80,7 @@ class Table:
         self.pad = HidDevice(
             key_map("gamepad"), hosts, tell=self.told.put_nowait, remember=lambda known: None
         )
-        self.part = ClassicPart(self.pad, "OrbTouch", self.radio)
+        self.part = ClassicTransport(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []
 
     async def connect(self, address: str) -> tuple[socket.socket, socket.socket]:
@@ -344,7 +344,7 @@ def test_a_python_without_bluetooth_sockets_is_told_what_to_do(
     monkeypatch.delattr(socket, "AF_BLUETOOTH", raising=False)
 
     async def scene(it: Table) -> None:
-        part = ClassicPart(it.pad, "OrbTouch")
+        part = ClassicTransport(it.pad, "OrbTouch")
         with pytest.raises(BluetoothError, match=r"use the system's python3, or --link hid:"):
             await part.begin(it.bus, ADAPTER)
         await part.end()

@@ -17,7 +17,7 @@ if shutil.which("dbus-daemon") is None:
 
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
-from controller.links.bluetooth.hid.gatt import GattPart
+from controller.links.bluetooth.hid.gatt import GattTransport
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
@@ -45,7 +45,7 @@ class Table:
             key_map(mapping), hosts, tell=self.told.append, remember=self.remembered.append
         )
         self.percent = 87
-        self.part = GattPart(self.pad, "OrbTouch", lambda: self.percent)
+        self.part = GattTransport(self.pad, "OrbTouch", lambda: self.percent)
 
     async def again(self) -> Bus:
         """Return a new connection to the bus, as for every round of the keeper."""

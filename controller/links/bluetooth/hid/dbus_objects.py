@@ -5,6 +5,7 @@ its neighbours. Annotations of methods are D-Bus types, read when the classes ar
 """
 
 import logging
+from collections.abc import Callable
 from typing import Annotated, Any, Final, Protocol
 
 from dbus_fast import PropertyAccess
@@ -29,16 +30,14 @@ class CharacteristicValues(Protocol):
     def write(self, name: str, value: bytes, offset: int) -> None:
         """Take what a host writes."""
 
-    def listened(self, name: str) -> None:
+    def subscribed(self, name: str) -> None:
         """Take note that a host has subscribed."""
 
 
 def service(uuid: int) -> ServiceInterface:
     """Return a service, which has nothing but characteristics."""
-    kind = _with_properties(
-        ServiceInterface, {"UUID": ("s", f"{uuid:04x}"), "Primary": ("b", True)}
-    )
-    return kind("org.bluez.GattService1")
+    properties = {"UUID": ("s", f"{uuid:04x}"), "Primary": ("b", True)}
+    return _with_properties(ServiceInterface, properties)("org.bluez.GattService1")
 
 
 def characteristic(
@@ -104,7 +103,7 @@ class _Characteristic(ServiceInterface):
 
     @dbus_method()
     def StartNotify(self) -> None:  # noqa: N802
-        self._values.listened(self._name)
+        self._values.subscribed(self._name)
 
     @dbus_method()
     def StopNotify(self) -> None:  # noqa: N802
@@ -127,7 +126,9 @@ class _Advertisement(ServiceInterface):
         log.debug("BlueZ no longer advertises")
 
 
-def _with_properties(kind: Any, properties: dict[str, tuple[str, Any]]) -> Any:
+def _with_properties(
+    kind: Any, properties: dict[str, tuple[str, Any]]
+) -> Callable[..., ServiceInterface]:
     """Return a class with properties that never change: the D-Bus type and the value of each."""
     return type(kind.__name__, (kind,), {n: _constant(n, *one) for n, one in properties.items()})
 

@@ -1,38 +1,27 @@
-"""From commands to one host: what is down, who has the orb, and the clock that moves both.
+"""The HID device: held keys, the active host, and the transport that brings reports to it.
 
-An edge: it lives on an asyncio loop, and takes its time from there. A `ReportTransport` brings
-reports to hosts, over GATT or over classic Bluetooth.
+Everything runs on an asyncio loop, and takes its time from there.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+from abc import abstractmethod
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import KeyMap
+from controller.links.bluetooth.bluez import DEVICE, Bus, Properties
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.reports import HeldReports, Report
+from controller.links.bluetooth.registration import Registration
 from controller.protocol.messages import Command, Message, State, Telemetry
 
 GAP_S: Final = 0.02  # between two taps of one key: more than a picture of a game at 60 Hz
 
 log = logging.getLogger(__name__)
-
-
-class ReportTransport(Protocol):
-    """Brings reports to hosts. Nothing waits."""
-
-    def send(self, report: Report) -> None:
-        """Send a report to the host that has the orb."""
-
-    def drop(self, address: str) -> None:
-        """Disconnect a host."""
-
-    def seek(self, wanted: bool) -> None:
-        """Be found by paired hosts, or no longer."""
 
 
 class HidDevice:
@@ -65,14 +54,14 @@ class HidDevice:
         self._waiting: list[Report] = []
         self._tell = tell
         self._remember = remember
-        self._transport: ReportTransport | None = None
+        self._transport: HidTransport | None = None
         self._active = ""
         self._known = hosts.known
         self._seeking: bool | None = None
         self._dropped: set[str] = set()  # sent away, and not gone yet
         self._timer: asyncio.TimerHandle | None = None
 
-    def open(self, transport: ReportTransport) -> None:
+    def open(self, transport: HidTransport) -> None:
         """Hosts can be reached from now on."""
         self._transport, self._seeking = transport, None
         self._turn()
@@ -139,7 +128,7 @@ class HidDevice:
             self._remember(self._known)
         self._plan()
 
-    def _steer(self, transport: ReportTransport) -> None:
+    def _steer(self, transport: HidTransport) -> None:
         """Disconnect hosts that are not active; look for one if none is."""
         unwanted = set(self.hosts.unwanted())
         for address in unwanted - self._dropped:
@@ -174,3 +163,44 @@ class HidDevice:
 
     def _now_s(self) -> float:
         return asyncio.get_running_loop().time()
+
+
+class HidTransport(Registration):
+    """A way to bring reports to hosts, over GATT or over classic Bluetooth. Nothing waits."""
+
+    def __init__(self, device: HidDevice, name: str) -> None:
+        """Prepare.
+
+        Args:
+            device: Held keys, and hosts.
+            name: Under which hosts find the orb.
+        """
+        self._hid, self._name = device, name
+        self._bus: Bus | None = None
+        self._adapter = ""
+        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
+
+    @abstractmethod
+    def send(self, report: Report) -> None:
+        """Send a report to the active host."""
+
+    @abstractmethod
+    def drop(self, address: str) -> None:
+        """Disconnect a host."""
+
+    def seek(self, wanted: bool) -> None:
+        """Look for paired hosts, or no longer; nothing to do where the kernel advertises."""
+
+    @abstractmethod
+    def _changed(self, before: Properties, after: Properties) -> None:
+        """Follow a host whose properties have changed; it is new or gone where they are empty."""
+
+    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
+        """Take a change of BlueZ's objects."""
+        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
+            before = self._devices.get(path, {})
+            if changes is None:
+                self._devices.pop(path, None)
+            else:
+                self._devices[path] = before | changes
+            self._changed(before, self._devices.get(path, {}))
