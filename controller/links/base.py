@@ -30,7 +30,7 @@ class Access:
     Attributes:
         token: What a host has to know; "" lets every host in.
         key: What every frame is sealed with; b"": frames are not sealed.
-        exposed: The user has said that a link without a key may be open to other machines.
+        exposed: The user allows a link without a key to be open to other machines.
     """
 
     token: str = field(default="", repr=False)

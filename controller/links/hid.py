@@ -47,7 +47,7 @@ log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
-    """Offer the orb to paired hosts; who is let in is for the pairing to say.
+    """Offer the orb to paired hosts.
 
     Raises:
         LinkError: There is no Bluetooth, it is another program's, or the URL has a mistake.

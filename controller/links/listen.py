@@ -1,7 +1,7 @@
 """A link that waits for a host on a TCP port: listen://127.0.0.1:PORT.
 
-Only this machine can come there. Other machines can when the user asks for it, with an address such
-as 0.0.0.0 (all of this machine's), and with a key, or by saying that it shall be open without.
+Only this machine can connect, unless the user names an address such as 0.0.0.0 (all of this
+machine's), and either a key, or that the link shall be open without one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 
 SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
-PEERS = 8  # connections at a time; one of them is the host, the others are told so
+PEERS = 8  # connections at a time; one of them is the host, the others get a refusal
 
 log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ _OWN = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where a wildcard is reached from
 
 
 def _bind(url: str, access: Access) -> socket.socket:
-    """Return a socket that listens, or say in one sentence why not."""
+    """Return a socket that listens; LinkError if it cannot."""
     try:
         parts = urlsplit(url)
         host, port = parts.hostname or "", parts.port
@@ -102,7 +102,7 @@ def _bind(url: str, access: Access) -> socket.socket:
 
 
 def _expose(url: str, host: str, port: int, access: Access) -> None:
-    """Say what it means to listen for other machines; refuse it where nobody has agreed.
+    """Warn about listening for other machines; refuse it where the user has not agreed.
 
     Raises:
         LinkError: There is neither a key nor the user's word, or the address is none.

@@ -63,7 +63,7 @@ class MultiLink(Link):
             link.send(message, t_ms)
 
     def poll(self) -> list[Message]:
-        """Return what hosts ask for: one Hello when the first comes, Bye when the last has gone.
+        """Return requests: one Hello when the first host comes, Bye when the last has gone.
 
         A host that comes later is no new beginning, unless it wants to own the clock; one that goes
         before the last takes its fingers off the orb.
@@ -79,7 +79,7 @@ class MultiLink(Link):
         return requests
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` may have something to tell, or after the timeout."""
+        """Return when `poll` may have requests, or after the timeout."""
         self.links[0].wait(min(timeout_s, GLANCE_S))
 
     def pair(self, seconds: int) -> None:

@@ -15,7 +15,7 @@ from controller.links.bluetooth.identifiers import CHANNEL
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
-PEERS = 4  # connections at a time; one of them is the host, the others are told so
+PEERS = 4  # connections at a time; one of them is the host, the others get a refusal
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class RfcommLink(StreamLink):
         super().__init__(welcome, access)
         self._arrived: queue.SimpleQueue[tuple[socket.socket, str, str]] = queue.SimpleQueue()
         self._leaving: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._paths: dict[socket.socket, str] = {}  # whose device each is
+        self._paths: dict[socket.socket, str] = {}  # of each one's device in BlueZ
         service = SerialService(self._accept, self._leave)
         self._keeper = RegistrationThread([service], adapter)
         try:
@@ -75,7 +75,7 @@ class RfcommLink(StreamLink):
         self._keeper.pair(seconds)
 
     def close(self) -> None:
-        """Say Bye, let BlueZ forget us, and end both threads."""
+        """Send Bye, unregister, and end both threads."""
         super().close()
         self._keeper.close()
 
@@ -83,16 +83,16 @@ class RfcommLink(StreamLink):
 
     def _accept(self, connection: socket.socket, who: str, path: str) -> None:
         self._arrived.put((connection, who, path))
-        self._ring()
+        self._wake()
 
     def _leave(self, path: str) -> None:
         self._leaving.put(path)
-        self._ring()
+        self._wake()
 
     # --- the thread's side ---
 
-    def _answer(self, events: int) -> None:
-        super()._answer(events)
+    def _woken(self, events: int) -> None:
+        super()._woken(events)
         with contextlib.suppress(queue.Empty):
             while True:
                 self._join(*self._arrived.get_nowait())

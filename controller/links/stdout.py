@@ -1,4 +1,4 @@
-"""A link that nobody answers: commands, cues and who touches, as JSON lines."""
+"""A link in one direction: commands, cues and identified users, as JSON lines."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class StdoutLink(Link):
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Print a Command, how sure its place is, and who touches; nothing else is for readers."""
+        """Print a Command with the uncertainty of its place, or an identified user."""
         if isinstance(message, PositionUncertainty):
             self._spot = message
         elif isinstance(message, Command):

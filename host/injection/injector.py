@@ -36,7 +36,7 @@ class Sender(ABC):
         """Start, or start again; return the name of the back end, "" if it was running.
 
         Raises:
-            BackendError: No key can be pressed here; the sentence says why.
+            BackendError: No key can be pressed here; the message is one sentence.
         """
 
     @abstractmethod
@@ -281,7 +281,7 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
 
 
 class DryRunInjector(Sender):
-    """Says what would be pressed, for --dry-run."""
+    """Prints what would be pressed, for --dry-run."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         """Take what prints a line."""

@@ -18,7 +18,7 @@ from host.taps.base import Tap, TapError, TapUnavailableError
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # of an inlet that does not read; pylsl's own 360 s cost more memory
 NONE: Final = "none"  # the marker when no gesture is held: LSL has no empty strings
-_QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would tell every network card
+_QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would print every network card
 _MACHINE: Final = (
     "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n"
     "[ports]\nIPv6 = disable\n" + _QUIET
@@ -104,7 +104,7 @@ class LslTap(Tap):
 
 
 def _described(welcome: Welcome) -> dict[str, str]:
-    """Return what the description says of the device; what differs makes another stream."""
+    """Return the description of the device; another one makes another stream."""
     return {
         "id": welcome.device_id,
         "name": welcome.name,

@@ -44,7 +44,7 @@ class OscTap(Tap):
     """Messages below /orbtouch; docs/taps.md has the table.
 
     Attributes:
-        unsent: Messages that the system did not take: nobody listens, or the network is gone.
+        unsent: Messages that the system did not take: no program listens, or the network is gone.
     """
 
     def __init__(self, client: UdpClient, clock: Callable[[], float] = time.monotonic) -> None:
@@ -84,24 +84,24 @@ class OscTap(Tap):
         self._send("link", state)
 
     def close(self) -> None:
-        """Say nothing more."""
+        """Close the socket."""
         self._client.close()
 
     def _describe(self) -> None:
-        if (told := self._welcome) is None:
+        if (device := self._welcome) is None:
             return
         self._described_s = self._clock()
         self._send(
-            *("device", told.device_id, told.name, told.rows, told.columns, told.pitch_mm),
-            *(told.rate_hz, int(told.virtual)),
+            *("device", device.device_id, device.name, device.rows, device.columns),
+            *(device.pitch_mm, device.rate_hz, int(device.virtual)),
         )
-        self._send("labels", *told.labels)
-        self._send("commands", *told.commands)
+        self._send("labels", *device.labels)
+        self._send("commands", *device.commands)
 
     def _send(self, address: str, *values: str | float) -> None:
         try:
             self._client.send(f"/orbtouch/{address}", list(values))
-        except OSError:  # UDP's way of saying that nobody listened to the last one
+        except OSError:  # by which UDP reports that no program took the last one
             self.unsent += 1
 
 

@@ -22,7 +22,7 @@ def load(name: str, options: TargetOptions | None = None) -> Target:
 
     Raises:
         TargetError: There is no such module.
-        UserError: What the user asks of it is wrong.
+        UserError: An option is wrong.
         BackendError: It cannot press keys here.
     """
     if name not in names():

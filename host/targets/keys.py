@@ -34,7 +34,7 @@ Say = Callable[[str], None]
 
 
 class KeysTarget(Target):
-    """The keys, the orb that presses them, and whatever makes the strokes.
+    """The keys, the orb that presses them, and the sender of strokes.
 
     Attributes:
         keys: State of held keys, and whether it is armed.
@@ -51,7 +51,7 @@ class KeysTarget(Target):
             key_map: What commands do.
             sender: Where strokes go; it has been started.
             say: Takes a line for the user.
-            sound: Lets the user hear that it was armed (True), or disarmed.
+            sound: Rings for armed (True), or disarmed.
         """
         super().__init__()
         self.keys = KeyState(key_map)
@@ -70,7 +70,7 @@ class KeysTarget(Target):
     # -- the core ----------------------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
-        """Let time pass, take what came over the link, and press what it asks for."""
+        """Let time pass, take what came over the link, and press keys."""
         stood_s, self._now_s = now_s - self._now_s, now_s
         was_armed = self.keys.armed
         if stood_s >= HANG_MS / 1000:  # a text or a repeat must not go on after a pause
@@ -96,7 +96,7 @@ class KeysTarget(Target):
             self.keys.switch()
 
     def close(self) -> None:
-        """Let go of everything, for good."""
+        """Release everything, for good."""
         if self._closed:
             return
         self._closed, was_armed = True, self.keys.armed
@@ -134,7 +134,7 @@ class KeysTarget(Target):
                 self.keys.still_held(now_s)
 
     def _note_unknown(self, welcome: Welcome) -> None:
-        """Say which commands of the mapping no orb has, this one included: they are misspelt."""
+        """Warn about commands of the mapping that no orb has, this one included."""
         unknown = sorted(self._map.commands.difference(COMMANDS, ("menu",), welcome.commands))
         if unknown and unknown != self._unknown:
             self._say(

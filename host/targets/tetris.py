@@ -68,7 +68,7 @@ class TickResult:
 
 
 class TetrisTarget(Target):
-    """A game, the orb as it was last heard of, and the fingers on it.
+    """A game, and the orb that plays it.
 
     Attributes:
         game: The engine.
@@ -122,7 +122,7 @@ class TetrisTarget(Target):
     def tick(
         self, now_s: float, received: Sequence[Received] = (), actions: Sequence[Action] = ()
     ) -> TickResult:
-        """Let time pass; take what came over the link, and then what the player's keys say.
+        """Let time pass; take what came over the link, and then the player's keys.
 
         Args:
             now_s: The present time, never earlier than before.
@@ -157,7 +157,7 @@ class TetrisTarget(Target):
         return TickResult(tuple(acted), tuple(events))
 
     def _take(self, item: Received, now_s: float) -> tuple[Action, ...]:
-        """Take what came over the link; return what a change of the link asks of the game."""
+        """Take what came over the link; return the actions that a change of the link causes."""
         before = self.orb.link
         self._observe(item, now_s)
         match item:

@@ -118,7 +118,7 @@ class Bus:
         from dbus_fast.unpack import unpack_variants
 
         message = Message(
-            # Who has stopped bluetoothd shall not see it start because somebody asks after it.
+            # A bluetoothd that was stopped on purpose must not start because of a query.
             flags=MessageFlag.NO_AUTOSTART,
             destination=to,
             path=path,
@@ -196,7 +196,7 @@ class Bus:
         self.raw.unexport(path)
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Hear what changes, on the loop's thread; call what is returned to hear no more."""
+        """Call a listener for every change, on the loop's thread; return what ends that."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
@@ -214,7 +214,7 @@ class Bus:
         self.raw.disconnect()
 
     async def _watch(self) -> None:
-        """Ask the bus for BlueZ's signals."""
+        """Subscribe to BlueZ's signals."""
         for rule in (
             f"type='signal',sender='{BLUEZ}',interface='{_PROPERTIES}'",
             f"type='signal',sender='{BLUEZ}',interface='{_OBJECTS}'",

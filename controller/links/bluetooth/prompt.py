@@ -1,4 +1,4 @@
-"""A person at the terminal who is asked while the loop goes on."""
+"""Questions at the terminal, beside a running asyncio loop."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 
 
 class Prompt:
-    """Asks on the standard output, and hears lines of the standard input, on a running loop."""
+    """Questions on the standard output, and answers from the standard input."""
 
     def __init__(self) -> None:
         """Begin to listen; a thread of its own waits for lines, and ends with the program."""

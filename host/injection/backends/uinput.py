@@ -52,7 +52,7 @@ class Uinput(Backend):
             control: How it takes them: `fcntl.ioctl` if not given.
 
         Raises:
-            BackendError: It cannot be made; the sentence says what to do.
+            BackendError: It cannot be made; the message says what to do.
         """
         self._control = control or fcntl.ioctl
         self._values: dict[int, int] = {}  # of axes
@@ -84,7 +84,7 @@ class Uinput(Backend):
                 setup = ABS_SETUP.pack(code, 0, -end, end, 0, 0, 0)
                 self._control(self._handle, UI_ABS_SETUP, setup)
         name = f"OrbTouch {kind}".encode()
-        # Vendor and product are 0: it is nobody's product, so no driver mistakes it for one.
+        # Vendor and product are 0, so that no driver mistakes it for a product.
         self._control(self._handle, UI_DEV_SETUP, SETUP.pack(_BUS_VIRTUAL, 0, 0, 1, name, 0))
 
     def set(self, key: str, *, down: bool) -> None:

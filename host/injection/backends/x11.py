@@ -1,4 +1,4 @@
-"""X11, where there is no uinput: through pynput, which asks the server's XTEST extension.
+"""X11, where there is no uinput: through pynput and the server's XTEST extension.
 
 Wayland's own windows are out of its reach.
 """

@@ -1,4 +1,4 @@
-"""Classic HID: the record that tells hosts of us, and what goes over the two channels.
+"""Classic HID: the service record, and the messages of the two channels.
 
 As the "Human Interface Device Profile", version 1.1, wants it. Pure: bytes in, bytes out.
 """
@@ -17,9 +17,9 @@ _GAMEPAD_CLASS: Final = 0x08  # minor device class: a peripheral that is a gamep
 # Kinds of messages, the upper half of their first byte: section 3.1.
 _HANDSHAKE, _CONTROL, _GET_REPORT, _SET_REPORT = 0x0, 0x1, 0x4, 0x5
 _GET_PROTOCOL, _SET_PROTOCOL, _DATA = 0x6, 0x7, 0xA
-# What a handshake says, its lower half.
+# Results of a handshake, its lower half.
 _OK, _NO_SUCH_REPORT, _UNSUPPORTED, _BAD_PARAMETER = 0x0, 0x2, 0x3, 0x4
-_SUSPEND, _GO_ON, _UNPLUG = 0x3, 0x4, 0x5  # what control says
+_SUSPEND, _GO_ON, _UNPLUG = 0x3, 0x4, 0x5  # operations of control
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
 
@@ -75,7 +75,7 @@ class HidChannels:
             self.unplugged = True
 
     def _tell(self, parameter: int, rest: bytes) -> bytes:
-        """Answer a host that asks for the newest report."""
+        """Return the newest report, or why there is none."""
         if parameter & 0x03 != _INPUT:
             return _handshake(_UNSUPPORTED)
         report = self._latest.get(rest[0]) if rest else None
