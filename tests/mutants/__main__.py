@@ -105,8 +105,8 @@ def stale(reasons: dict[Key, str], found: dict[str, list[Mutation]]) -> list[Key
 
 def test_file(name: str) -> str:
     """Return the path of a test file of `related.toml`: "a/b" is tests/a/test_b.py."""
-    folder, _, module = name.rpartition("/")
-    return f"tests/{folder}/test_{module}.py"
+    *folders, module = name.split("/")
+    return "/".join(("tests", *folders, f"test_{module}.py"))
 
 
 def run(
