@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import queue
 import socket
+from collections.abc import Callable
+from functools import partial
 
 from controller.errors import how_to_install
-from controller.links.base import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.identifiers import CHANNEL
@@ -52,13 +52,12 @@ class RfcommLink(StreamLink):
         from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
-        self._arrived: queue.SimpleQueue[tuple[socket.socket, str, str]] = queue.SimpleQueue()
-        self._leaving: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._calls: RequestQueue[Callable[[], None]] = RequestQueue()  # of the other thread
         self._paths: dict[socket.socket, str] = {}  # of each one's device in BlueZ
         service = SerialService(self._accept, self._leave)
-        self._keeper = RegistrationThread([service], adapter)
+        self._registration = RegistrationThread([service], adapter)
         try:
-            self._keeper.start()
+            self._registration.start()
         except BluetoothError as error:
             self._shut()
             raise LinkAwayError(f"cannot wait for hosts over Bluetooth: {error}") from None
@@ -68,44 +67,40 @@ class RfcommLink(StreamLink):
     @property
     def state(self) -> str:
         """Whether Bluetooth is "ready", or what is missing."""
-        return self._keeper.state
+        return self._registration.state
 
     def pair(self, seconds: int) -> None:
         """Let new hosts find and pair with us for a while, without waiting."""
-        self._keeper.pair(seconds)
+        self._registration.pair(seconds)
 
     def close(self) -> None:
         """Send Bye, unregister, and end both threads."""
         super().close()
-        self._keeper.close()
+        self._registration.close()
 
-    # --- the keeper's side ---
+    # --- the registration's side ---
 
-    def _accept(self, connection: socket.socket, who: str, path: str) -> None:
-        self._arrived.put((connection, who, path))
+    def _accept(self, connection: socket.socket, host: str, path: str) -> None:
+        self._calls.put(partial(self._join, connection, host, path))
         self._wake()
 
     def _leave(self, path: str) -> None:
-        self._leaving.put(path)
+        self._calls.put(partial(self._part, path))
         self._wake()
 
     # --- the thread's side ---
 
     def _woken(self, events: int) -> None:
         super()._woken(events)
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._join(*self._arrived.get_nowait())
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._part(self._leaving.get_nowait())
+        for call in self._calls.take():
+            call()
 
-    def _join(self, connection: socket.socket, who: str, path: str) -> None:
+    def _join(self, connection: socket.socket, host: str, path: str) -> None:
         self._paths = {open_: its for open_, its in self._paths.items() if open_.fileno() >= 0}
         if len(self._paths) >= PEERS:
             connection.close()
             return
-        log.info("%s opened the serial port", who)
+        log.info("%s opened the serial port", host)
         self._paths[connection] = path
         self._attach(connection)
 

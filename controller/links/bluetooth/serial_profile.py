@@ -94,7 +94,7 @@ class SerialService(ServiceInterface, Registration):
         self._leave(device)
 
     async def _welcome(self, device: str, connection: socket.socket) -> str:
-        """Return name and address of a host; raise if it may not connect, which BlueZ checks too."""
+        """Return name and address of a host; raise if it may not connect."""
         if self._bus is None or not device.startswith(self._adapter + "/"):
             raise DBusError("org.bluez.Error.Rejected", "not on this adapter")
         found = devices(await self._bus.objects()).get(device, {})

@@ -2,5 +2,5 @@
 
 Pure: `report_map` (description of the reports), `reports` (held keys as bytes), `host_selection`
 (the active host), `gatt_services` and `l2cap` (what a host reads and writes, over GATT and over
-classic Bluetooth). `hid_device` joins them to held keys; `gatt` and `classic` send reports to BlueZ.
+classic Bluetooth). `hid_device` joins them to held keys; `gatt` and `classic` send reports.
 """
