@@ -21,7 +21,7 @@ The language is the same for every target; `Outputs` names the entries that a ta
 
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -126,14 +126,12 @@ def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:
     everywhere = parser.entries(table, ("everywhere",))
     key_map = KeyMap(
         {name: everywhere | parser.entries(profiles, ("profile", name)) for name in profiles},
-        _hot_key(table, "arm_key", "f9"),
-        _hot_key(table, "profile_key", "f8"),
-        allowed,
-        parser.long(table),
-        _seconds(_Place(), table, "long_ms", _LONG_MS, LONG_S),
+        allowed=allowed,
+        long=parser.entries(table, ("long",)),
+        long_s=_seconds(_Place(), table, "long_ms", _LONG_MS, LONG_S),
     )
-    _check_hot_keys(key_map)
-    return key_map
+    arm_key, profile_key = _hot_keys(table, key_map.keys)
+    return replace(key_map, arm_key=arm_key, profile_key=profile_key)
 
 
 class _Place(NamedTuple):
@@ -166,16 +164,6 @@ class _Parser:
             entries[command] = self._entry(place, value)
         return entries
 
-    def long(self, table: dict[str, Any]) -> dict[str, Entry]:
-        entries = self.entries(table, ("long",))
-        for command, entry in entries.items():
-            if isinstance(entry, Press | Text):
-                raise _Place(("long", command)).wrong(
-                    'only arm and profile can wait; write mode = "hold" in a profile for a key '
-                    "that is down as long as the orb is held"
-                )
-        return entries
-
     def _entry(self, place: _Place, value: Any) -> Entry:
         if isinstance(value, str) and self.outputs.plain:
             value = {self.outputs.plain: value}
@@ -190,6 +178,11 @@ class _Parser:
                 raise place.wrong(f"{name!r} has no place beside {what!r}")
         if what not in self.outputs.entries:
             raise place.wrong(f"{what!r} needs {_TARGETS[what]}")
+        if place.path[0] == "long" and what in ("key", "pad", "text"):
+            raise place.wrong(
+                'only arm and profile can wait; write mode = "hold" in a profile for a key that is '
+                "down as long as the orb is held"
+            )
         return self._read(place, what, value)
 
     def _read(self, place: _Place, what: str, value: dict[str, Any]) -> Entry:
@@ -265,27 +258,26 @@ def _chord(place: _Place, what: str, words: Any, known: Collection[str]) -> Chor
     return tuple(names)
 
 
-def _hot_key(table: dict[str, Any], name: str, usual: str) -> str:
-    key = table.get(name, usual)
-    if key not in _HOT_KEYS:
-        raise KeyMapError(f"{name} is {key!r}; it is f6 to f10, f12, a letter or a digit", (name,))
-    return str(key)
-
-
-def _check_hot_keys(key_map: KeyMap) -> None:
-    """Raise if a key of our window means two things, or is one that a command presses."""
-    hot = {"arm_key": key_map.arm_key, "profile_key": key_map.profile_key}
-    if key_map.arm_key == key_map.profile_key:
-        raise KeyMapError(
-            f"arm_key and profile_key are both {key_map.arm_key!r}; choose two keys", ("arm_key",)
-        )
-    for name, key in hot.items():
-        if key in key_map.keys:
+def _hot_keys(table: dict[str, Any], pressed: Collection[str]) -> list[str]:
+    """Return the keys of our window that arm, and that change the profile."""
+    keys = {"arm_key": "f9", "profile_key": "f8"}
+    for name, usual in keys.items():
+        key = keys[name] = table.get(name, usual)
+        if key not in _HOT_KEYS:
+            wanted = "f6 to f10, f12, a letter or a digit"
+            raise KeyMapError(f"{name} is {key!r}; it is {wanted}", (name,))
+        if key in pressed:
             raise KeyMapError(
-                f"{name} is {key!r}, which the mapping also presses; "
-                "choose another, so that no command can press it",
+                f"{name} is {key!r}, which the mapping also presses; choose another, so that no "
+                "command can press it",
                 (name,),
             )
+    if len(set(keys.values())) < len(keys):
+        both = keys["arm_key"]
+        raise KeyMapError(
+            f"arm_key and profile_key are both {both!r}; choose two keys", ("arm_key",)
+        )
+    return list(keys.values())
 
 
 def _seconds(
