@@ -14,7 +14,6 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl
 
 from controller.errors import how_to_install
@@ -24,9 +23,10 @@ from controller.links.base import Link, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import host_store
-from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection
 from controller.links.bluetooth.hid.reports import HID
+from controller.links.bluetooth.registration import RegistrationThread
 from controller.protocol.messages import (
     VERSION,
     Bye,
@@ -37,9 +37,6 @@ from controller.protocol.messages import (
     Telemetry,
     Welcome,
 )
-
-if TYPE_CHECKING:
-    from controller.links.bluetooth.registration import Registration
 
 CLASSIC = "classic"
 
@@ -106,8 +103,6 @@ class HidLink(Link):
         Raises:
             LinkError: BlueZ refuses the registration.
         """
-        from controller.links.bluetooth.registration import RegistrationThread
-
         self._requests: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         place = host_store.place()
@@ -117,8 +112,8 @@ class HidLink(Link):
             tell=self._tell,
             remember=partial(host_store.remember, place),
         )
-        part = _registration(self._device, name, classic=classic)
-        self._thread = RegistrationThread([part], adapter)
+        transport = _transport(self._device, name, classic=classic)
+        self._thread = RegistrationThread(transport, adapter)
         try:
             self._thread.start()
         except BluetoothError as error:
@@ -170,7 +165,7 @@ class HidLink(Link):
             self._requests.put(Bye("the host has gone"))
 
 
-def _registration(device: HidDevice, name: str, *, classic: bool) -> Registration:
+def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:
     """Return the transport that brings reports to hosts."""
     if classic:
         from controller.links.bluetooth.hid.classic import ClassicTransport

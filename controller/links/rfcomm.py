@@ -12,6 +12,7 @@ from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.bluetooth.registration import RegistrationThread
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
@@ -48,14 +49,13 @@ class RfcommLink(StreamLink):
 
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
-        from controller.links.bluetooth.registration import RegistrationThread
         from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
         self._calls: RequestQueue[Callable[[], None]] = RequestQueue()  # of the other thread
         self._paths: dict[socket.socket, str] = {}  # of each one's device in BlueZ
         service = SerialService(self._accept, self._leave)
-        self._registration = RegistrationThread([service], adapter)
+        self._registration = RegistrationThread(service, adapter)
         try:
             self._registration.start()
         except BluetoothError as error:

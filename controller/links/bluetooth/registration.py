@@ -12,7 +12,7 @@ import contextlib
 import logging
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
@@ -48,26 +48,17 @@ class Registration(ABC):
 
 
 class RegistrationThread:
-    """An asyncio loop on a thread of its own, which keeps services registered.
+    """An asyncio loop on a thread of its own, which keeps a service registered.
 
     Attributes:
         state: "ready", or in a sentence what is missing.
     """
 
-    def __init__(
-        self, parts: Sequence[Registration], adapter: str = "", capability: str = ""
-    ) -> None:
-        """Prepare; `start` begins.
-
-        Args:
-            parts: What to register.
-            adapter: Its name (hci0) or address; "": the first.
-            capability: What the pairing agent can show; "": nothing.
-        """
+    def __init__(self, service: Registration, adapter: str = "") -> None:
+        """Prepare to register a service on an adapter (hci0, or its address; "": the first)."""
         self.state = "starting"
-        self._parts = parts
+        self._service = service
         self._name = adapter
-        self._capability = capability
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="bluetooth", daemon=True)
         self._first: concurrent.futures.Future[None] = concurrent.futures.Future()
@@ -131,8 +122,7 @@ class RegistrationThread:
                     if self._agent is not None:
                         await self._agent.unregister()
                     self._agent, self._adapter = None, ""
-                    for part in self._parts:
-                        await part.end()
+                    await self._service.end()
                     bus.close()
             except BluetoothError as error:
                 self._missing(error)
@@ -187,10 +177,9 @@ class RegistrationThread:
         from controller.links.bluetooth.pairing_agent import NO_SCREEN, PairingAgent
 
         self._agent = agent = PairingAgent(bus)
-        await agent.register(self._capability or NO_SCREEN)
+        await agent.register(NO_SCREEN)
         await agent.close_window(adapter)
-        for part in self._parts:
-            await part.begin(bus, adapter)
+        await self._service.begin(bus, adapter)
         self._adapter = adapter
 
     async def _pair(self, seconds: int) -> None:
