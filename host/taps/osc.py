@@ -5,39 +5,18 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from controller.errors import how_to_install
 from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
 from host.taps.base import Tap, TapError, TapUnavailableError
 
+if TYPE_CHECKING:
+    from pythonosc.udp_client import SimpleUDPClient
+
 DEFAULT: Final = "127.0.0.1:9000"
 DESCRIBE_S: Final = 2.0  # between two descriptions, for programs that start later
-
-
-class UdpClient:
-    """A socket that sends to one address only, and takes packets from no other."""
-
-    def __init__(self, host: str, port: int, build: Callable[[str, list[Any]], bytes]) -> None:
-        """Take the address, and what makes a message's bytes; OSError if there is no such host."""
-        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-        self._build = build
-        self._socket = socket.socket(family, kind)
-        self._socket.setblocking(False)
-        try:
-            self._socket.connect(address)
-        except OSError:
-            self._socket.close()
-            raise
-
-    def send(self, address: str, values: list[str | float]) -> None:
-        """Send one message; OSError if the buffer is full, or the last one was refused."""
-        self._socket.send(self._build(address, values))
-
-    def close(self) -> None:
-        """Close the socket."""
-        self._socket.close()
 
 
 class OscTap(Tap):
@@ -47,7 +26,9 @@ class OscTap(Tap):
         unsent: Messages that the system did not take: no program listens, or the network is gone.
     """
 
-    def __init__(self, client: UdpClient, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, client: SimpleUDPClient, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Take what sends, and a clock in seconds."""
         self.unsent = 0
         self._client, self._clock = client, clock
@@ -100,7 +81,7 @@ class OscTap(Tap):
 
     def _send(self, address: str, *values: str | float) -> None:
         try:
-            self._client.send(f"/orbtouch/{address}", list(values))
+            self._client.send_message(f"/orbtouch/{address}", values)
         except OSError:  # by which UDP reports that no program took the last one
             self.unsent += 1
 
@@ -120,16 +101,14 @@ def create(where: str) -> OscTap:
     if not host or not port or parts.path:
         raise TapError(f"--tap osc://{where} is no address; write osc://{DEFAULT}")
     try:
-        from pythonosc import osc_message_builder
+        from pythonosc.udp_client import SimpleUDPClient
     except ModuleNotFoundError:
         raise TapUnavailableError(f"--tap osc needs python-osc; {how_to_install('osc')}") from None
-
-    def build(address: str, values: list[Any]) -> bytes:
-        return bytes(osc_message_builder.build_msg(address, values).dgram)
-
     try:
-        return OscTap(UdpClient(host, port, build))
+        # A number, since the client would resolve a name for every message.
+        address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0][4][0]
     except OSError as error:
         raise TapUnavailableError(
             f"--tap osc://{where}: {host} is not known ({error.strerror})"
         ) from error
+    return OscTap(SimpleUDPClient(str(address), port))
