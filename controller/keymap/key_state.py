@@ -50,9 +50,9 @@ class KeyState:
         armed: Whether commands press anything.
         profile: The one in force.
         down: Keys that are down, in the order in which they went down.
-        output: Strokes to make, oldest first; the owner of the device takes them.
-        hosts: Numbers of the hosts that were selected, oldest first; taken as `output` is.
-        told: Sentences for the user, oldest first; the owner of the terminal takes them.
+        strokes: Strokes to make, oldest first; the owner of the device takes them.
+        hosts: Numbers of the hosts that were selected, oldest first; taken as `strokes` are.
+        notes: Sentences for the user, oldest first; the owner of the terminal takes them.
     """
 
     def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
@@ -66,9 +66,9 @@ class KeyState:
         self.armed = armed
         self.profile = key_map.first
         self.down: list[str] = []
-        self.output: list[Stroke] = []
+        self.strokes: list[Stroke] = []
         self.hosts: list[int] = []
-        self.told: list[str] = []
+        self.notes: list[str] = []
         self._map = key_map
         self._gap_s = gap_s
         self._holds: dict[str, _Hold] = {}
@@ -109,7 +109,7 @@ class KeyState:
                 self.release()
                 self.hosts.append(number)
             case Press() | Text() if self.armed and self._letters:
-                self.told.append(f"{name} was dropped: a text is being typed")
+                self.notes.append(f"{name} was dropped: a text is being typed")
             case Press() if self.armed:
                 self._reported_s = now_s
                 self._press(name, entry, now_s)
@@ -143,7 +143,7 @@ class KeyState:
         for name, hold in list(self._holds.items()):
             if silent and hold.press.mode is not Mode.TAP:
                 self._drop(name)
-                self.told.append(f"{name} was released: the orb no longer reports what is held")
+                self.notes.append(f"{name} was released: the orb no longer reports what is held")
             while name in self._holds and hold.next_s <= now_s:
                 self._turn(name, hold, now_s)
         self._type(now_s)
@@ -163,21 +163,21 @@ class KeyState:
         """Let commands press keys from now on."""
         if not self.armed:
             self.armed = True
-            self.told.append(f"armed {why}: profile {self.profile}")
+            self.notes.append(f"armed {why}: profile {self.profile}")
 
     def disarm(self, why: str) -> None:
         """Release everything, and let commands press nothing."""
         self.release()
         if self.armed:
             self.armed = False
-            self.told.append(f"disarmed {why}")
+            self.notes.append(f"disarmed {why}")
 
     def switch(self, profile: str = "") -> None:
         """Release everything, and change the profile; "" is the file's next one."""
         self.release()
         names = list(self._map.profiles)
         self.profile = profile or names[(names.index(self.profile) + 1) % len(names)]
-        self.told.append(f"profile {self.profile}")
+        self.notes.append(f"profile {self.profile}")
 
     def release(self) -> None:
         """Release everything."""
@@ -236,18 +236,18 @@ class KeyState:
     def _down(self, chord: Chord, name: str) -> bool:
         """Put keys down, the main one anew if it is down; refuse what is dangerous together."""
         if risk := danger({*self.down, *chord}, self._map.allowed):
-            self.told.append(f"{name} was dropped: with what is down it would make {risk}")
+            self.notes.append(f"{name} was dropped: with what is down it would make {risk}")
             return False
         self._up([key for key in chord[-1:] if key in self.down])
         for key in chord:
             if key not in self.down:
                 self.down.append(key)
-                self.output.append(Stroke(key, down=True))
+                self.strokes.append(Stroke(key, down=True))
         return True
 
     def _up(self, keys: Collection[str]) -> None:
         """Put keys up, the latest first."""
-        self.output += [Stroke(key, down=False) for key in reversed(self.down) if key in keys]
+        self.strokes += [Stroke(key, down=False) for key in reversed(self.down) if key in keys]
         self.down = [key for key in self.down if key not in keys]
 
     def _type(self, now_s: float) -> None:

@@ -109,8 +109,8 @@ class HidLink(Link):
         self._device = HidDevice(
             keys,
             HostSelection(host_store.recall(place), only, time.monotonic()),
-            tell=self._tell,
-            remember=partial(host_store.remember, place),
+            notify=self._report_host,
+            store=partial(host_store.remember, place),
         )
         transport = _transport(self._device, name, classic=classic)
         self._thread = RegistrationThread(transport, adapter)
@@ -155,7 +155,7 @@ class HidLink(Link):
     async def _take(self, message: Message) -> None:
         self._device.take(message)
 
-    def _tell(self, address: str) -> None:
+    def _report_host(self, address: str) -> None:
         """Queue that another host is active; called on the registration's thread."""
         if address:
             log.info("host %s has the orb", address)

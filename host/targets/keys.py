@@ -145,7 +145,7 @@ class KeysTarget(Target):
 
     def _make_strokes(self) -> None:
         # Taken first: a signal may end us in the middle, and none may be made twice.
-        strokes, self.keys.output = self.keys.output, []
+        strokes, self.keys.strokes = self.keys.strokes, []
         self._sender.send(strokes)
 
     def _ready(self) -> None:
@@ -157,17 +157,17 @@ class KeysTarget(Target):
         else:
             if started:  # that took time, so what came with the arming is too late
                 self.keys.release()
-                self.keys.output.clear()
+                self.keys.strokes.clear()
 
     def _fail(self, trouble: str) -> None:
         """Disarm without a stroke: the sender has released what it could."""
         self.keys.disarm(trouble)
-        self.keys.output.clear()
+        self.keys.strokes.clear()
 
     def _tell(self, was_armed: bool) -> None:
-        for line in self.keys.told:
+        for line in self.keys.notes:
             self._say(line)
-        self.keys.told.clear()
+        self.keys.notes.clear()
         if self.keys.armed is not was_armed:
             self._sound(self.keys.armed)
 

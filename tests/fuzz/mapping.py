@@ -115,7 +115,7 @@ def _play(key_map: KeyMap) -> None:
     pressed.disarm("at the end")
     assert not pressed.down
     down: set[str] = set()
-    for stroke in pressed.output:
+    for stroke in pressed.strokes:
         assert stroke.key in key_map.keys
         assert (stroke.key in down) is not stroke.down
         (down.add if stroke.down else down.remove)(stroke.key)

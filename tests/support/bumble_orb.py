@@ -73,7 +73,7 @@ class Orb(HidTransport):
         self.told: list[str] = []
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            key_map(mapping), hosts, tell=self.told.append, remember=lambda known: None
+            key_map(mapping), hosts, notify=self.told.append, store=lambda known: None
         )
         super().__init__(self.pad, "OrbTouch")
         self.pad.open(self)

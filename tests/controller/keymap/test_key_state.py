@@ -42,8 +42,8 @@ def armed(key_map: KeyMap = MAP) -> KeyState:
 
 def strokes(pressed: KeyState) -> str:
     """Return what has been done since the last call, as in "+a -a"."""
-    made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.output)
-    pressed.output.clear()
+    made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.strokes)
+    pressed.strokes.clear()
     return made
 
 
@@ -54,7 +54,7 @@ def test_nothing_is_pressed_until_it_is_armed() -> None:
     pressed.command("menu", 1.0)
     pressed.command("left", 2.0)
     assert strokes(pressed) == "+left"
-    assert pressed.told == ["armed by the orb: profile game"]
+    assert pressed.notes == ["armed by the orb: profile game"]
 
 
 HELD = parse(
@@ -84,11 +84,11 @@ def test_long_hold_arms_and_the_next_one_disarms() -> None:
     assert not pressed.armed
     hold(pressed, "drop", 3.0, 9.0)
     let_go(pressed, 9.1)
-    assert pressed.told == ["armed by the orb: profile game"]
+    assert pressed.notes == ["armed by the orb: profile game"]
     assert strokes(pressed) == ""
     hold(pressed, "drop", 10.0, 19.0)
     assert strokes(pressed) == "+space -space"  # it is still a command, and taps first
-    assert pressed.told[1:] == ["disarmed by the orb"]
+    assert pressed.notes[1:] == ["disarmed by the orb"]
 
 
 def test_long_hold_changes_the_profile() -> None:
@@ -151,7 +151,7 @@ def test_hold_ends_when_the_orb_says_nothing_of_it_any_more() -> None:
     pressed.command("down", 1.0)
     pressed.tick(1.0 + SILENCE_S)
     assert strokes(pressed) == "+down -down"
-    assert "no longer reports" in pressed.told[-1]
+    assert "no longer reports" in pressed.notes[-1]
 
 
 def test_repeat_presses_again_and_again_while_it_is_held() -> None:
@@ -211,7 +211,7 @@ def test_command_while_a_text_is_typed_is_dropped_and_told() -> None:
     pressed = armed()
     pressed.command("say", 0.0)
     pressed.command("left", 0.01)
-    assert pressed.told[-1] == "left was dropped: a text is being typed"
+    assert pressed.notes[-1] == "left was dropped: a text is being typed"
 
 
 def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
@@ -219,7 +219,7 @@ def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
     pressed.command("rotate_cw", 1.0)
     pressed.command("rotate_ccw", 1.5)
     assert strokes(pressed) == "+alt"
-    assert pressed.told[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
+    assert pressed.notes[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
 
 
 def test_allowed_chord_allows_no_other_key_beside_it() -> None:
@@ -270,7 +270,7 @@ class AnyMoment(RuleBasedStateMachine):
         self.asked: set[str] = set()  # by commands since the keys were all up
 
     def follow(self, *, lifted: bool = False) -> None:
-        for stroke in self.pressed.output:
+        for stroke in self.pressed.strokes:
             assert stroke.down is (stroke.key not in self.down), "a stroke that changes nothing"
             if stroke.down:
                 assert self.pressed.armed
@@ -279,7 +279,7 @@ class AnyMoment(RuleBasedStateMachine):
                 assert not danger(self.down, MAP.allowed)
             else:
                 self.down.remove(stroke.key)
-        self.pressed.output.clear()
+        self.pressed.strokes.clear()
         assert not (lifted and self.down)
 
     @rule(name=st.sampled_from(COMMANDS))

@@ -78,7 +78,7 @@ class Table:
         self.told: asyncio.Queue[str] = asyncio.Queue()
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            key_map("gamepad"), hosts, tell=self.told.put_nowait, remember=lambda known: None
+            key_map("gamepad"), hosts, notify=self.told.put_nowait, store=lambda known: None
         )
         self.part = ClassicTransport(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []

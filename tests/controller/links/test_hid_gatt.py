@@ -42,7 +42,7 @@ class Table:
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            key_map(mapping), hosts, tell=self.told.append, remember=self.remembered.append
+            key_map(mapping), hosts, notify=self.told.append, store=self.remembered.append
         )
         self.percent = 87
         self.part = GattTransport(self.pad, "OrbTouch", lambda: self.percent)

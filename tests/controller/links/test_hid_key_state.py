@@ -46,7 +46,7 @@ class Player(KeyState):
 
     def taken(self) -> list[Report]:
         """Take the reports that have gathered."""
-        strokes, self.output = self.output, []
+        strokes, self.strokes = self.strokes, []
         return self.reports.follow(strokes)
 
 
@@ -99,7 +99,7 @@ def test_what_is_held_goes_up_when_the_orb_falls_silent() -> None:
     assert player.due_s == 1.0 + SILENCE_S
     player.tick(1.0 + SILENCE_S)
     assert player.taken() == [gamepad({"a", "stick_up"}), gamepad(())]
-    assert player.told == ["drop was released: the orb no longer reports what is held"]
+    assert player.notes == ["drop was released: the orb no longer reports what is held"]
 
 
 def test_keys_and_buttons_can_be_down_together() -> None:
@@ -119,7 +119,7 @@ def test_another_profile_lets_go_of_everything_first() -> None:
         keyboard(()),
         keyboard(("ctrl", "pagedown")),
     ]
-    assert player.told == ["profile slides"]
+    assert player.notes == ["profile slides"]
 
 
 def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:
@@ -152,7 +152,7 @@ def test_chords_that_only_two_commands_make_are_not_pressed() -> None:
     player.command("left", 1.0)
     player.command("right", 1.1)
     assert player.taken() == [keyboard(("alt",))]
-    assert player.told == ["right was dropped: with what is down it would make alt+f4"]
+    assert player.notes == ["right was dropped: with what is down it would make alt+f4"]
 
 
 steps = st.tuples(

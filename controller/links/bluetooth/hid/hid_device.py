@@ -37,23 +37,23 @@ class HidDevice:
         key_map: KeyMap,
         hosts: HostSelection,
         *,
-        tell: Callable[[str], None],
-        remember: Callable[[StoredHosts], None],
+        notify: Callable[[str], None],
+        store: Callable[[StoredHosts], None],
     ) -> None:
         """Begin without a host.
 
         Args:
             key_map: What commands press.
             hosts: Those that are known; its clock is the loop's.
-            tell: Called with the address of the active host, "" if there is none.
-            remember: Called with the hosts to store for the next run.
+            notify: Called with the address of the active host, "" if there is none.
+            store: Called with the hosts to store for the next run.
         """
         self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
         self.hosts = hosts
         self._reports = HeldReports()
         self._waiting: list[Report] = []
-        self._tell = tell
-        self._remember = remember
+        self._notify = notify
+        self._store = store
         self._transport: HidTransport | None = None
         self._active = ""
         self._known = hosts.known
@@ -117,15 +117,15 @@ class HidDevice:
             self._active = self.hosts.active
             self._release()
             self._flush()
-            self._tell(self._active)
+            self._notify(self._active)
         if self._transport is not None:
             self._steer(self._transport)
-        for sentence in self.keys.told:
+        for sentence in self.keys.notes:
             log.info("%s", sentence)
-        self.keys.hosts, self.keys.told = [], []
+        self.keys.hosts, self.keys.notes = [], []
         if self.hosts.known != self._known:
             self._known = self.hosts.known
-            self._remember(self._known)
+            self._store(self._known)
         self._plan()
 
     def _steer(self, transport: HidTransport) -> None:
@@ -142,13 +142,13 @@ class HidDevice:
     def _release(self) -> None:
         """Put everything up, and report that in any case."""
         self.keys.release()
-        self.keys.output = []
+        self.keys.strokes = []
         self._waiting += self._reports.release()
 
     def _flush(self) -> None:
         """Send the reports that wait, if there is an active host."""
-        reports = self._waiting + self._reports.follow(self.keys.output)
-        self._waiting, self.keys.output = [], []
+        reports = self._waiting + self._reports.follow(self.keys.strokes)
+        self._waiting, self.keys.strokes = [], []
         if self._transport is not None and self._active and self._active == self.hosts.active:
             for report in reports:
                 self._transport.send(report)
