@@ -19,14 +19,14 @@ from urllib.parse import parse_qsl
 from controller.errors import how_to_install
 from controller.keymap import keymap_file
 from controller.keymap.keymap import KeyMap
-from controller.links.base import Link, LinkAwayError, LinkError, RequestQueue
+from controller.links.base import LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import host_store
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection
 from controller.links.bluetooth.hid.reports import HID
-from controller.links.bluetooth.registration import RegistrationThread
+from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.protocol.messages import (
     VERSION,
     Bye,
@@ -77,7 +77,7 @@ def key_map(name: str) -> KeyMap:
     return keymap_file.read(Path(name), HID)
 
 
-class HidLink(Link):
+class HidLink(BluetoothLink):
     """One host at a time, bonded and encrypted; it gets what is pressed, and nothing else.
 
     Attributes:
@@ -113,28 +113,19 @@ class HidLink(Link):
             store=partial(host_store.remember, place),
         )
         transport = _transport(self._device, name, classic=classic)
-        self._thread = RegistrationThread(transport, adapter)
+        self._registration = RegistrationThread(transport, adapter)
         try:
-            self._thread.start()
+            self._registration.start()
         except BluetoothError as error:
             self._closed.set()
             raise LinkAwayError(f"cannot be a Bluetooth gamepad: {error}") from None
-
-    @property
-    def state(self) -> str:
-        """Whether Bluetooth is "ready", or what is missing."""
-        return self._thread.state
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-        self._thread.pair(seconds)
 
     def send(self, message: Message, t_ms: int) -> None:
         """Press what a command asks for, as long as the orb reports that it is held."""
         if not self.connected:
             self.dropped += 1
         if isinstance(message, Command | State | Telemetry) and not self._closed.is_set():
-            self._thread.submit(self._take(message))
+            self._registration.submit(self._take(message))
 
     def poll(self) -> list[Message]:
         """Return Hello for every host that has become active, and Bye when none is."""
@@ -150,7 +141,7 @@ class HidLink(Link):
     def close(self) -> None:
         """Release everything on the host, disconnect it, and let BlueZ forget us."""
         self._closed.set()
-        self._thread.close()
+        self._registration.close()
 
     async def _take(self, message: Message) -> None:
         self._device.take(message)

@@ -12,7 +12,7 @@ from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.identifiers import CHANNEL
-from controller.links.bluetooth.registration import RegistrationThread
+from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
@@ -38,7 +38,7 @@ def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
     return RfcommLink(adapter, welcome, access)
 
 
-class RfcommLink(StreamLink):
+class RfcommLink(StreamLink, BluetoothLink):
     """One host at a time, bonded and encrypted; bluetoothd and the adapter may come and go.
 
     Attributes:
@@ -63,15 +63,6 @@ class RfcommLink(StreamLink):
             raise LinkAwayError(f"cannot wait for hosts over Bluetooth: {error}") from None
         self.url = f"rfcomm://{service.address}:{CHANNEL}"
         self.start()
-
-    @property
-    def state(self) -> str:
-        """Whether Bluetooth is "ready", or what is missing."""
-        return self._registration.state
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-        self._registration.pair(seconds)
 
     def close(self) -> None:
         """Send Bye, unregister, and end both threads."""

@@ -182,6 +182,11 @@ class Bus:
         """Return a property."""
         return await self.call(path, _PROPERTIES, "Get", "ss", interface, name)
 
+    async def device(self, path: str) -> Properties:
+        """Return the properties of a device."""
+        found: Properties = await self.call(path, _PROPERTIES, "GetAll", "s", DEVICE)
+        return found
+
     async def set(self, path: str, interface: str, name: str, signature: str, value: Any) -> None:
         """Set a property of a D-Bus type, such as "b" or "u"."""
         wrapped = variant(signature, value)
@@ -268,6 +273,11 @@ def devices(objects: Objects, adapter: str = "") -> dict[str, Properties]:
 def bonded(device: Properties) -> bool:
     """Return whether a device has been paired for good."""
     return bool(device.get("Bonded", device.get("Paired", False)))  # BlueZ before 5.64: Paired
+
+
+def named(device: Properties) -> str:
+    """Return name and address of a device."""
+    return f"{device.get('Alias', 'a host')} ({device.get('Address', '')})"
 
 
 def explain(name: str, text: str) -> str:

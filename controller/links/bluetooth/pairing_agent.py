@@ -14,7 +14,7 @@ from dbus_fast import DBusError
 from dbus_fast.annotations import DBusObjectPath, DBusStr, DBusUInt16, DBusUInt32
 from dbus_fast.service import ServiceInterface, dbus_method
 
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE, ROOT, BluetoothError, bonded
+from controller.links.bluetooth.bluez import ADAPTER, ROOT, BluetoothError, bonded, named
 from controller.links.bluetooth.identifiers import AGENT_PATH
 
 if TYPE_CHECKING:
@@ -117,12 +117,9 @@ class PairingAgent(ServiceInterface):
 
     async def _who(self, path: str) -> str:
         try:
-            device = await self._bus.call(
-                path, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
-            )
+            return named(await self._bus.device(path))
         except BluetoothError:
             return path.rpartition("/")[2]
-        return f"{device.get('Alias', 'a host')} ({device.get('Address', '')})"
 
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
@@ -157,9 +154,7 @@ class PairingAgent(ServiceInterface):
         self, device: DBusObjectPath, uuid: DBusStr
     ) -> None:
         """A host that is not marked as trusted wants to use a service."""
-        if not bonded(await self._bus.call(
-            device, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
-        )):  # fmt: skip
+        if not bonded(await self._bus.device(device)):
             log.warning("%s is not paired, and was refused %s", await self._who(device), uuid)
             raise _no("pair first")
 

@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final
 
+from controller.links.base import Link
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
 from controller.links.bluetooth.identifiers import ALIAS
 
@@ -202,3 +203,18 @@ async def logged(task: Coroutine[Any, Any, Any]) -> None:
         await task
     except BluetoothError as error:
         log.warning("Bluetooth: %s", error)
+
+
+class BluetoothLink(Link):
+    """A link whose service a registration thread keeps registered."""
+
+    _registration: RegistrationThread
+
+    @property
+    def state(self) -> str:
+        """Whether Bluetooth is "ready", or in a sentence what is missing."""
+        return self._registration.state
+
+    def pair(self, seconds: int) -> None:
+        """Let new hosts find and pair with the orb for a while, without waiting."""
+        self._registration.pair(seconds)

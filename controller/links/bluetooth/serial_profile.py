@@ -11,7 +11,7 @@ from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
 # Its annotations are read while it runs, as D-Bus types: no `from __future__ import annotations`.
-from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, variant
+from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, named, variant
 from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
 from controller.links.bluetooth.registration import Registration
 
@@ -102,7 +102,7 @@ class SerialService(ServiceInterface, Registration):
             raise DBusError("org.bluez.Error.Rejected", "not paired")
         if not _encrypted(connection):
             raise DBusError("org.bluez.Error.Rejected", "not encrypted")
-        return f"{found.get('Alias', 'a host')} ({found.get('Address', '')})"
+        return named(found)
 
 
 def _encrypted(connection: socket.socket) -> bool:

@@ -6,7 +6,7 @@ its neighbours. Annotations of methods are D-Bus types, read when the classes ar
 
 import logging
 from collections.abc import Callable
-from typing import Annotated, Any, Final, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from dbus_fast import PropertyAccess
 from dbus_fast.annotations import DBusBytes, DBusDict, DBusSignature
@@ -15,23 +15,13 @@ from dbus_fast.service import ServiceInterface, dbus_method, dbus_property
 from controller.links.bluetooth.hid import gatt_services
 from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID
 
+if TYPE_CHECKING:
+    from controller.links.bluetooth.hid.gatt import GattTransport
+
 CHARACTERISTIC: Final = "org.bluez.GattCharacteristic1"
 INTERVAL_MS: Final = (30, 60)  # between two advertisements, so that hosts are quick to come back
 
 log = logging.getLogger(__name__)
-
-
-class CharacteristicValues(Protocol):
-    """Values that hosts read and write."""
-
-    def read(self, name: str, offset: int, device: str) -> bytes:
-        """Return a value from an offset on; `device` is the path of the host that reads."""
-
-    def write(self, name: str, value: bytes, offset: int) -> None:
-        """Take what a host writes."""
-
-    def subscribed(self, name: str) -> None:
-        """Take note that a host has subscribed."""
 
 
 def service(uuid: int) -> ServiceInterface:
@@ -41,21 +31,21 @@ def service(uuid: int) -> ServiceInterface:
 
 
 def characteristic(
-    one: gatt_services.Characteristic, path: str, values: CharacteristicValues
+    one: gatt_services.Characteristic, path: str, transport: "GattTransport"
 ) -> ServiceInterface:
     """Return a value that hosts can reach.
 
     Args:
         one: Its description.
         path: Of its service.
-        values: Where it is read and written.
+        transport: Where it is read and written.
     """
     properties = {
         "UUID": ("s", f"{one.uuid:04x}"),
         "Service": ("o", path),
         "Flags": ("as", list(one.flags)),
     }
-    return _with_properties(_Characteristic, properties)(one.name, values)
+    return _with_properties(_Characteristic, properties)(one.name, transport)
 
 
 def descriptor(uuid: int, value: bytes, path: str) -> ServiceInterface:
@@ -88,22 +78,22 @@ def advertisement(name: str, discoverable: bool) -> ServiceInterface:
 
 
 class _Characteristic(ServiceInterface):
-    def __init__(self, name: str, values: CharacteristicValues) -> None:
+    def __init__(self, name: str, transport: "GattTransport") -> None:
         super().__init__(CHARACTERISTIC)
-        self._name, self._values = name, values
+        self._name, self._transport = name, transport
 
     @dbus_method()
     def ReadValue(self, options: DBusDict) -> DBusBytes:  # noqa: N802
         device = str(_option(options, "device", ""))
-        return self._values.read(self._name, int(_option(options, "offset", 0)), device)
+        return self._transport.read(self._name, int(_option(options, "offset", 0)), device)
 
     @dbus_method()
     def WriteValue(self, value: DBusBytes, options: DBusDict) -> None:  # noqa: N802
-        self._values.write(self._name, value, int(_option(options, "offset", 0)))
+        self._transport.write(self._name, value, int(_option(options, "offset", 0)))
 
     @dbus_method()
     def StartNotify(self) -> None:  # noqa: N802
-        self._values.subscribed(self._name)
+        self._transport.subscribed(self._name)
 
     @dbus_method()
     def StopNotify(self) -> None:  # noqa: N802
