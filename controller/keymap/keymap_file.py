@@ -47,7 +47,7 @@ from controller.keymap.keymap import (
     Text,
 )
 
-DEFAULTS: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of default.toml
+_SHIPPED: Final = {"keyboard": "arrows", "gamepad": "pad"}  # profiles of default.toml
 _DOWN_MS: Final = (10, 1000)
 _EVERY_MS: Final = (50, 5000)
 _LONG_MS: Final = (500, 10_000)
@@ -67,14 +67,16 @@ _TARGETS: Final = {  # of each kind of entry
 }
 
 
-def read(path: Path, outputs: Outputs) -> KeyMap:
-    """Return the mapping in a TOML file.
+def load(path: Path, outputs: Outputs) -> KeyMap:
+    """Return a shipped mapping, "keyboard" or "gamepad", or that of a TOML file.
 
     Raises:
         KeyMapError: The file cannot be read, is no TOML, or its table cannot be used.
     """
     text = ""
     try:
+        if str(path) in _SHIPPED:
+            return parse(_shipped(_SHIPPED[str(path)], outputs), outputs)
         text = read_text(path, MAX_BYTES)
         return parse(parse_toml(text), outputs)
     except OSError as error:
@@ -86,15 +88,14 @@ def read(path: Path, outputs: Outputs) -> KeyMap:
     raise KeyMapError(f"{found} ({outputs.docs})")
 
 
-def default(name: str, outputs: Outputs) -> KeyMap:
-    """Return a mapping of `DEFAULTS`, without the entries that the target lacks."""
+def _shipped(profile: str, outputs: Outputs) -> dict[str, Any]:
+    """Return a profile of default.toml, without the entries that the target lacks."""
     table = parse_toml((resources.files(__package__) / "default.toml").read_bytes())
-    profile = DEFAULTS[name]
     table["profile"] = {profile: table["profile"][profile]}
     for name in ("everywhere", "long"):
         entries = table[name].items()
         table[name] = {key: entry for key, entry in entries if set(entry) & set(outputs.entries)}
-    return parse(table, outputs)
+    return table
 
 
 def parse(table: dict[str, Any], outputs: Outputs) -> KeyMap:

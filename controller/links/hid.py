@@ -25,7 +25,7 @@ from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import host_store
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection
-from controller.links.bluetooth.hid.reports import HID
+from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.protocol.messages import (
     VERSION,
@@ -64,17 +64,10 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     host = options.get("host", "").upper()
     if host and not host_store.is_address(host):
         raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
-    keys = key_map(options.get("keys", "gamepad"))
+    keys = keymap_file.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
     return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
-
-
-def key_map(name: str) -> KeyMap:
-    """Return a mapping that ships, or that of a file."""
-    if name in keymap_file.DEFAULTS:
-        return keymap_file.default(name, HID)
-    return keymap_file.read(Path(name), HID)
 
 
 class HidLink(BluetoothLink):

@@ -6,6 +6,8 @@
 import contextlib
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Final
 
 import pygame
@@ -201,25 +203,17 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
         KeyMapError: The mapping cannot be used.
         BackendError: Nothing presses keys here.
     """
-    if options.mapping is None:
-        key_map = keymap_file.default(kind, _OUTPUTS[kind])
-    else:
-        key_map = keymap_file.read(options.mapping, _OUTPUTS[kind])
-    key_map = key_map.beginning(options.profile)
-    name = options.mapping.name if options.mapping else "default keys"
-    sender = _sender(kind, key_map, options)
+    path = options.mapping or Path(kind)
+    key_map = keymap_file.load(path, _OUTPUTS[kind]).beginning(options.profile)
+    sender: Sender = Injector(options.backend, kind, key_map.keys)
+    if options.dry_run:
+        sender = DryRunInjector(partial(print, flush=True))
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
     target.terminal = open_terminal()
     arming = [f"{key_map.arm_key} here", *_arming(key_map)]
-    _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {name}, {key_map.first})")
+    _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {path.name}, {key_map.first})")
     return target
-
-
-def _sender(kind: Kind, key_map: KeyMap, options: TargetOptions) -> Sender:
-    if options.dry_run:
-        return DryRunInjector(lambda line: print(line, flush=True))
-    return Injector(options.backend, kind, key_map.keys)
 
 
 def _arming(key_map: KeyMap) -> list[str]:

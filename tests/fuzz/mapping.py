@@ -18,14 +18,14 @@ from controller.errors import UserError
 from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
-from controller.links.bluetooth.hid.reports import HID
+from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.recognition.users import Users
 
 from .choices import Choices
 
 LABELS: Final = ("null", "press", "pinch", "twist_cw")
 TWO: Final = Users(names=("ann", "bob"))
-KINDS: Final = (KEYBOARD, GAMEPAD, HID)
+KINDS: Final = (KEYBOARD, GAMEPAD, OUTPUTS)
 WORDS: Final = (
     "\n", " = ", "{ ", " }", ", ", '"', "[everywhere]\n", "[profile.game]\n", "[profile.", "]\n",
     "left", "drop", "menu", "key", "pad", "text", "arm", "true", "false", "profile", '"game"',
@@ -89,7 +89,7 @@ def one(data: bytes) -> None:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
                         own.command(label, touch)
             return
-        key_map = keymap_file.read(_FILE, KINDS[kind])
+        key_map = keymap_file.load(_FILE, KINDS[kind])
     except (KeyMapError, UserError) as error:
         _is_sentence(str(error))
         return

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -20,13 +21,13 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
+from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import Bus, Properties
 from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, ServiceValues
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
-from controller.links.bluetooth.hid.reports import Report
-from controller.links.hid import key_map
+from controller.links.bluetooth.hid.reports import OUTPUTS, Report
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
 _PROPERTIES = {
@@ -73,7 +74,7 @@ class Orb(HidTransport):
         self.told: list[str] = []
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            key_map(mapping), hosts, notify=self.told.append, store=lambda known: None
+            load(Path(mapping), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
         )
         super().__init__(self.pad, "OrbTouch")
         self.pad.open(self)

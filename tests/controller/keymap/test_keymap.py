@@ -17,8 +17,8 @@ from controller.keymap.keymap import (
     Switch,
     Text,
 )
-from controller.keymap.keymap_file import default, read
-from controller.links.bluetooth.hid.reports import HID
+from controller.keymap.keymap_file import load
+from controller.links.bluetooth.hid.reports import OUTPUTS
 from controller.protocol.messages import COMMANDS
 from tests.support import ROOT
 
@@ -26,7 +26,7 @@ from tests.support import ROOT
 def mapping(tmp_path: Path, text: str, outputs: Outputs = KEYBOARD) -> KeyMap:
     file = tmp_path / "keys.toml"
     file.write_text(text)
-    return read(file, outputs)
+    return load(file, outputs)
 
 
 def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
@@ -76,14 +76,19 @@ def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Pat
     assert found.keys == {"space"}
 
 
-SHIPPED = [("keyboard", KEYBOARD), ("gamepad", GAMEPAD), ("keyboard", HID), ("gamepad", HID)]
+SHIPPED = [
+    ("keyboard", KEYBOARD),
+    ("gamepad", GAMEPAD),
+    ("keyboard", OUTPUTS),
+    ("gamepad", OUTPUTS),
+]
 
 
 @pytest.mark.parametrize(("name", "outputs"), SHIPPED)
 def test_shipped_mappings_press_something_else_for_every_command(
     name: str, outputs: Outputs
 ) -> None:
-    [entries] = default(name, outputs).profiles.values()
+    [entries] = load(Path(name), outputs).profiles.values()
     presses = {str(entries[command]) for command in COMMANDS}
     assert len(presses) == len(COMMANDS)
 
@@ -94,7 +99,7 @@ def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(
 ) -> None:
     from controller.bundles import bundle
 
-    shipped = default(name, outputs)
+    shipped = load(Path(name), outputs)
     [command] = shipped.long
     assert shipped.long == {command: Arm()}
     assert command in bundle.read(bundle.default_path()).mapping.commands
@@ -185,13 +190,13 @@ def test_mistake_is_one_sentence_with_the_line_and_the_entry(
 
 def test_file_that_is_missing_or_no_text_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(KeyMapError, match="cannot read"):
-        read(tmp_path / "none.toml", KEYBOARD)
+        load(tmp_path / "none.toml", KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"\xff")
     with pytest.raises(KeyMapError, match="it is not text in UTF-8"):
-        read(tmp_path / "keys.toml", KEYBOARD)
+        load(tmp_path / "keys.toml", KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"#" * 70_000)
     with pytest.raises(KeyMapError, match="more than 65536 bytes"):
-        read(tmp_path / "keys.toml", KEYBOARD)
+        load(tmp_path / "keys.toml", KEYBOARD)
 
 
 def test_keyboard_s_entries_do_not_fit_a_pad(tmp_path: Path) -> None:

@@ -18,14 +18,14 @@ if shutil.which("dbus-daemon") is None:
 if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
     pytest.skip("the played radio needs local packet sockets", allow_module_level=True)
 
+from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
 from controller.links.bluetooth.hid.classic import ClassicTransport, L2capSockets
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
-from controller.links.bluetooth.hid.reports import RELEASED, gamepad
-from controller.links.hid import key_map
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad
 from controller.protocol.messages import Command, State
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
@@ -78,7 +78,10 @@ class Table:
         self.told: asyncio.Queue[str] = asyncio.Queue()
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            key_map("gamepad"), hosts, notify=self.told.put_nowait, store=lambda known: None
+            load(Path("gamepad"), OUTPUTS),
+            hosts,
+            notify=self.told.put_nowait,
+            store=lambda known: None,
         )
         self.part = ClassicTransport(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []

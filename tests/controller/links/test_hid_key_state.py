@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from controller.keymap.key_state import SILENCE_S, KeyState
 from controller.keymap.keymap import KeyMapError
-from controller.keymap.keymap_file import parse, read
+from controller.keymap.keymap_file import load, parse
 from controller.links.bluetooth.hid.hid_device import GAP_S
 from controller.links.bluetooth.hid.reports import (
-    HID,
+    OUTPUTS,
     RELEASED,
     HeldReports,
     Report,
@@ -41,7 +41,7 @@ class Player(KeyState):
     """A player's keys by a mapping, and their reports."""
 
     def __init__(self, text: str = MAP) -> None:
-        super().__init__(parse(tomllib.loads(text), HID), armed=True, gap_s=GAP_S)
+        super().__init__(parse(tomllib.loads(text), OUTPUTS), armed=True, gap_s=GAP_S)
         self.reports = HeldReports()
 
     def taken(self) -> list[Report]:
@@ -208,7 +208,7 @@ def test_a_mistake_is_one_sentence_with_the_line(text: str, said: str, tmp_path:
     file = tmp_path / "mine.toml"
     file.write_text(f"[profile.a]\n{text}")
     with pytest.raises(KeyMapError) as caught:
-        read(file, HID)
+        load(file, OUTPUTS)
     assert str(caught.value).startswith(f"{file}, line 2: [profile.a] left: ")
     assert said in str(caught.value)
     assert str(caught.value).endswith(" (docs/hid.md)")
@@ -222,4 +222,4 @@ def test_a_dangerous_chord_can_be_allowed() -> None:
 
 def test_a_file_that_is_not_there_is_reported_with_what_ships() -> None:
     with pytest.raises(KeyMapError, match=r"cannot read no\.toml: .*gamepad or keyboard"):
-        read(Path("no.toml"), HID)
+        load(Path("no.toml"), OUTPUTS)

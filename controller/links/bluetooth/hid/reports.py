@@ -38,7 +38,7 @@ _STICK: Final = {f"stick_{name}": way for name, way in _HAT.items()}
 PAD_NAMES: Final = (*BUTTON_NUMBERS, *_HAT, *_STICK)
 
 # What a mapping for this device can name.
-HID: Final = Outputs(
+OUTPUTS: Final = Outputs(
     ("pad", "key", "profile", "host"),
     frozenset({*KEY_USAGES, *(f"pad_{name}" for name in PAD_NAMES)}),
     advice="name a file, or gamepad or keyboard",
