@@ -62,15 +62,6 @@ def test_a_tap_is_down_for_its_time_and_then_up() -> None:
     assert player.due_s is None
 
 
-def test_each_tap_has_the_time_that_the_mapping_gives_it() -> None:
-    player = Player()
-    player.command("right", 1.0)
-    player.tick(1.09)
-    assert player.taken() == [gamepad({"right"})]
-    player.tick(1.1)
-    assert player.taken() == [gamepad(())]
-
-
 def test_two_quick_taps_are_two_presses_with_a_moment_in_between() -> None:
     player = Player()
     player.command("left", 1.0)
@@ -80,17 +71,6 @@ def test_two_quick_taps_are_two_presses_with_a_moment_in_between() -> None:
     assert player.taken() == [gamepad({"left"})]
     player.tick(1.01 + GAP_S + 0.05)
     assert player.taken() == [gamepad(())]
-
-
-def test_what_is_held_stays_down_until_the_orb_says_otherwise() -> None:
-    player = Player()
-    player.command("down", 1.0)
-    player.state(("down",), 1.0)
-    for frame in range(20):
-        player.still_held(1.0 + frame / 10)
-    assert player.taken() == [keyboard(("down",))]
-    player.state((), 3.0)
-    assert player.taken() == [keyboard(())]
 
 
 def test_what_is_held_goes_up_when_the_orb_falls_silent() -> None:
@@ -132,27 +112,9 @@ def test_another_host_is_a_wish_and_lets_go_of_everything() -> None:
     assert player.hosts == [0, 2]
 
 
-def test_a_command_that_the_mapping_does_not_name_does_nothing() -> None:
-    player = Player()
-    player.command("rotate_cw", 1.0)
-    assert player.taken() == []
-
-
 def test_releasing_is_said_even_if_nothing_was_down() -> None:
     player = Player()
     assert player.reports.release() == RELEASED
-
-
-def test_chords_that_only_two_commands_make_are_not_pressed() -> None:
-    player = Player("""
-        [profile.one]
-        left = { key = "alt", mode = "hold" }
-        right = { key = "f4" }
-    """)
-    player.command("left", 1.0)
-    player.command("right", 1.1)
-    assert player.taken() == [keyboard(("alt",))]
-    assert player.notes == ["right was dropped: with what is down it would make alt+f4"]
 
 
 steps = st.tuples(
@@ -212,12 +174,6 @@ def test_a_mistake_is_one_sentence_with_the_line(text: str, said: str, tmp_path:
     assert str(caught.value).startswith(f"{file}, line 2: [profile.a] left: ")
     assert said in str(caught.value)
     assert str(caught.value).endswith(" (docs/hid.md)")
-
-
-def test_a_dangerous_chord_can_be_allowed() -> None:
-    player = Player('allow = ["alt+f4"]\n[profile.a]\nleft = { key = "alt+f4" }')
-    player.command("left", 1.0)
-    assert player.taken() == [keyboard(("alt", "f4"))]
 
 
 def test_a_file_that_is_not_there_is_reported_with_what_ships() -> None:
