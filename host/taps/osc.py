@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import time
 from collections.abc import Callable
@@ -20,17 +21,12 @@ DESCRIBE_S: Final = 2.0  # between two descriptions, for programs that start lat
 
 
 class OscTap(Tap):
-    """Messages below /orbtouch; docs/taps.md has the table.
-
-    Attributes:
-        unsent: Messages that the system did not take: no program listens, or the network is gone.
-    """
+    """Messages below /orbtouch; docs/taps.md has the table."""
 
     def __init__(
         self, client: SimpleUDPClient, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Take what sends, and a clock in seconds."""
-        self.unsent = 0
         self._client, self._clock = client, clock
         self._welcome: Welcome | None = None
         self._described_s = -DESCRIBE_S
@@ -80,10 +76,8 @@ class OscTap(Tap):
         self._send("commands", *device.commands)
 
     def _send(self, address: str, *values: str | float) -> None:
-        try:
+        with contextlib.suppress(OSError):  # the buffer is full, or the network is gone
             self._client.send_message(f"/orbtouch/{address}", values)
-        except OSError:  # by which UDP reports that no program took the last one
-            self.unsent += 1
 
 
 def create(where: str) -> OscTap:

@@ -85,11 +85,7 @@ class OfferError(ValueError):
 
 
 class ServiceValues:
-    """The values behind `SERVICES`.
-
-    Attributes:
-        suspended: Whether the host sleeps; what is pressed wakes it.
-    """
+    """The values behind `SERVICES`."""
 
     def __init__(self, name: str, battery: int) -> None:
         """Begin with everything up.
@@ -98,7 +94,6 @@ class ServiceValues:
             name: Of the manufacturer.
             battery: Percent.
         """
-        self.suspended = False
         self._values = {
             "report_map": REPORT_MAP,
             "lights": b"\0",
@@ -141,8 +136,6 @@ class ServiceValues:
         if value[0] not in known:
             raise OfferError("org.bluez.Error.Failed", f"{name} cannot be {value[0]}")
         self._values[name] = bytes(value)
-        if name == "control_point":
-            self.suspended = value[0] == 0
 
     def report(self, report: Report) -> list[tuple[str, bytes]]:
         """Take a new report; return what has to be sent: names and values."""
@@ -164,7 +157,6 @@ class ServiceValues:
 
     def forget(self) -> None:
         """Reset the protocol and release everything: a host has come or gone (HIDS, 2.1)."""
-        self.suspended = False
         self._values["protocol_mode"] = bytes([REPORTS])
         for report in RELEASED:
             self.report(report)

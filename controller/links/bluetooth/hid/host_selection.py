@@ -5,7 +5,7 @@ that was active last, and after a while takes the first paired host that connect
 another one.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -67,12 +67,6 @@ class HostSelection:
         if address == self.active:
             self.active = ""
             self._open_s = now_s + WAIT_S
-
-    def forget(self, bonded: Collection[str]) -> None:
-        """Drop stored hosts that are no longer paired."""
-        kept = tuple(address for address in self.known.hosts if address in bonded)
-        wanted = self.known.wanted
-        self.known = StoredHosts(kept, wanted if wanted in bonded or wanted == self._only else "")
 
     def change(self, number: int, now_s: float) -> str:
         """Select another host, now or as soon as it connects.

@@ -19,7 +19,7 @@ _HANDSHAKE, _CONTROL, _GET_REPORT, _SET_REPORT = 0x0, 0x1, 0x4, 0x5
 _GET_PROTOCOL, _SET_PROTOCOL, _DATA = 0x6, 0x7, 0xA
 # Results of a handshake, its lower half.
 _OK, _NO_SUCH_REPORT, _UNSUPPORTED, _BAD_PARAMETER = 0x0, 0x2, 0x3, 0x4
-_SUSPEND, _GO_ON, _UNPLUG = 0x3, 0x4, 0x5  # operations of control
+_UNPLUG: Final = 0x5  # an operation of control
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
 
@@ -28,14 +28,12 @@ class HidChannels:
 
     Attributes:
         protocol: `BOOT` or `REPORTS`.
-        suspended: Whether the host sleeps.
         unplugged: Whether the host wants us to go for good.
     """
 
     def __init__(self) -> None:
         """Begin with nothing down, as both ends do: section 7.4.9."""
         self.protocol = REPORTS
-        self.suspended = False
         self.unplugged = False
         self._latest = {report.id: report for report in RELEASED}
 
@@ -51,8 +49,8 @@ class HidChannels:
         if not message:
             return None
         kind, parameter, rest = message[0] >> 4, message[0] & 0x0F, message[1:]
-        if kind == _CONTROL:
-            self._obey(parameter)
+        if kind == _CONTROL:  # suspending is nothing to us: what is pressed wakes the host
+            self.unplugged = self.unplugged or parameter == _UNPLUG
         elif kind == _GET_REPORT:
             return self._tell(parameter, rest)
         elif kind == _SET_REPORT:
@@ -67,12 +65,6 @@ class HidChannels:
         elif kind not in (_HANDSHAKE, _DATA):  # an answer, or the rest of what we did not take
             return _handshake(_UNSUPPORTED)
         return None
-
-    def _obey(self, what: int) -> None:
-        if what in (_SUSPEND, _GO_ON):
-            self.suspended = what == _SUSPEND
-        elif what == _UNPLUG:
-            self.unplugged = True
 
     def _tell(self, parameter: int, rest: bytes) -> bytes:
         """Return the newest report, or why there is none."""
