@@ -78,11 +78,6 @@ class KeyState:
         self._letter_s = 0.0  # when the next half of a letter is due
 
     @property
-    def entries(self) -> dict[str, Entry]:
-        """What commands do in this profile."""
-        return self._map.profiles[self.profile]
-
-    @property
     def due_s(self) -> float | None:
         """When `tick` has something to do, None if never."""
         times = [hold.next_s for hold in self._holds.values()]
@@ -95,7 +90,7 @@ class KeyState:
     def command(self, name: str, now_s: float) -> None:
         """Do what a command asks for; unknown ones, and most while disarmed, do nothing."""
         self.tick(now_s)
-        self._do(name, self.entries.get(name), now_s)
+        self._do(name, self._map.profiles[self.profile].get(name), now_s)
         if name in self._map.long:
             self._reported_s = self._since_s[name] = now_s
 

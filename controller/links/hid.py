@@ -1,4 +1,4 @@
-"""A link to hosts that know nothing of us: the orb as a Bluetooth gamepad and keyboard.
+"""Link that presents the orb as a Bluetooth gamepad and keyboard, to hosts without our software.
 
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
