@@ -184,7 +184,7 @@ class KeyState:
     # -- the keys ----------------------------------------------------------------------
 
     def _press(self, name: str, press: Press, now_s: float) -> None:
-        """Put a command's keys down, the main one anew; a toggle that is down goes up."""
+        """Put a command's keys down, the main one again; a toggle that is down goes up."""
         before = self._holds.get(name)
         if before is not None and not before.down and press.mode is not Mode.REPEAT:
             return  # its keys are up for a moment before this press
@@ -229,7 +229,7 @@ class KeyState:
         self._up({*chord}.difference(*(hold.press.chord for hold in holds)))
 
     def _down(self, chord: Chord, name: str) -> bool:
-        """Put keys down, the main one anew if it is down; refuse what is dangerous together."""
+        """Put keys down, the main one again if it is down; refuse what is dangerous together."""
         if risk := danger({*self.down, *chord}, self._map.allowed):
             self.notes.append(f"{name} was dropped: with what is down it would make {risk}")
             return False

@@ -16,7 +16,7 @@ Item = TypeVar("Item")
 
 
 class LinkError(UserError, OSError):
-    """A link cannot be opened; the message says why and what to do, in one sentence."""
+    """A link cannot be opened; the message is one sentence with what to do."""
 
 
 class LinkAwayError(LinkError, TroubleError):
@@ -93,7 +93,7 @@ class Link(ABC):
         """Let new hosts pair for a while; nothing happens on a link without pairing."""
 
     def renew(self, welcome: Welcome, reason: str) -> None:  # noqa: B027
-        """Describe the device anew; the host gets the reason, and reconnects by itself.
+        """Replace the description of the device; the host gets the reason, and reconnects.
 
         Nothing happens on a link that describes no device.
 

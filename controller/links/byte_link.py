@@ -166,7 +166,7 @@ class StreamLink(Link):
         self._requests.wait(timeout_s)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Describe the device anew; the host gets the reason, and reconnects by itself.
+        """Replace the description of the device; the host gets the reason, and reconnects.
 
         Raises:
             ProtocolError: The wire cannot carry this Welcome.

@@ -1,7 +1,7 @@
 """A link that waits for a host on a TCP port: listen://127.0.0.1:PORT.
 
 Only this machine can connect, unless the user names an address such as 0.0.0.0 (all of this
-machine's), and either a key, or that the link shall be open without one.
+machine's), and either a key, or that the link is open without one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from controller.links.byte_link import StreamLink
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 
-SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
+SEND_BUFFER = 32 * 1024  # bytes: what a host does not read waits where it can be dropped
 PEERS = 8  # connections at a time; one of them is the host, the others get a refusal
 
 log = logging.getLogger(__name__)

@@ -88,7 +88,7 @@ class MultiLink(Link):
             link.pair(seconds)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Describe the device anew, on every link that describes it."""
+        """Replace the description of the device, on every link that sends it."""
         for link in self.links:
             link.renew(welcome, reason)
 

@@ -61,8 +61,8 @@ class StdoutLink(Link):
         elif isinstance(message, Command):
             self._print(_line(message, self._spot, t_ms))
         elif isinstance(message, UserIdentified):
-            said = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
-            self._print(json.dumps(said) + "\n")
+            fields = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
+            self._print(json.dumps(fields) + "\n")
 
     def say(self, plain: Mapping[str, object]) -> None:
         """Print plain data that is no message, such as a cue."""

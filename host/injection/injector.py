@@ -283,9 +283,9 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
 class DryRunInjector(Sender):
     """Prints what would be pressed, for --dry-run."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, print_line: Callable[[str], None]) -> None:
         """Take what prints a line."""
-        self._say = say
+        self._print_line = print_line
         self._name = "dry run"
 
     def start(self) -> str:
@@ -296,4 +296,4 @@ class DryRunInjector(Sender):
     def send(self, strokes: Iterable[Stroke]) -> None:
         """Print strokes."""
         for stroke in strokes:
-            self._say(f"{'press' if stroke.down else 'release'} {stroke.key}")
+            self._print_line(f"{'press' if stroke.down else 'release'} {stroke.key}")

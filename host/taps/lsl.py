@@ -121,9 +121,9 @@ def _described(welcome: Welcome) -> dict[str, str]:
 def create(where: str) -> LslTap:
     """Load liblsl; its streams are announced on this machine only, or on the network.
 
-    liblsl itself cannot be told to take connections from this machine only: who knows the port can
-    read a stream from elsewhere. A configuration file of the user's own, in LSLAPICFG or where LSL
-    looks for one, counts in place of ours.
+    liblsl has no option to take connections from this machine only: another machine that knows the
+    port can read a stream. A configuration file of the user's own, in LSLAPICFG or where LSL looks
+    for one, counts in place of ours.
 
     Raises:
         TapError: `where` is not understood.

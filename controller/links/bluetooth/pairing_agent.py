@@ -31,7 +31,7 @@ Confirm = Callable[[str, str], Awaitable[bool]]
 log = logging.getLogger(__name__)
 
 
-async def anyone(who: str, digits: str) -> bool:
+async def accept_all(host: str, digits: str) -> bool:
     """Confirm every pairing: the window was opened at the device."""
     return True
 
@@ -43,7 +43,7 @@ class PairingAgent(ServiceInterface):
         paired: Names and addresses of the hosts that were paired, in order.
     """
 
-    def __init__(self, bus: "Bus", confirm: Confirm = anyone) -> None:
+    def __init__(self, bus: "Bus", confirm: Confirm = accept_all) -> None:
         """Begin with the window closed.
 
         Args:
@@ -105,17 +105,17 @@ class PairingAgent(ServiceInterface):
 
     async def _let_in(self, path: str, digits: str) -> None:
         """Return if this host may pair, or raise the error by which BlueZ refuses it."""
-        who = await self._who(path)
+        host = await self._named(path)
         if not self.open:
-            log.warning("%s wanted to pair, but nobody asked for it: controller pair", who)
+            log.warning("%s wanted to pair; the pairing window is closed: controller pair", host)
             raise _no("the pairing window is closed")
-        if not await self._confirm(who, digits):
-            log.warning("%s was not let in", who)
+        if not await self._confirm(host, digits):
+            log.warning("%s was not let in", host)
             raise _no("not confirmed")
-        log.info("%s may pair", who)
-        self.paired.append(who)
+        log.info("%s may pair", host)
+        self.paired.append(host)
 
-    async def _who(self, path: str) -> str:
+    async def _named(self, path: str) -> str:
         try:
             return named(await self._bus.device(path))
         except BluetoothError:
@@ -155,7 +155,7 @@ class PairingAgent(ServiceInterface):
     ) -> None:
         """A host that is not marked as trusted wants to use a service."""
         if not bonded(await self._bus.device(device)):
-            log.warning("%s is not paired, and was refused %s", await self._who(device), uuid)
+            log.warning("%s is not paired, and was refused %s", await self._named(device), uuid)
             raise _no("pair first")
 
 

@@ -28,12 +28,12 @@ class Prompt:
             except RuntimeError:  # the loop has ended
                 return
 
-    async def confirm(self, who: str, digits: str) -> bool:
+    async def confirm(self, host: str, digits: str) -> bool:
         """Ask whether both sides show the same digits; the end of the input is a no."""
         while not self._lines.empty():  # typed before the question: no answer to it
             if self._lines.get_nowait() is None:
                 return False
-        what = f"{who} shows {digits}; is it the same there?" if digits else f"let {who} in?"
+        what = f"{host} shows {digits}; is it the same there?" if digits else f"let {host} in?"
         print(f"{what} [y/n] ", end="", flush=True)
         answer = await self._lines.get()
         print(flush=True)

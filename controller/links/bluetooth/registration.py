@@ -135,7 +135,7 @@ class RegistrationThread:
         adapter = await bus.adapter(self._name)
         over = asyncio.Event()
 
-        def hear(path: str, interface: str, changes: Properties | None) -> None:
+        def follow(path: str, interface: str, changes: Properties | None) -> None:
             ours = path == adapter and interface == ADAPTER
             gone = path == "" or (ours and changes is None)  # BlueZ itself is path ""
             off = ours and changes is not None and changes.get("Powered") is False
@@ -146,7 +146,7 @@ class RegistrationThread:
             if guest and changes and changes.get("Paired") and self._agent and self._agent.open:
                 self.submit(bus.set(path, DEVICE, "Trusted", "b", True))
 
-        bus.listen(hear)
+        bus.listen(follow)
         await self._power(bus, adapter)
         await self._register(bus, adapter)
         self.state = "ready"

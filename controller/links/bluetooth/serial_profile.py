@@ -80,13 +80,13 @@ class SerialService(ServiceInterface, Registration):
         """A host has connected."""
         connection = socket.socket(fileno=fd)
         try:
-            who = await self._welcome(device, connection)
+            host = await self._welcome(device, connection)
         except DBusError as error:
             log.warning("a connection from %s was refused: %s", device.rpartition("/")[2], error)
             connection.close()
             raise
         connection.setblocking(False)
-        self._accept(connection, who, device)
+        self._accept(connection, host, device)
 
     @dbus_method()
     def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802

@@ -48,7 +48,7 @@ class Uinput(Backend):
 
         Args:
             kind: What it is.
-            device: Where the kernel takes such wishes.
+            device: The kernel's device for that.
             control: How it takes them: `fcntl.ioctl` if not given.
 
         Raises:

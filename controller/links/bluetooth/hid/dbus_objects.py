@@ -63,7 +63,7 @@ def advertisement(name: str, discoverable: bool) -> ServiceInterface:
 
     Args:
         name: The name that hosts show.
-        discoverable: Whether hosts that are not paired shall show it.
+        discoverable: Whether hosts that are not paired show it.
     """
     properties = {
         "Type": ("s", "peripheral"),  # hosts may connect

@@ -132,7 +132,7 @@ class HidDevice:
         """Disconnect hosts that are not active; look for one if none is."""
         unwanted = set(self.hosts.unwanted())
         for address in unwanted - self._dropped:
-            log.info("host %s is sent away: another has the orb, or shall have it", address)
+            log.info("host %s is disconnected: another one is active, or selected", address)
             transport.drop(address)
         self._dropped = unwanted
         if self._seeking is not (seek := not self._active):

@@ -98,9 +98,9 @@ class HostSelection:
         if self.active:
             return
         wanted = self.known.wanted
-        anyone = not self._only and (not wanted or now_s >= self._open_s)
+        any_host = not self._only and (not wanted or now_s >= self._open_s)
         for address in self._present:
-            if address == wanted or anyone:
+            if address == wanted or any_host:
                 self.active = address
                 fresh = () if address in self.known.hosts else (address,)
                 self.known = StoredHosts(self.known.hosts + fresh, address)

@@ -51,7 +51,7 @@ _HAT_VALUES: Final = {
     (0, 0): HAT_MIDDLE,
 }  # fmt: skip
 _FIRST_MODIFIER: Final = KEY_USAGES["ctrl"]
-_ROLL_OVER: Final = 0x01  # in every place: more keys are down than a report can tell
+_ROLL_OVER: Final = 0x01  # in every place: more keys are down than a report has room for
 
 
 @dataclass(frozen=True, slots=True)
