@@ -26,7 +26,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from controller.config import MAX_BYTES, ConfigError, parse_toml
+from controller.config import MAX_BYTES, ConfigError, line_of, parse_toml
 from controller.errors import reason
 from controller.files import read_text
 from controller.keymap.key_names import ALIASES, KEYS, Chord, danger, typed
@@ -84,7 +84,7 @@ def load(path: Path, outputs: Outputs) -> KeyMap:
     except ConfigError as error:
         found = f"{path}{', ' if str(error).startswith('line ') else ': '}{error}"
     except KeyMapError as error:
-        found = f"{path}{_line(text, error.path)}: {error}"
+        found = f"{path}{line_of(text, '.'.join(error.path), near=True)}: {error}"
     raise KeyMapError(f"{found} ({outputs.docs})")
 
 
@@ -300,31 +300,3 @@ def _table(above: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
         where = ".".join(path)
         raise KeyMapError(f"{where} is no table; write [{where}] above its entries", path)
     return table
-
-
-def _line(text: str, path: tuple[str, ...]) -> str:
-    """Return ", line N" of an entry, "" if it cannot be found.
-
-    An entry may stand anywhere that TOML lets it, such as `game.left = ...` below [profile], or in
-    an inline table of several lines; then it is the line that comes closest above it.
-    """
-    wanted = _parts(".".join(path))
-    header: list[str] = []
-    closest, depth = "", 0
-    for number, line in enumerate(text.splitlines(), 1):
-        if opened := re.match(r"\s*\[([^]]*)\]", line):
-            here = header = _parts(opened[1])
-        elif assigned := re.match(r"\s*([^=#]+?)\s*=", line):
-            here = header + _parts(assigned[1])
-        else:
-            continue
-        if path and here[: len(wanted)] == wanted:
-            return f", line {number}"
-        if depth < len(here) and wanted[: len(here)] == here:
-            closest, depth = f", line {number}", len(here)
-    return closest
-
-
-def _parts(key: str) -> list[str]:
-    """Return the parts of a dotted key, without quotes and spaces."""
-    return re.sub(r"[\s\"'\[]", "", key).split(".")
