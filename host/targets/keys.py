@@ -15,6 +15,8 @@ import pygame
 from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
+from controller.keymap.terminal import Keyboard, keyboard
+from controller.keymap.terminal_decoder import Action, KeyEvent
 from controller.protocol.messages import (
     COMMANDS,
     Command,
@@ -25,7 +27,6 @@ from controller.protocol.messages import (
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
-from host.injection.terminal_keys import TerminalKeys, open_terminal
 from host.injection.watchdog import HANG_MS
 from host.targets.base import Target, TargetOptions
 from host.ui.key_window import SIZE, OrbWindow
@@ -57,7 +58,8 @@ class KeysTarget(Target):
         """
         super().__init__()
         self.keys = KeyState(key_map)
-        self.terminal: TerminalKeys | None = None
+        self._terminal: Keyboard | None = None
+        self._resources = contextlib.ExitStack()  # the terminal, until the end
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
         self._unknown: list[str] = []  # commands of the mapping that the orb has not
@@ -79,8 +81,9 @@ class KeysTarget(Target):
             self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)
-        for key in self.terminal.poll() if self.terminal else ():
-            self.hot_key(key)
+        for _, event in self._terminal.poll() if self._terminal else ():
+            if isinstance(event, KeyEvent) and event.action is not Action.RELEASED:
+                self.hot_key(event.key)
         for item in received:
             self._take(item, now_s)
         self.keys.tick(now_s)
@@ -89,6 +92,10 @@ class KeysTarget(Target):
         self._tell(was_armed)
         self._make_strokes()
         self.orb.advance(now_s)
+
+    def read_terminal(self) -> None:
+        """Take keys of the terminal as well, until `close`; in the main thread only."""
+        self._terminal = self._resources.enter_context(keyboard())
 
     def hot_key(self, key: str) -> None:
         """Take a key of our own window or terminal."""
@@ -107,8 +114,7 @@ class KeysTarget(Target):
             self._make_strokes()
         finally:
             self._sender.close()
-            if self.terminal is not None:
-                self.terminal.close()
+            self._resources.close()
         if trouble := self._sender.check():
             self._say(f"disarmed {trouble}")
         self._tell(was_armed)
@@ -210,7 +216,7 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
         sender = DryRunInjector(partial(print, flush=True))
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
-    target.terminal = open_terminal()
+    target.read_terminal()
     arming = [f"{key_map.arm_key} here", *_arming(key_map)]
     _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {path.name}, {key_map.first})")
     return target
