@@ -11,7 +11,8 @@ from controller.console import count
 from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
 from models.data import faults
-from models.data.ground_truth import Choice, know
+from models.data.examples import Choice
+from models.data.ground_truth import know
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, run

@@ -14,9 +14,10 @@ import numpy as np
 from controller.bundles.bundle import Bundle
 from controller.recordings import reader
 from controller.recordings.recording import Recording
-from models.data.ground_truth import Choice, know
+from models.data.examples import Choice
+from models.data.ground_truth import know
 from models.data.load import Data
-from models.data.training_split import Split
+from models.data.splits import Split
 from models.evaluation.event_counts import tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
 

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
 from scipy.special import digamma, gammaln, logsumexp
 
 from models.studies.information.windows import Windows
@@ -61,16 +60,6 @@ class Mixture:
         log = self._log(x)
         part = log[np.arange(count), y] - logsumexp(log, axis=1) + math.log(len(self.middle))
         return float(part.mean()), float(part.std() / math.sqrt(count))
-
-    def integrated(self, points: int = 200_001) -> float:
-        """The information of a mixture in one dimension by quadrature, nats."""
-        wide = 12.0 * float(np.abs(self.root).max()) + _AWAY
-        x = np.linspace(-wide, wide, points)[:, None]
-        log = self._log(x) - 0.5 * math.log(2.0 * math.pi)
-        p = np.exp(log)
-        mean = p.mean(axis=1, keepdims=True)
-        inside = np.where(p > 0, p * (log - np.log(np.maximum(mean, 1e-300))), 0.0).mean(axis=1)
-        return float(trapezoid(inside, x[:, 0]))
 
     def _log(self, x: Points) -> Points:
         """The logarithm of each class's density, but for a constant, (n, classes)."""

@@ -26,17 +26,24 @@ from controller.simulator.user_style import person
 from models.data import label_repair, splits, touch_images
 from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare
-from models.data.recipe import RECIPES, Course, Recipe
+from models.data.recipe import (
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.data.simulate import DataSet
-from models.data.training_split import Parts
+from models.data.splits import Parts
 from models.evaluation import scores, user_metrics
-from models.training import train_networks, user_task
-from models.training.loop import Lesson
-from models.training.simulated_users import Town
-from models.training.tasks import Gestures, Places
-from models.training.user_data import Crowd, crowd
-from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
-from models.training.user_task import People
+from models.training import user_task
+from models.training.gesture_task import GestureTask
+from models.training.location_task import LocationTask
+from models.training.loop import Task
+from models.training.simulated_users import SimulatedUsers, prepare_users
+from models.training.user_task import UserGestures, UserTask
 
 RATE_HZ: Final = 10.0  # paper, section 4.1
 WINDOW: Final = 10  # images: paper, section 4.1
@@ -77,7 +84,11 @@ class Settings:
         recipe = RECIPES[name]
         if name != "paper":
             return replace(recipe, gesture=recipe.gesture.of_people(1))
-        return train_networks.epochs(recipe, self.epochs, self.place_epochs)
+        return replace(
+            recipe,
+            gesture=recipe.gesture.lasting(self.epochs),
+            location=recipe.location.lasting(self.place_epochs),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +96,12 @@ class Experiment:
     """Training of one network, and its judgement on unseen sessions.
 
     Attributes:
-        course: Training of the network.
-        lesson: Returns the lesson of a share of the examples, and their number.
-        judge: Returns a lesson's scores: "day", "people", ...; with True those of whole touches
-            as well, "day events" or "day presses", ...
+        task: Returns the training task of a share of the examples, and their number.
+        judge: Returns a trained task's scores: "day", "people", ...; with True those of whole
+            touches as well, "day events" or "day presses", ...
     """
 
-    course: Course
-    lesson: Callable[[float], tuple[Lesson, int]]
+    task: Callable[[float], tuple[Task, int]]
     judge: Callable[[Any, bool], Row]
 
 
@@ -108,20 +117,20 @@ def gestures(preset: str, name: str, settings: Settings) -> Experiment:
     own, judged = np.flatnonzero(session == 0), _judged(session)
     symmetry = Symmetry.of(vocabulary.shipped(), *examples.images.shape[1:])
 
-    def lesson(share: float) -> tuple[Lesson, int]:
+    def task(share: float) -> tuple[Task, int]:
         check = np.flatnonzero(session == 1)[::EVERY]
         parts = _parts(own, check, _first_windows(examples, own, share), settings.seed)
         cpu = torch.device("cpu")
-        taught = Gestures(examples, parts, len(LABELS), symmetry, recipe.gesture, cpu)
+        taught = GestureTask(examples, parts, len(LABELS), symmetry, recipe.gesture, cpu)
         return taught, len(parts.train)
 
-    def judge(trained: Gestures, whole: bool) -> Row:
+    def judge(trained: GestureTask, whole: bool) -> Row:
         row = {key: _right_windows(trained, at[::EVERY]) for key, at in judged.items()}
         if whole:
             row |= {f"{key} events": _right_events(trained, at) for key, at in judged.items()}
         return row
 
-    return Experiment(recipe.gesture, lesson, judge)
+    return Experiment(task, judge)
 
 
 def _as_taught(data: DataSet, recipe: Recipe) -> Source:
@@ -153,7 +162,7 @@ def _parts(own: Index, check: Index, kept: Index, seed: int) -> Parts:
 
 
 def _first_windows(examples: Examples, own: Index, share: float) -> Index:
-    """Return the first windows of each class's block, with the pauses: a shorter lesson."""
+    """Return the first windows of each class's block, with the pauses: a shorter training."""
     label = examples.label[examples.ends[own]]
     begins = [int(np.flatnonzero(label == number)[0]) for number in range(1, len(LABELS))]
     edges = [0, *sorted(begins), len(own)]
@@ -161,13 +170,13 @@ def _first_windows(examples: Examples, own: Index, share: float) -> Index:
     return np.concatenate([block[: math.ceil(share * len(block))] for block in blocks])
 
 
-def _right_windows(trained: Gestures, at: Index) -> float:
+def _right_windows(trained: GestureTask, at: Index) -> float:
     """Return the share of windows whose class is recognised."""
     logits, label = trained.answers(trained.examples.ends[at])
     return float((logits.argmax(dim=1) == label).float().mean())
 
 
-def _right_events(trained: Gestures, at: Index) -> float:
+def _right_events(trained: GestureTask, at: Index) -> float:
     """Return the share of gestures that are recognised by their mean probability."""
     ends = trained.examples.ends[at]
     logits, _ = trained.answers(ends)
@@ -195,26 +204,25 @@ def places(preset: str, name: str, settings: Settings) -> Experiment:
     own, judged, ends = np.flatnonzero(session == 0), _judged(session), found.last
     symmetry = Symmetry.of(vocabulary.shipped(), *examples.images.shape[1:])
 
-    def lesson(share: float) -> tuple[Lesson, int]:
+    def task(share: float) -> tuple[Task, int]:
         kept = own[: math.ceil(share * len(own))]
         parts = _parts(own, np.flatnonzero(session == 1), kept, settings.seed)
-        press = symmetry.of_class(LABELS.index("press"))
-        taught = Places(found, parts, press, recipe.location, torch.device("cpu"))
+        press = symmetry.common([LABELS.index("press")])
+        taught = LocationTask(found, parts, press, recipe.location, torch.device("cpu"))
         return taught, len(parts.train)
 
-    def judge(trained: Places, whole: bool) -> Row:
+    def judge(trained: LocationTask, whole: bool) -> Row:
         row = {key: _error(trained, at) for key, at in judged.items()}
         if whole:
             row |= {f"{key} presses": _error(trained, at[ends[at]]) for key, at in judged.items()}
         return row
 
-    return Experiment(recipe.location, lesson, judge)
+    return Experiment(task, judge)
 
 
-def _error(trained: Places, at: Index) -> float:
+def _error(trained: LocationTask, at: Index) -> float:
     """Return the mean error of images, grid units."""
-    trained.parts["judged"] = at
-    return float(np.abs(trained.errors("judged")).mean())
+    return float(np.abs(trained.errors(at)).mean())
 
 
 def presses(
@@ -262,44 +270,45 @@ class _SiteScript(SessionScript):
 
 def users(preset: str, name: str, settings: Settings) -> Experiment:
     """Return the experiment of the user network; "day" is another session of each user."""
-    course, mood, tracked = user_course(name, settings.recipe(name))
-    town = Town(preset, settings.seed, USER_MINUTES, (USER_GESTURE,), shared=False)
+    recipe, varied, tracked = user_recipe(name, settings.recipe(name))
+    players = SimulatedUsers(preset, settings.seed, USER_MINUTES, (USER_GESTURE,), shared=False)
     taught, other = (
-        crowd(((town.session(u, day), 1 + u, day) for u in range(USERS)), tracked=tracked)
+        prepare_users(
+            ((players.session(u, day), 1 + u, day) for u in range(USERS)), tracked=tracked
+        )
         for day in range(2)
     )
     known = user_metrics.users_of(USERS)
 
-    def lesson(share: float) -> tuple[Lesson, int]:
+    def task(share: float) -> tuple[Task, int]:
         own = taught.some(_first_gestures(taught, share))
-        drawn = user_task.drawn(len(own.touched.ends), settings.seed)
-        people = People(own.touched, own.who, 1 + USERS, course, mood, drawn)
-        return people, int((~drawn).sum())
+        random = user_task.random_windows(len(own.ends), settings.seed)
+        return UserTask(own, 1 + USERS, recipe, varied, random), int((~random).sum())
 
-    def judge(trained: People, whole: bool) -> Row:
-        answers = user_task.ask(trained.net, other.touched, other.touched.ends[::EVERY])
-        right = answers[:, 1:].argmax(axis=1) + 1 == other.who[other.touched.event[::EVERY]]
+    def judge(trained: UserTask, whole: bool) -> Row:
+        answers = user_task.probabilities(trained.net, other, other.ends[::EVERY])
+        right = answers[:, 1:].argmax(axis=1) + 1 == other.user[other.event[::EVERY]]
         row = {"day": float(right.mean())}
         if whole:
-            evidence = user_task.said(trained.net, other.touched)
-            share = user_metrics.share(evidence, other.who, other.touched.session, known)
+            evidence = user_task.gesture_evidence(trained.net, other)
+            share = user_metrics.share(evidence, other.user, other.session, known)
             row["day events"] = share.value
         return row
 
-    return Experiment(course, lesson, judge)
+    return Experiment(task, judge)
 
 
-def user_course(name: str, recipe: Recipe) -> tuple[Course, Mood, bool]:
+def user_recipe(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentation, bool]:
     """Return a recipe for the user network: training, augmentation, and baseline tracking."""
     if name == "paper":
         epochs = max(1, recipe.gesture.epochs // FEWER)
-        return replace(recipe.gesture, epochs=epochs), STEADY, False
-    return COURSE, MOOD, True
+        return replace(recipe.gesture, epochs=epochs), UNVARIED_USER, False
+    return USER, VARIED_USER, True
 
 
-def _first_gestures(taught: Crowd, share: float) -> NDArray[np.bool_]:
-    """Return a mask (gestures,) of the first gestures of each user's session: a shorter lesson."""
-    session = taught.touched.session
+def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:
+    """Return which gestures are the first ones of each user's session, (gestures,)."""
+    session = taught.session
     kept = np.zeros(len(session), dtype=np.bool_)
     for number in np.unique(session):
         own = np.flatnonzero(session == number)

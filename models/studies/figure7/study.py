@@ -88,7 +88,7 @@ def _keep(path: Path, found: dict[str, Any]) -> None:
 
 def _digest(name: str, recipe: Recipe, network: str) -> str:
     """Return a digest of the numbers that a result depends on, beside the settings."""
-    more = [experiments.user_course(name, recipe)] if network == "users" else []
+    more = [experiments.user_recipe(name, recipe)] if network == "users" else []
     values = repr((recipe, recipe.settings(RATE_HZ, WINDOW), *more))
     return hashlib.sha256(values.encode()).hexdigest()[:16]
 
@@ -117,20 +117,20 @@ def curves(experiment: Experiment, seed: int, title: str, say: Say) -> dict[str,
 def _curve(experiment: Experiment, share: float, seed: int) -> list[Row]:
     """Train, and return a row for some of the epochs, and last the one of the kept network."""
     torch.manual_seed(seed)
-    lesson, examples = experiment.lesson(share)
-    course, rows = experiment.course, []
-    passes = course.passes(lesson.steps() * course.batch)
+    task, examples = experiment.task(share)
+    rows: list[Row] = []
+    passes = task.recipe.passes(task.steps() * task.recipe.batch)
     shown = set(np.unique(np.geomspace(1, passes, POINTS).round().astype(int)).tolist())
 
     def row(epoch: Epoch, last: bool) -> Row:
-        scores = {"train": epoch.train, "random": epoch.random, **experiment.judge(lesson, last)}
+        scores = {"train": epoch.train, "random": epoch.random, **experiment.judge(task, last)}
         return {"epoch": float(epoch.number), "examples": float(examples), **scores}
 
     def watch(epochs: list[Epoch], done: float) -> None:
         if not done and epochs[-1].number in shown:
             rows.append(row(epochs[-1], last=False))
 
-    fitted = fit(lesson, course, seed, None, watch)
+    fitted = fit(task, seed, None, watch)
     return [*rows, row(fitted.epochs[fitted.best - 1], last=True)]
 
 

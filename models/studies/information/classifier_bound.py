@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller.bundles import vocabulary
-from models.data.augment import Augmentation, Symmetry
+from models.data.augment import Symmetry, vary_windows
+from models.data.recipe import Augmentation
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
 from models.studies.information.windows import GAIN, Windows
@@ -84,7 +85,7 @@ class Variation:
     def apply(self, x: Tensor, y: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
         """Rotate, mirror and disturb examples (n, d) of classes (n,)."""
         z = 1.0 + x.reshape(len(x), -1, *self.grid) / GAIN
-        z, y = VARIED.windows(z, y, self.symmetry, generator)
+        z, y = vary_windows(VARIED, z, y, self.symmetry, generator)
         return (GAIN * (z - 1.0)).reshape(len(x), -1), y
 
 

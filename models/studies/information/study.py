@@ -17,7 +17,7 @@ from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import TEST_SEEDS, simulate
 from models import processes
-from models.data.ground_truth import Choice
+from models.data.examples import Choice
 from models.data.simulate import DataSet
 from models.evaluation import bootstrap
 from models.evaluation.replay import Batched

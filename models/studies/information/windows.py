@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
-from models.data.examples import COLUMNS, Labels, Source, prepare
-from models.data.ground_truth import Choice, labels_of
-from models.data.true_positions import places
+from models.data.examples import COLUMNS, Choice, Labels, Source, prepare
+from models.data.ground_truth import labels_of, true_places
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
 WINDOW_S: Final = 1.0  # paper, section 4.1
@@ -86,7 +85,7 @@ def cut(
     sources = []
     for one in recordings:
         label = _numbers(one, names)[labels_of(one, choice)]
-        place = places(one, label, vocabulary.of(names))
+        place = true_places(one, label, vocabulary.of(names))
         sources.append(Source(one.frames, label, place, one.sequence, one.excluded))
     if rest == "first":
         x, y, session, frame, place = _fixed_rest(sources, images, rate_hz)

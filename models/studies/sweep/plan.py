@@ -148,7 +148,7 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
     train = settings.defaults(TRAIN)
     recipe = str(given["train"].get("recipe", train["recipe"]))
     for key, value in given["train"].items():
-        train[key] = _value("train", key, value, settings.of_train(recipe, key))
+        train[key] = _value("train", key, value, settings.of_train(recipe))
     _check_seed("train", train["seed"])
     axes = {key: _axis(key, values, data, recipe) for key, values in given["axes"].items()}
     made = Plan(name, data, train, _test(given["test"], train["task"] == "user"), axes)
@@ -182,7 +182,7 @@ def _axis(key: str, values: Any, data: Mapping[str, Any], recipe: str) -> list[A
     if key == "task":
         raise _FaultError("axes", key, "scores of tasks do not compare; make a sweep for each")
     if not key.startswith("data."):
-        made = [_value("axes", key, one, settings.of_train(recipe, key)) for one in values]
+        made = [_value("axes", key, one, settings.of_train(recipe)) for one in values]
         for one in made if key == "seed" else ():
             _check_seed("axes", one)
         return made

@@ -217,7 +217,7 @@ def test_a_setting_of_the_recipe_is_one_and_another_is_refused(
     for line, said in (
         ("gesture.rat = 1", "did you mean 'gesture.rate'?"),
         ("gesture.rate = 'fast'", f'expected a number, such as {own.rate}, found "fast"'),
-        ("gesture.channels = [1]", f"expected a row such as {list(own.channels)}, found [1]"),
+        ("gesture.channels = [1]", f"expected a row, such as {list(own.channels)}, found [1]"),
         ("gesture.batch = 1.5", f"expected a whole number, such as {own.batch}, found 1.5"),
         ("gesture.strides = 1", "expected true or false, such as "),
     ):

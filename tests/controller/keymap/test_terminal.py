@@ -15,8 +15,8 @@ if sys.platform == "win32":
 import pty
 import termios
 
-from controller.capture.terminal_decoder import DISABLE, ENABLE, QUERY
-from controller.capture.terminal_keys import keyboard
+from controller.keymap.terminal import keyboard
+from controller.keymap.terminal_decoder import DISABLE, ENABLE, QUERY
 
 SPEAKS_KITTY = b"\x1b[?0u"
 ANSWERED = b"\x1b[?62c"
@@ -31,7 +31,7 @@ fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 # Prints a line when it is ready, one for every stroke, and one when it ends.
 PROGRAM = """
 import signal, sys, time
-from controller.capture.terminal_keys import keyboard
+from controller.keymap.terminal import keyboard
 
 ends = []
 signal.signal(signal.SIGINT, lambda *_: ends.append("SIGINT"))

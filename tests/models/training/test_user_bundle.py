@@ -14,12 +14,13 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.recognition.users import Users
 from models.__main__ import main
+from models.data.augment import vary_user_windows
 from models.data.examples import Examples
+from models.data.recipe import UNVARIED_USER, VARIED_USER
 from models.data.simulate import DataSet
 from models.evaluation import user_metrics
-from models.training.simulated_users import Town
-from models.training.user_recipe import MOOD, STEADY
-from models.training.user_windows import AFTER, Touched, mean
+from models.training.simulated_users import SimulatedUsers
+from models.training.user_task import AFTER, UserGestures, event_means
 
 pytestmark = pytest.mark.train
 
@@ -45,7 +46,7 @@ def examples(label: list[int], session: list[int] | None = None) -> Examples:
 
 
 def test_a_gesture_has_the_windows_of_its_frames_and_of_the_rest_behind_it() -> None:
-    touched = Touched.of(examples([0] * 5 + [1] * 3 + [0] * 9 + [2] * 2 + [0] * 2), [1, 2])
+    touched = UserGestures.of(examples([0] * 5 + [1] * 3 + [0] * 9 + [2] * 2 + [0] * 2), [1, 2])
     assert touched.label.tolist() == [1, 2]
     assert touched.ends[touched.event == 0].tolist() == list(range(5, 8 + AFTER))
     assert touched.ends[touched.event == 1].tolist() == [17, 18, 19, 20]  # the recording's end
@@ -53,7 +54,7 @@ def test_a_gesture_has_the_windows_of_its_frames_and_of_the_rest_behind_it() -> 
 
 def test_gestures_in_a_row_share_no_window_and_sessions_part_them() -> None:
     label = [0, 0, 0, 1, 1, 0, 2, 2, 2, 2, 0]
-    touched = Touched.of(examples(label, [0] * 8 + [1] * 3), [1, 2])
+    touched = UserGestures.of(examples(label, [0] * 8 + [1] * 3), [1, 2])
     assert touched.label.tolist() == [1, 2, 2]
     assert touched.session.tolist() == [0, 0, 1]
     assert touched.ends.tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
@@ -61,45 +62,50 @@ def test_gestures_in_a_row_share_no_window_and_sessions_part_them() -> None:
 
 
 def test_only_the_gestures_asked_for_tell() -> None:
-    touched = Touched.of(examples([0, 0, 1, 1, 0, 0, 0, 0, 2, 2]), [2])
+    touched = UserGestures.of(examples([0, 0, 1, 1, 0, 0, 0, 0, 2, 2]), [2])
     assert touched.label.tolist() == [2]
     assert touched.some(np.array([False])).ends.tolist() == []
 
 
 def test_longer_windows_never_reach_into_another_recording() -> None:
-    touched = Touched.of(examples([0] * 3 + [1] * 3 + [0, 1, 1, 1], [0] * 6 + [1] * 4), [1])
+    touched = UserGestures.of(examples([0] * 3 + [1] * 3 + [0, 1, 1, 1], [0] * 6 + [1] * 4), [1])
     longer = touched.longer(np.array([8]), 2)
     assert longer[0, :, 0, 0].tolist() == [6.0, 6.0, 6.0, 7.0, 8.0]
 
 
 def test_the_mean_is_over_each_gesture() -> None:
     values = np.array([[0.0, 2.0], [2.0, 2.0], [5.0, 1.0]])
-    assert mean(values, np.array([0, 0, 1]), 2).tolist() == [[1.0, 2.0], [5.0, 1.0]]
+    assert event_means(values, np.array([0, 0, 1]), 2).tolist() == [[1.0, 2.0], [5.0, 1.0]]
 
 
-# --- moods ----------------------------------------------------------------------------------------
+# --- augmentation ---------------------------------------------------------------------------------
 
 
-def test_a_steady_mood_changes_nothing_and_another_keeps_what_is_there() -> None:
+def test_no_variation_changes_nothing_and_another_keeps_what_is_there() -> None:
     windows = torch.rand(4, 13, 5, 5, generator=torch.Generator().manual_seed(1)) + 0.5
     generator = torch.Generator().manual_seed(0)
-    assert torch.allclose(STEADY.vary(windows, 10, generator), windows[:, 3:], atol=1e-6)
-    varied = MOOD.vary(windows, 10, generator)
+    assert torch.allclose(
+        vary_user_windows(UNVARIED_USER, windows, 10, generator), windows[:, 3:], atol=1e-6
+    )
+    varied = vary_user_windows(VARIED_USER, windows, 10, generator)
     assert varied.shape == (4, 10, 5, 5)
     rest = torch.ones(64, 13, 5, 5)
-    assert float((MOOD.vary(rest, 10, generator) - 1.0).abs().max()) < 0.05  # offset and noise
+    varied = vary_user_windows(VARIED_USER, rest, 10, generator)
+    assert float((varied - 1.0).abs().max()) < 0.05  # offset and noise
 
 
 def test_what_is_drawn_anew_is_nothing_else() -> None:
-    town = Town("nominal", 3, 0.3)
-    day, drift, hand, orb = (town.session(0, 0, anew) for anew in ("day", "drift", "hand", "orb"))
+    players = SimulatedUsers("nominal", 3, 0.3)
+    day, drift, hand, orb = (
+        players.session(0, 0, change) for change in ("day", "drift", "hand", "orb")
+    )
     assert np.array_equal(day.label, drift.label)
     assert np.array_equal(day.label, orb.label)
     assert not np.array_equal(day.label, hand.label)
     first = [np.abs(day.frames[0] - other.frames[0]).mean() for other in (hand, drift, orb)]
     assert first[0] == 0.0  # the same rest, to the bit, before the hand does anything
     assert 0.05 < first[1] < first[2]  # pF
-    alone = Town("nominal", 3, 0.3, shared=False)
+    alone = SimulatedUsers("nominal", 3, 0.3, shared=False)
     recorded = DataSet(3, 0.3, gestures=("twist_cw",)).session(0, 0)
     assert np.array_equal(alone.session(0, 0).frames, recorded.frames)
 

@@ -12,11 +12,11 @@ import torch
 from controller.bundles import vocabulary
 from models.data.augment import Symmetry
 from models.data.examples import Examples
-from models.data.recipe import DEFAULT, PAPER, Course, Recipe
-from models.data.training_split import Parts
-from models.training.loop import fit
-from models.training.networks import GestureNet
-from models.training.tasks import Gestures, Index
+from models.data.recipe import DEFAULT, PAPER, NetworkRecipe, Recipe
+from models.data.splits import Parts
+from models.training.gesture_task import GestureTask
+from models.training.loop import Index, fit
+from models.training.networks import gesture_net
 
 pytestmark = pytest.mark.train
 
@@ -26,8 +26,8 @@ COUNT = 2 * QUIET + PRESSED
 IDLE = 0.005
 
 
-def lesson(course: Course, auxiliary: int = 0, answers: int = 0) -> Gestures:
-    """A lesson of one press in a long quiet, and of a twist that is no answer."""
+def task(recipe: NetworkRecipe, auxiliary: int = 0, answers: int = 0) -> GestureTask:
+    """A task of one press in a long quiet, and of a twist that is no answer."""
     rng = np.random.default_rng(1)
     pressed = slice(QUIET, QUIET + PRESSED)
     images = (1.0 + 0.006 * rng.standard_normal((COUNT, 5, 5))).astype(np.float32)
@@ -42,12 +42,12 @@ def lesson(course: Course, auxiliary: int = 0, answers: int = 0) -> Gestures:
     none = np.empty(0, dtype=np.int64)
     symmetry = Symmetry.of(vocabulary.shipped(), 5, 5)
     parts = Parts(np.arange(len(ends)), none, none)
-    return Gestures(examples, parts, 5, symmetry, course, torch.device("cpu"), answers)
+    return GestureTask(examples, parts, 5, symmetry, recipe, torch.device("cpu"), answers)
 
 
-def drawn(course: Course) -> tuple[int, int]:
+def drawn(recipe: NetworkRecipe) -> tuple[int, int]:
     """How many windows of an epoch are pressed, and how many are quiet."""
-    ends = np.concatenate(list(lesson(course).batches(np.random.default_rng(2))))
+    ends = np.concatenate(list(task(recipe).batches(np.random.default_rng(2))))
     assert len(np.unique(ends)) == len(ends)
     pressed = int(((ends >= QUIET) & (ends < QUIET + PRESSED)).sum())
     return pressed, len(ends) - pressed
@@ -58,15 +58,15 @@ def test_all_that_is_pressed_is_drawn_and_half_of_what_is_quiet() -> None:
 
 
 def test_the_paper_s_recipe_draws_everything() -> None:
-    course = replace(PAPER.gesture, strides=True)
-    assert sum(drawn(course)) == COUNT - (WINDOW - 1)
+    recipe = replace(PAPER.gesture, strides=True)
+    assert sum(drawn(recipe)) == COUNT - (WINDOW - 1)
 
 
 @pytest.mark.parametrize(("course", "expected"), [(DEFAULT, "medium"), (PAPER, "highest")])
 def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
     course: Recipe, expected: str
 ) -> None:
-    taught = lesson(replace(course.gesture, epochs=1, strides=True))
+    taught = task(replace(course.gesture, epochs=1, strides=True))
     said = []
     loss, check = taught.loss, taught.check
 
@@ -79,20 +79,20 @@ def test_products_are_coarse_only_while_it_learns_and_its_recipe_says_so(
         return check()
 
     taught.loss, taught.check = learning, judging  # type: ignore[method-assign]
-    fit(taught, taught.course, 0, None, lambda epochs, share: None)
+    fit(taught, 0)
     assert set(said) == {("learns", expected), ("is judged", "highest")}
 
 
 def test_auxiliary_gestures_count_more_where_they_are_rare_and_change_no_other_s_weight() -> None:
-    course = DEFAULT.gesture
-    plain, beside = lesson(course)._weights, lesson(course, auxiliary=25, answers=4)._weights
+    recipe = DEFAULT.gesture
+    plain, beside = task(recipe)._weights, task(recipe, auxiliary=25, answers=4)._weights
     assert beside[:4].tolist() == plain[:4].tolist() == [1.0] * 4
     assert beside[4] == pytest.approx(2.0)  # a quarter as many, to the power of a half
 
 
 def test_a_narrowed_network_tells_the_first_classes_apart_as_before() -> None:
     torch.manual_seed(3)
-    net = GestureNet(WINDOW, 5, 5, 7).eval()
+    net = gesture_net((WINDOW, 5, 5), 7, NetworkRecipe()).eval()
     windows = 1.0 + 0.1 * torch.randn(4, WINDOW, 5, 5)
     with torch.no_grad():
         torch.testing.assert_close(net.narrowed(3)(windows), net(windows)[:, :3])
