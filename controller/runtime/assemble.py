@@ -12,7 +12,7 @@ import platform
 from argparse import Namespace
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
@@ -21,7 +21,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore, name_of
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
-from controller.links import PRINT, Link, LinkError, open_link
+from controller.links import Link, LinkError, open_link
 from controller.protocol import psk
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
@@ -44,14 +44,6 @@ if TYPE_CHECKING:
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must name to the orb it started
 
 _log = logging.getLogger("controller")
-
-
-@runtime_checkable
-class Renewable(Protocol):
-    """A link that can be another device from one moment to the next."""
-
-    def renew(self, welcome: Welcome, reason: str) -> None:
-        """Send Bye to the host, and Welcome when it comes back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +118,10 @@ def renew(parts: Parts) -> Parts:
     """
     bundle, mapping, recognizer = _deployed(parts.options)
     sensor = _sensor(parts.options, bundle)
-    if isinstance(parts.link, Renewable):
-        try:
-            parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
-        except ProtocolError as error:
-            raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
+    try:
+        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+    except ProtocolError as error:
+        raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
@@ -304,9 +295,8 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
 
 def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
     """Return the virtual orb's own hand; None where a host touches the orb, or a person."""
-    options, link = parts.options, parts.link
-    touched = options.link != PRINT and getattr(link, "touched", True)
-    if touched or not sensor.virtual:
+    options = parts.options
+    if parts.link.touchable or not sensor.virtual:
         return None
     from controller.capture.simulated_hand import CuedHand
     from controller.sensors.virtual import show

@@ -108,7 +108,7 @@ def updater(parts: Parts) -> BundleUpdater | None:
     if parts.options.link == PRINT or parts.options.replay is not None:
         return None
     objection = ""
-    if not getattr(parts.link, "proves", False):
+    if not parts.link.authenticated:
         objection = (
             "this link does not prove who is there; give orb and host the same --key FILE, or copy "
             "the bundle to the orb and run `controller install` there"
