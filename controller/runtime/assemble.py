@@ -205,7 +205,7 @@ def exchange(parts: Parts, device: Device) -> None:
     if device.tape is not None and parts.runs is not None:
         from controller.runtime import recording_session
 
-        device.tape.continue_in(recording_session.begin(parts, parts.runs, device.sensor))
+        device.tape.go_on(recording_session.begin(parts, parts.runs, device.sensor))
     if device.timekeeper is not None:
         device.timekeeper.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
