@@ -93,7 +93,7 @@ class SessionRecorder:
         said = self._labeller.label(
             step.t_s,
             button=button,
-            told=self._keyboard.poll() if self._keyboard is not None else (),
+            events=self._keyboard.poll() if self._keyboard is not None else (),
             felt=step.ready and not step.quiet,
             ready=step.ready,
         )
