@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.errors import reason
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings.recording import (
@@ -107,7 +108,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
         yield
         return
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}"
+        problem = f"cannot be read: {reason(error)}"
     except ValueError as error:  # NpzError and RecordingError
         problem = str(error)
     raise RecordingError(f"the recording {path} {problem}; name a file made with --record")
