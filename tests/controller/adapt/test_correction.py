@@ -78,6 +78,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
     return install
 
 
+@pytest.mark.slow
 def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
     tmp_path: Path,
 ) -> None:

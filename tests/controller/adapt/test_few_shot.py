@@ -121,6 +121,7 @@ def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further(
     assert len(learned.gesture_onnx) < len(first) + 500
 
 
+@pytest.mark.slow
 def test_somebody_s_own_way_of_pinching_goes_into_a_network_of_theirs() -> None:
     theirs = [Example("pinch", one.images, user="ann") for one in examples("squeeze", 2)]
     learned = bundles.parse(written(adapt.teach(DATA, theirs)))

@@ -322,6 +322,7 @@ def test_an_operator_s_name_never_acts_on_the_terminal() -> None:
 # --- the commands ---
 
 
+@pytest.mark.slow
 def test_install_models_rollback(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -237,6 +237,7 @@ def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     assert not any(isinstance(message, UserIdentified) for message in link.messages)
 
 
+@pytest.mark.slow
 def test_a_replay_says_who_touched_as_the_live_run_did(
     path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

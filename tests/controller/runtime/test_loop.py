@@ -33,6 +33,7 @@ def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:
 # --- paced by the clock ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_frame_k_is_scanned_at_k_tenths_of_a_second_for_hours() -> None:
     bench = Bench(busy_s=0.03).run(3600.0)
     reads = bench.sensors[0].reads
