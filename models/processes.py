@@ -1,4 +1,4 @@
-"""Processes of one thread each, which do not outlive whoever began them."""
+"""Pool of processes with one thread each, which end with their parent."""
 
 import multiprocessing
 import os
@@ -14,7 +14,7 @@ THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def spare() -> None:
-    """Leave processes that begin from now on one thread each, unless somebody said otherwise."""
+    """Give processes that begin from now on one thread each, unless the environment has another."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
 

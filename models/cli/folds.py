@@ -10,7 +10,7 @@ from typing import Final
 
 from models.cli import _extras as extras
 from models.cli import _options as options
-from models.data.defaults import STEPS
+from models.data.recipe import STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (

@@ -1,4 +1,4 @@
-"""Hold-out of whole users and sessions: of recordings, and inside a fold of windows."""
+"""Hold-out of recordings: whole users or sessions, and what is learned from the others."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from controller.console import count
 from models.data import splits
-from models.data.splits import Fold, Index
+from models.data.splits import Index
 
 Chosen = NDArray[np.bool_]  # (recordings,)
 
 _DRAW: Final = 6  # stream of random numbers of a training's seed
-_INNER: Final = 1 / 6  # share of a fold's training groups that `within` holds out
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,9 @@ class HoldOut:
         group = user if self.by == "user" else session
         names = np.unique(group)
         self._check(len(names), f"there are {len(names)} {self.by}s")
-        parts = np.array_split(names, self.folds) if self.folds else [spread(names, self.hold)]
+        parts = (
+            np.array_split(names, self.folds) if self.folds else [splits.spread(names, self.hold)]
+        )
         return np.isin(group, parts[self.fold])
 
     def _sessions_of_each(self, user: Index, session: Index) -> Chosen:
@@ -99,34 +100,3 @@ def learned(
             raise ValueError(f"{wanted}, and of one {len(own)} are left {advice}")
         chosen &= (user != one) | np.isin(session, own[:sessions])
     return chosen
-
-
-def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
-    """Return a fold inside the training part of another, to choose settings on.
-
-    Args:
-        fold: The outer fold.
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Session or user of each frame, (frames,).
-
-    Raises:
-        ValueError: The training part has fewer than two groups.
-    """
-    of = group[ends[fold.train]]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError(
-            "a fold that learns from one group has none to choose on; record another, or ask for "
-            "more folds"
-        )
-    held = np.isin(of, spread(names, max(1, round(_INNER * len(names)))))
-    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
-    splits.check(inner, ends, window)
-    return inner
-
-
-def spread(names: Index, number: int) -> Index:
-    """Return so many of the names, (number,), evenly spread over their order."""
-    places = ((np.arange(number) + 0.5) * len(names) / number).astype(np.int64)
-    return np.asarray(names[places])

@@ -20,19 +20,18 @@ from numpy.typing import NDArray
 from controller.console import count
 from controller.recordings.recording import software
 from models import json_values, user_files
-from models.data import hold_out, load, splits
+from models.data import load, splits
 from models.data.augment import Symmetry
-from models.data.examples import refuse_test_seed
-from models.data.load import Choice, Data
-from models.data.recipe import DEFAULT, Course
-from models.data.splits import Fold
-from models.data.training_split import Parts
+from models.data.examples import Choice, refuse_test_seed
+from models.data.load import Data
+from models.data.recipe import DEFAULT, NetworkRecipe
+from models.data.splits import Fold, Parts
 from models.evaluation import scores
 from models.studies import fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
 from models.training import checkpoint
+from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures
 
 Say = Callable[[str], None]
 Answers = dict[str, NDArray[np.float32]]  # of each model, (windows of the fold, classes)
@@ -122,7 +121,7 @@ class _Study:
     """Recordings, folds and models of one cross-validation."""
 
     def __init__(
-        self, request: Request, data: Data, course: Course, device: torch.device, say: Say
+        self, request: Request, data: Data, course: NetworkRecipe, device: torch.device, say: Say
     ) -> None:
         """Prepare the features, and claim a folder for finished parts.
 
@@ -196,10 +195,10 @@ class _Study:
             cpu_s[name] = time.process_time() - begun
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
-    def _choose(self, number: int, fold: Fold) -> tuple[Course, float, str]:
+    def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
         """Return how a fold is trained, its temperature, and the choice in words."""
         examples = self.data.examples
-        inner = hold_out.within(fold, examples.ends, examples.window, self.group)
+        inner = splits.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
         steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
         tried = {}
@@ -218,20 +217,20 @@ class _Study:
         return _shifting(self.course, best), temperature, words
 
     def _train(
-        self, name: str, fold: Fold, course: Course
+        self, name: str, fold: Fold, course: NetworkRecipe
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Train on a fold; return logits (windows, classes) and classes of its test part."""
         seed, data = self.request.seed, self.data
         torch.manual_seed(seed)
         parts = Parts(fold.train, NONE, NONE)  # nothing that is judged is watched
         classes = len(self.windows.labels)
-        task = Gestures(data.examples, parts, classes, self.symmetry, course, self.device)
-        fit(task, course, seed, self.folder / f"{name}.npz", lambda epochs, share: None)
+        task = GestureTask(data.examples, parts, classes, self.symmetry, course, self.device)
+        fit(task, seed, self.folder / f"{name}.npz")
         logits, label = task.answers(data.examples.ends[fold.test])
         return logits.cpu().numpy(), label.cpu().numpy()
 
 
-def _course(course: Course, request: Request) -> Course:
+def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
     """Return how a fold's network is trained: to the last step, by nothing held out."""
     plain = replace(course, keep_best=False, patience=0.0)
     if request.sound:
@@ -242,7 +241,7 @@ def _course(course: Course, request: Request) -> Course:
     return replace(plain, epochs=0, steps=request.steps, limits=(1, MOST_EPOCHS))
 
 
-def _shifting(course: Course, distance: int) -> Course:
+def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
     return replace(course, augmentation=replace(course.augmentation, shifted=distance))
 
 

@@ -16,27 +16,22 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
 
 from controller.recognition.users import Users
 from controller.simulator.hand import GESTURES
 from models import user_files
-from models.data.recipe import Course
+from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
 from models.results.figure import Figure
 from models.training import user_task
-from models.training.networks import GestureNet
-from models.training.simulated_users import Anew, Town
-from models.training.user_data import Crowd, blocks, crowd, join
-from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
-from models.training.user_task import People
+from models.training.networks import Network
+from models.training.simulated_users import Change, SimulatedUsers, last_block, prepare_users
+from models.training.user_task import UserGestures, gesture_evidence, train_users
 
 HANGS_ON: Final = (  # modules whose sources a result depends on
     "models.evaluation.user_metrics", "models.training.simulated_users",
-    "models.training.user_data", "models.training.user_recipe", "models.training.user_task",
-    "models.training.user_windows", __name__,
+    "models.training.user_task", __name__,
 )  # fmt: skip
 
 Say = Callable[[str], None]
@@ -67,36 +62,19 @@ class Size:
 QUICK: Final = Size(users=3, enrolled=2, new=1, known=(2, 1), strangers=2, minutes=1.0)
 
 
-def learn(
-    taught: Crowd,
-    outputs: int,
-    seed: int,
-    *,
-    mood: Mood = MOOD,
-    course: Course = COURSE,
-    random: NDArray[np.bool_] | None = None,
-) -> tuple[GestureNet, float]:
-    """Return a network of so many outputs, and its score on windows at random."""
-    torch.manual_seed(seed)
-    work = People(taught.touched, taught.who, outputs, course, mood, random)
-    net = user_task.teach(work, seed, user_task.silent)
-    work.net = net
-    return net, work.random()
-
-
-def judged(net: GestureNet, new: Crowd, users: Users) -> Figure:
+def judged(net: Network, new: UserGestures, users: Users) -> Figure:
     """Return the share of gestures whose maker is named."""
-    return user_metrics.share(user_task.said(net, new.touched), new.who, new.touched.session, users)
+    return user_metrics.share(gesture_evidence(net, new), new.user, new.session, users)
 
 
 def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict[str, Any]:
     """Return what enrolled people and strangers are worth after so many sessions and gestures."""
-    town = Town(preset, seed, size.minutes, gestures)
+    players = SimulatedUsers(preset, seed, size.minutes, gestures)
     labels, outputs = len(gestures), 1 + size.users
 
-    def days(users: range, first: int, count: int, *, strange: bool = False) -> Crowd:
-        return crowd(
-            ((town.session(u, d), 0 if strange else 1 + u, d)
+    def days(users: range, first: int, count: int, *, strange: bool = False) -> UserGestures:
+        return prepare_users(
+            ((players.session(u, d), 0 if strange else 1 + u, d)
              for u in users for d in range(first, first + count)),
             labels,
         )  # fmt: skip
@@ -108,19 +86,21 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     backs = days(known, 0, size.known[1], strange=True)
     new = days(ours, size.enrolled, size.new)
     strange = days(others, 0, 1, strange=True)
-    found: dict[str, Any] = {"events": len(new.who), "sessions": size.users * size.new}
+    found: dict[str, Any] = {"events": len(new.user), "sessions": size.users * size.new}
     # Acceptance and temperature come from the last enrolled session, left out once.
-    half = np.isin(backs.touched.session, np.unique(backs.touched.session)[::2])
-    before = learn(join(own.some(own.day < size.enrolled - 1), backs.some(half)), outputs, seed)[0]
+    half = np.isin(backs.session, np.unique(backs.session)[::2])
+    before = train_users(
+        own.some(own.day < size.enrolled - 1).joined(backs.some(half)), outputs, seed
+    )[0]
     last, away = own.some(own.day == size.enrolled - 1), backs.some(~half)
-    said = user_task.said(before, last.touched), user_task.said(before, away.touched)
-    users = user_metrics.tuned(said, last.who, away.touched.session, size.users)
+    said = gesture_evidence(before, last), gesture_evidence(before, away)
+    users = user_metrics.tuned(said, last.user, away.session, size.users)
     found |= {"temperature": users.temperature, "accept": users.accept}
     found["enrolled"] = {}
     for count in (1, 2, size.enrolled):
-        net = learn(join(own.some(own.day < count), backs), outputs, seed)[0]
-        heard = user_task.said(net, new.touched), new.who, new.touched.session
-        stranger = user_task.said(net, strange.touched), strange.touched.session
+        net = train_users(own.some(own.day < count).joined(backs), outputs, seed)[0]
+        heard = gesture_evidence(net, new), new.user, new.session
+        stranger = gesture_evidence(net, strange), strange.session
         found["enrolled"][str(count)] = {
             "seen": {str(seen): figure(user_metrics.share(*heard, users, seen)) for seen in SEEN},
             "open": [asdict(user_metrics.openly(heard, stranger, users, seen)) for seen in SEEN],
@@ -136,31 +116,36 @@ def drift(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) -> dict
     for name, drifting, tracked in (
         ("tracked", True, True), ("raw", True, False), ("still", False, True),
     ):  # fmt: skip
-        town = Town(preset, seed, size.minutes, gestures, drifting)
+        players = SimulatedUsers(preset, seed, size.minutes, gestures, drifting)
 
-        day = partial(_day, town, ours, labels, tracked)
-        mood = MOOD if tracked else STEADY
+        day = partial(_day, players, ours, labels, tracked)
+        varied = VARIED_USER if tracked else UNVARIED_USER
         own = day(0)
-        out = user_task.drawn(len(own.touched.ends), seed)
-        net, random = learn(own, outputs, seed, mood=mood, random=out)
+        out = user_task.random_windows(len(own.ends), seed)
+        net, random = train_users(own, outputs, seed, augmentation=varied, random=out)
         row = {"random": {"value": round(random, 5)}}
         row["new"] = figure(judged(net, day(size.enrolled), users))
         if name != "still":
-            for anew in ("drift", "hand", "orb"):
-                row[anew] = figure(judged(net, day(0, anew), users))
-            early, late = blocks(own)
-            net = learn(early, outputs, seed, mood=mood)[0]
+            for change in ("drift", "hand", "orb"):
+                row[change] = figure(judged(net, day(0, change), users))
+            early, late = last_block(own)
+            net = train_users(early, outputs, seed, augmentation=varied)[0]
             row["time"] = figure(judged(net, late, users))
         found[name] = row
     return found
 
 
 def _day(
-    town: Town, users: range, labels: int, tracked: bool, number: int, anew: Anew = "day"
-) -> Crowd:
+    players: SimulatedUsers,
+    users: range,
+    labels: int,
+    tracked: bool,
+    number: int,
+    change: Change = "day",
+) -> UserGestures:
     """Return one session of each."""
-    rows = ((town.session(user, number, anew), 1 + user, number) for user in users)
-    return crowd(rows, labels, tracked=tracked)
+    rows = ((players.session(user, number, change), 1 + user, number) for user in users)
+    return prepare_users(rows, labels, tracked=tracked)
 
 
 def figure(found: Figure) -> dict[str, float]:
@@ -184,7 +169,7 @@ def measure(
         kept = user_files.read_json(path)
     found: dict[str, Any] = {}
     for name, (run, gestures) in PARTS.items():
-        told = repr((name, preset, seed, size, gestures, COURSE, MOOD, _code()))
+        told = repr((name, preset, seed, size, gestures, USER, VARIED_USER, _code()))
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
             kept[key] = run(preset, seed, size, gestures)

@@ -146,7 +146,7 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
     train = settings.defaults(TRAIN)
     recipe = str(given["train"].get("recipe", train["recipe"]))
     for key, value in given["train"].items():
-        train[key] = _value("train", key, value, settings.of_train(recipe, key))
+        train[key] = _value("train", key, value, settings.of_train(recipe))
     simulated = known is SIMULATION
     axes = {
         key: _axis(key, values, recipe, simulated=simulated)
@@ -183,7 +183,7 @@ def _axis(key: str, values: Any, recipe: str, *, simulated: bool) -> list[Any]:
     if key == "task":
         raise _FaultError("axes", key, "scores of tasks do not compare; make a sweep for each")
     if not key.startswith("data."):
-        return [_value("axes", key, one, settings.of_train(recipe, key)) for one in values]
+        return [_value("axes", key, one, settings.of_train(recipe)) for one in values]
     if not simulated:
         why = "only simulations have such an axis; make a sweep for each data set"
         raise _FaultError("axes", key, why)

@@ -25,7 +25,7 @@ from typing import Any, Final
 from controller.console import count
 from controller.errors import TroubleError
 from controller.recordings.recording import software
-from models import processes, text, user_files
+from models import formatting, processes, user_files
 from models.data.load import Say
 from models.studies.sweep import figures
 from models.studies.sweep.plan import Job, Plan
@@ -105,7 +105,7 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
             user_files.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
             outcome = f"score {figures.score(answer['result']):.4g}"
         left = (time.monotonic() - began) / number * (len(orders) - number)
-        more = f"; {text.duration(left)} left" if number < len(orders) else ""
+        more = f"; {formatting.duration(left)} left" if number < len(orders) else ""
         at = describe(named[answer["name"]])
         say(f"{finished + number}/{len(named)} {at}: {outcome}{more}")
     found = results(sweep, answers(sweep.folder), failed)

@@ -7,11 +7,18 @@ from typing import Any, Final, TypeVar
 
 from controller.simulator.presets import PRESETS
 from models.data.examples import refuse_test_seed
-from models.data.recipe import RECIPES, Recipe
+from models.data.recipe import (
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.data.simulate import DataSet
 
 SECTIONS: Final = ("data", "train", "test", "axes")
-USERS: Final = ("user", "mood")  # recipe of the user network, and its augmentation
 _TYPES: Final = {
     bool: "true or false", int: "a whole number", float: "a number", str: "a text",
     list: "a list of texts", tuple: "a row",
@@ -127,29 +134,31 @@ def data_set(data: Mapping[str, Any]) -> DataSet:
     return DataSet(**{**chosen, "gestures": tuple(data["gestures"])})
 
 
-def of_train(recipe: str, key: str) -> Mapping[str, Setting]:
-    """Return the settings of [train]: its own, and a recipe's by dotted names.
-
-    Args:
-        recipe: Name of the recipe.
-        key: The setting that is looked up; those of the user network import PyTorch.
-    """
-    if key in TRAIN or recipe not in RECIPES:
+def of_train(recipe: str) -> Mapping[str, Setting]:
+    """Return the settings of [train]: its own, and a recipe's by dotted names."""
+    if recipe not in RECIPES:
         return TRAIN
-    parts = asdict(RECIPES[recipe])
+    parts = {**asdict(RECIPES[recipe]), "user": asdict(USER), "mood": asdict(VARIED_USER)}
     del parts["name"]
-    if key.partition(".")[0] in USERS:
-        from models.training.user_recipe import COURSE, MOOD
-
-        parts |= {"user": asdict(COURSE), "mood": asdict(MOOD)}
     return {**TRAIN, **{name: Setting(value) for name, value in flattened(parts)}}
 
 
 def recipe_of(train: Mapping[str, Any]) -> Recipe:
     """Return the recipe of the gesture and location networks, from the settings of [train]."""
     own = {key: value for key, value in train.items() if key not in TRAIN}
-    known = {key: value for key, value in own.items() if key.partition(".")[0] not in USERS}
+    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
     return changed(RECIPES[train["recipe"]], known)
+
+
+def user_recipe_of(train: Mapping[str, Any]) -> tuple[NetworkRecipe, UserAugmentation]:
+    """Return how users are learned; the paper's recipe learns them as it does gestures."""
+    if train["recipe"] == "paper":
+        return recipe_of(train).gesture, UNVARIED_USER
+    user, mood = (
+        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
+        for part in ("user.", "mood.")
+    )
+    return changed(USER, user), changed(VARIED_USER, mood)
 
 
 def changed(made: _Made, settings: Mapping[str, Any]) -> _Made:

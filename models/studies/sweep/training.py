@@ -17,19 +17,20 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from models.data import hold_out, load, touch_images, training_split
+from models.data import hold_out, load, splits, touch_images
+from models.data.examples import Choice
 from models.data.hold_out import HoldOut
 from models.data.load import Data
-from models.data.recipe import DEFAULT, Course, Recipe
+from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
 from models.studies.sweep import settings
-from models.training import train_networks, user_task
-from models.training.loop import prepare_torch
-from models.training.tasks import AT_ONCE
-from models.training.user_recipe import COURSE, MOOD, STEADY, Mood
-from models.training.user_windows import Touched
+from models.training import user_task
+from models.training.gesture_task import train_gestures
+from models.training.location_task import train_locations
+from models.training.loop import TrainingJob, batched, prepare_torch
+from models.training.user_task import UserGestures
 
 KEPT: Final = 2  # data sets that a process keeps in memory; jobs of one set are neighbours
 # A GPU adds up in another order, and so does each kind of it: results would depend on the machine.
@@ -85,7 +86,7 @@ def train(job: Mapping[str, Any]) -> Result:
 
 
 @lru_cache(maxsize=KEPT)
-def _read(source: str, recipe: Recipe, labels: load.Choice, window: int, every: bool) -> Data:
+def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool) -> Data:
     """Return the data set that [data] describes as JSON; simulations are made here."""
     data = json.loads(source)
 
@@ -125,10 +126,8 @@ def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
 
 def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     """Train CNN-3D; frames and events are judged, and events counted, true by named class."""
-    split = training_split.split(taught, "", asked["seed"])
-    found, net = train_networks.gestures(
-        train_networks.Work(taught, split, recipe, asked["seed"], DEVICE, None)
-    )
+    split = splits.split_windows(taught, "", asked["seed"])
+    found, net = train_gestures(TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None))
     examples, classes = unseen.examples, len(unseen.vocabulary.labels)
     held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
     for number in np.unique(examples.session[examples.ends]):
@@ -145,15 +144,15 @@ def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Resul
 
 def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     """Train CNN-2D; each touch is judged by its error, grid units, mean of the axes."""
-    split = training_split.split(taught, "", asked["seed"])
+    split = splits.split_windows(taught, "", asked["seed"])
     found, judged = (
         touch_images.find(data.examples, recipe.averaged, asked["seed"])
         for data in (taught, unseen)
     )
     if not len(found.images) or not len(judged.images):
         raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
-    learned, net = train_networks.places(
-        train_networks.Work(taught, split, recipe, asked["seed"], DEVICE, None), found
+    learned, net = train_locations(
+        TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None), found
     )
     off = _logits(net, judged.images[judged.last]) - judged.place[judged.last]
     error = np.abs(off).mean(axis=1)
@@ -166,36 +165,33 @@ def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Resu
 
 def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
     """Train the user network; windows and gestures of other sessions are judged."""
-    own, new = (
-        Touched.of(data.examples, range(1, len(data.vocabulary.labels)))
+    labels = range(1, len(taught.vocabulary.labels))
+    names = np.unique(taught.user[np.unique(taught.examples.session)])
+    if len(names) < 2:
+        raise ValueError("one user cannot be confused with any; learn from two or more")
+    own, new = (  # output 0 is a stranger
+        UserGestures.of(data.examples, labels, 1 + np.searchsorted(names, data.user))
         for data in (taught, unseen)
     )
     if not len(own.label) or not len(new.label):
         raise ValueError("no recording has a gesture, and users are identified by gestures")
-    names = np.unique(taught.user[own.session])
-    if len(names) < 2:
-        raise ValueError("one user cannot be confused with any; learn from two or more")
-    who, true = (
-        1 + np.searchsorted(names, data.user[gestures.session])  # output 0 is a stranger
-        for data, gestures in ((taught, own), (unseen, new))
+    how, augmentation = settings.user_recipe_of(asked)
+    random = user_task.random_windows(len(own.ends), asked["seed"])
+    net, score = user_task.train_users(
+        own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
     )
-    course, mood = _user_recipe(recipe, asked)
-    random = user_task.drawn(len(own.ends), asked["seed"])
-    torch.manual_seed(asked["seed"])
-    task = user_task.People(own, who, 1 + len(names), course, mood, random)
-    net = task.net = user_task.teach(task, asked["seed"], user_task.silent)
-    events = 1 + user_task.said(net, new)[:, 1:].argmax(axis=1) == true
-    frames = 1 + user_task.ask(net, new, new.ends)[:, 1:].argmax(axis=1) == true[new.event]
+    events = 1 + user_task.gesture_evidence(net, new)[:, 1:].argmax(axis=1) == new.user
+    answers = user_task.probabilities(net, new, new.ends)
+    frames = 1 + answers[:, 1:].argmax(axis=1) == new.user[new.event]
     of = new.session[new.event]
     held = [
         _session(unseen, one, frames=frames[of == one], events=events[new.session == one])
         for one in np.unique(new.session)
     ]
     windows = int((~random).sum())
-    passes = course.passes(-(-windows // course.batch) * course.batch)
-    score = _number(task.random())
-    return {"windows": windows, "epochs": passes, "best": passes, "check": None, "random": score,
-            "held": held}  # fmt: skip
+    passes = how.passes(-(-windows // how.batch) * how.batch)
+    return {"windows": windows, "epochs": passes, "best": passes, "check": None,
+            "random": _number(score), "held": held}  # fmt: skip
 
 
 # A task is a line here, and its measure in models/studies/sweep/figures.py.
@@ -204,19 +200,6 @@ TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
     "location": _locations,
     "user": _users,
 }
-
-
-def _user_recipe(recipe: Recipe, asked: Train) -> tuple[Course, Mood]:
-    """Return how users are learned; the paper's recipe learns them as it does gestures."""
-    if recipe.name == "paper":
-        return recipe.gesture, STEADY
-    parts = {
-        part: {
-            key.removeprefix(f"{part}."): asked[key] for key in asked if key.startswith(f"{part}.")
-        }
-        for part in settings.USERS
-    }
-    return settings.changed(COURSE, parts["user"]), settings.changed(MOOD, parts["mood"])
 
 
 def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
@@ -247,12 +230,9 @@ def _number(value: float) -> float | None:
 
 def _logits(net: nn.Module, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return a network's outputs, (inputs, outputs)."""
-    with torch.no_grad():
-        parts = [
-            net(torch.from_numpy(inputs[start : start + AT_ONCE])).numpy()
-            for start in range(0, len(inputs), AT_ONCE)
-        ]
-    return np.concatenate(parts)
+    return np.asarray(
+        batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
+    )
 
 
 def _ignore(line: str) -> None:

@@ -13,7 +13,7 @@ from models import user_files
 from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
-from models.reports.data import ReportData
+from models.reports.page import ReportData
 from models.studies.information import games
 from models.studies.sweep import run
 from tests.support.report_results import evaluation
@@ -198,7 +198,7 @@ def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
     path.write_text(f"noise\n{good}\n")
-    assert games.read(path)["seconds"] == 5.5
+    assert games.read(path).minutes == pytest.approx(5.5 / 60)
     for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
         path.write_text(good.replace(old, new))
         with pytest.raises(games.GameError, match="holds no game; make one with"):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import tests.support.synthetic_people as look_alike
 from controller.recordings import import_description, importer
 from models import json_values
-from models.data import hold_out, splits
+from models.data import splits
 from models.data.examples import Examples
 from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
@@ -33,7 +33,7 @@ def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
     )
     judged: list[int] = []
     for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = hold_out.within(fold, ends, WINDOW, person)
+        inner = splits.within(fold, ends, WINDOW, person)
         now = set(person[ends[fold.test]])
         learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
         assert learned
@@ -49,8 +49,8 @@ def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
     person = np.repeat([0, 1], 5)
     ends = np.array([2, 3, 4, 7, 8, 9])
     fold = splits.by_group(ends, WINDOW, person)[0]
-    with pytest.raises(ValueError, match="none to choose on"):
-        hold_out.within(fold, ends, WINDOW, person)
+    with pytest.raises(ValueError, match="nobody to choose on"):
+        splits.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
