@@ -7,14 +7,16 @@ from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from controller import files
 from controller.console import count
 from models import user_files
+from models.reports import markdown
+from models.reports.tables import Table
 from models.studies.sweep import figures
 from models.studies.sweep.figures import MEASURES, Choice, Measure, Point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 POINTS: Final = "points.csv"
 CURVES: Final = "curves.svg"
@@ -32,7 +34,8 @@ def table(found: Mapping[str, Any]) -> str:
         f"held out: {figures.title(found['test'])}; scores: {measure.words}"
     ]
     if points:
-        parts.append(_aligned(rows(points, measure)))
+        head, *cells = rows(points, measure)
+        parts.append(markdown.table(Table(head, cells)))
     if chosen := figures.choose(points, measure):
         parts.append(best(chosen, len(points)))
     fewest = min((len(point.held) for point in points), default=FEW)
@@ -102,8 +105,9 @@ def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
     axes = [axis for axis, values in found["axes"].items() if numeric(axis, values)]
     if not axes:
         return [folder / POINTS]
-    files.atomic_write(folder / CURVES, curves(points, axes, measure))
-    return [folder / POINTS, folder / CURVES]
+    from models.studies import drawing  # imports matplotlib
+
+    return [folder / POINTS, drawing.save(curves(points, axes, measure), folder / CURVES)]
 
 
 def numeric(axis: str, values: Sequence[Any]) -> bool:
@@ -111,18 +115,15 @@ def numeric(axis: str, values: Sequence[Any]) -> bool:
     return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
 
 
-def curves(points: Sequence[Point], axes: Sequence[str], measure: Measure) -> bytes:
-    """Return an SVG with the score over each axis, a line for each place on the others."""
-    from matplotlib.figure import Figure
+def curves(points: Sequence[Point], axes: Sequence[str], measure: Measure) -> "Figure":
+    """Return a drawing of the score over each axis, a line for each place on the others."""
+    from models.studies import drawing
 
-    figure = Figure(figsize=(9.0, 4.0 * len(axes)), layout="constrained")
-    panels = figure.subplots(len(axes), squeeze=False)[:, 0]
-    for axis, panel in zip(axes, panels, strict=True):
+    figure, panels = drawing.panels(640.0, 290.0 * len(axes), 1, len(axes))
+    for axis, panel in zip(axes, panels[:, 0], strict=True):
         _draw(panel, points, axis)
         panel.set_ylabel(measure.words)
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="svg", metadata={"Date": None})
-    return drawn.getvalue()
+    return figure
 
 
 def _draw(panel: "Axes", points: Sequence[Point], axis: str) -> None:
@@ -142,12 +143,3 @@ def _draw(panel: "Axes", points: Sequence[Point], axis: str) -> None:
     panel.set_xlabel(axis)
     if 1 < len(lines) <= LINES:
         panel.legend()
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows whose columns are aligned."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    )
