@@ -3,9 +3,8 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from controller.console import count
 from models import user_files
@@ -14,15 +13,9 @@ from models.reports.tables import Table
 from models.studies.sweep import figures
 from models.studies.sweep.figures import MEASURES, Choice, Measure, Point
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 POINTS: Final = "points.csv"
 CURVES: Final = "curves.svg"
 FEW: Final = 6  # users or sessions: of fewer, resampling says too little
-FAR: Final = 8.0  # ratio of an axis's largest value to its smallest, from which it is logarithmic
-LINES: Final = 10  # in a legend
 
 
 def table(found: Mapping[str, Any]) -> str:
@@ -105,41 +98,11 @@ def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
     axes = [axis for axis, values in found["axes"].items() if numeric(axis, values)]
     if not axes:
         return [folder / POINTS]
-    from models.studies import drawing  # imports matplotlib
+    from models.studies.sweep import curves  # imports matplotlib
 
-    return [folder / POINTS, drawing.save(curves(points, axes, measure), folder / CURVES)]
+    return [folder / POINTS, curves.save(points, axes, measure, folder / CURVES)]
 
 
 def numeric(axis: str, values: Sequence[Any]) -> bool:
     """Whether an axis has several amounts, and is drawn as a curve."""
     return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
-
-
-def curves(points: Sequence[Point], axes: Sequence[str], measure: Measure) -> "Figure":
-    """Return a drawing of the score over each axis, a line for each place on the others."""
-    from models.studies import drawing
-
-    figure, panels = drawing.panels(640.0, 290.0 * len(axes), 1, len(axes))
-    for axis, panel in zip(axes, panels[:, 0], strict=True):
-        _draw(panel, points, axis)
-        panel.set_ylabel(measure.words)
-    return figure
-
-
-def _draw(panel: "Axes", points: Sequence[Point], axis: str) -> None:
-    """Draw the scores over an axis, with their intervals."""
-    lines: dict[str, list[Point]] = {}
-    for point in sorted(points, key=lambda point: point.amount(axis)):
-        others = {key: value for key, value in point.at.items() if key != axis}
-        lines.setdefault(figures.title(others), []).append(point)
-    for (name, line), marker in zip(lines.items(), cycle("os^Dv"), strict=False):
-        x, own = [point.amount(axis) for point in line], [point.figure for point in line]
-        down, up = [one.value - one.low for one in own], [one.high - one.value for one in own]
-        y = [one.value for one in own]
-        panel.errorbar(x, y, (down, up), marker=marker, capsize=3.0, label=name)
-    amounts = [point.amount(axis) for point in points]
-    if min(amounts) > 0.0 and max(amounts) / min(amounts) >= FAR:
-        panel.set_xscale("log")
-    panel.set_xlabel(axis)
-    if 1 < len(lines) <= LINES:
-        panel.legend()

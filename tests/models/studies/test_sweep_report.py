@@ -163,8 +163,10 @@ def test_the_csv_has_a_row_for_each_point(tmp_path: Path) -> None:
 
 def test_each_axis_of_amounts_is_drawn_and_tenfold_amounts_in_equal_factors() -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
+    from models.studies.sweep import curves
+
     one = swept()
-    drawn = report.curves(figures.points(one), ["users", "gesture.rate"], GESTURE)
+    drawn = curves.draw(figures.points(one), ["users", "gesture.rate"], GESTURE)
     assert [panel.get_xscale() for panel in drawn.axes] == ["log", "linear"]
     assert [len(panel.containers) for panel in drawn.axes] == [2, 3]
 
