@@ -6,11 +6,10 @@ number of processes writes the same bytes, in any order, at once or in several g
 
 import hashlib
 import json
-import time
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -36,7 +35,6 @@ _DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
-Key = tuple[int, int]  # user and session, from 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,25 +233,10 @@ def generate(
     kept = len(wanted) - len(missing)
     if kept:
         say(f"{kept} of {len(wanted)} recordings are there already and are kept")
-    begun = time.monotonic()
-    for done, line in enumerate(_written(data, wanted, missing, workers), 1):
-        left_s = (time.monotonic() - begun) / done * (len(missing) - done)
+    jobs = {key: partial(_write, data, wanted[key], *key) for key in missing}
+    for done, (_, line, left_s) in enumerate(processes.completed(jobs, workers), 1):
         say(f"{kept + done}/{len(wanted)} {line}; {formatting.duration(left_s)} left")
     return list(wanted.values())
-
-
-def _written(
-    data: DataSet, paths: dict[Key, Path], missing: list[Key], workers: int
-) -> Iterator[str]:
-    """Write the missing sessions, and yield a line for each that is done."""
-    if workers == 1 or len(missing) < 2:
-        for key in missing:
-            yield _write(data, paths[key], *key)
-        return
-    with processes.pool(min(workers, len(missing))) as pool:
-        jobs = [pool.submit(_write, data, paths[key], *key) for key in missing]
-        for job in as_completed(jobs):
-            yield job.result()
 
 
 def _write(data: DataSet, path: Path, user: int, number: int) -> str:

@@ -1,8 +1,6 @@
 """Data sets of an information study, and the measurement of their parts, in nats."""
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -121,10 +119,9 @@ def measure(
             key = f"{one.name}|{name}"
             if key not in found["parts"] and (not only or name.split()[0] in only):
                 jobs[key] = job
-    begun = time.monotonic()
-    for done, (key, result) in enumerate(_work(jobs, workers), 1):
-        left_s = (time.monotonic() - begun) / done * (len(jobs) - done)
-        say(f"{done}/{len(jobs)} {key.replace('|', ': ')}; {left_s:.0f} s left")
+    done = processes.completed(jobs, workers, hasty=True)
+    for number, (key, result, left_s) in enumerate(done, 1):
+        say(f"{number}/{len(jobs)} {key.replace('|', ': ')}; {left_s:.0f} s left")
         found["parts"][key] = result
         keep(path, found)
     return found
@@ -137,16 +134,6 @@ def _drop_stale(found: Results, one: RecordingSet) -> None:
         for key in [key for key in found["parts"] if key.split("|")[0] == one.name]:
             del found["parts"][key]
     found["settings"][one.name] = settings
-
-
-def _work(jobs: Mapping[str, Callable[[], Any]], workers: int) -> Iterator[tuple[str, Any]]:
-    """Yield each job's result as it comes, under its key."""
-    if workers == 1 or len(jobs) < 2:
-        yield from ((key, job()) for key, job in jobs.items())
-        return
-    with processes.pool(min(workers, len(jobs)), hasty=True) as pool:
-        waiting: dict[Future[Any], str] = {pool.submit(job): key for key, job in jobs.items()}
-        yield from ((waiting[done], done.result()) for done in as_completed(waiting))
 
 
 def parts(one: RecordingSet) -> dict[str, Callable[[], Any]]:
