@@ -12,7 +12,7 @@ SPARED = """
     controller.bundles.deploy.install controller.simulator controller.capture.session_recorder
     controller.runtime.recording_session controller.teach controller.runtime.latency_report
     controller.bundles.vocabulary importlib.metadata importlib.resources numpy.random
-    onnxruntime queue serial socket subprocess zipfile
+    onnxruntime serial socket subprocess zipfile
 """
 PROGRAM = """
 import sys
