@@ -1,20 +1,24 @@
-"""Processes of one thread each, which do not outlive whoever began them."""
+"""Pool of processes with one thread each, which end with their parent."""
 
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+import time
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import Any, Final, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+Result = TypeVar("Result")
 
 # What libraries ask for how many threads they may take.
 THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def spare() -> None:
-    """Leave processes that begin from now on one thread each, unless somebody said otherwise."""
+    """Give processes that begin from now on one thread each, unless the environment has another."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
 
@@ -61,6 +65,32 @@ def pool(workers: int, *, hasty: bool = False) -> Iterator[ProcessPoolExecutor]:
             child.terminate()  # nothing that it does is worth waiting for
         raise
     made.shutdown()
+
+
+def completed(
+    jobs: Mapping[Key, Callable[[], Result]], workers: int, *, hasty: bool = False
+) -> Iterator[tuple[Key, Result, float]]:
+    """Run jobs, and yield the key and the result of each as it is done, and the seconds left.
+
+    Args:
+        jobs: Functions that can be pickled.
+        workers: Processes; with one, jobs run in this process.
+        hasty: As in `pool`.
+    """
+    begun = time.monotonic()
+    for done, (key, result) in enumerate(_results(jobs, min(workers, len(jobs)), hasty), 1):
+        yield key, result, (time.monotonic() - begun) / done * (len(jobs) - done)
+
+
+def _results(
+    jobs: Mapping[Key, Callable[[], Result]], workers: int, hasty: bool
+) -> Iterator[tuple[Key, Result]]:
+    if workers < 2:
+        yield from ((key, job()) for key, job in jobs.items())
+        return
+    with pool(workers, hasty=hasty) as made:
+        waiting = {made.submit(job): key for key, job in jobs.items()}
+        yield from ((waiting[done], done.result()) for done in as_completed(waiting))
 
 
 def _serve() -> None:

@@ -44,6 +44,14 @@ class Golden:
     people: Answers = field(default_factory=_none)
     heads: Mapping[str, Answers] = field(default_factory=dict)
 
+    def pack(self) -> bytes:
+        """Return the file `golden.npz`."""
+        names = ("windows", "probabilities", "images", "touches", _PEOPLE)
+        arrays = {name: getattr(self, name) for name in names}
+        if not self.people.shape[1]:
+            del arrays[_PEOPLE]
+        return npz.pack(arrays | {f"{_HEAD}{name}": heads for name, heads in self.heads.items()})
+
 
 def read(
     data: bytes, grid: tuple[int, int, int], classes: int,

@@ -1,5 +1,4 @@
-"""Labels while a session is recorded: what the button, the keys and the cues say of each frame.
+"""Labels while a session is recorded: from the button, the keys and the cues, for each frame.
 
-`strokes` and `keys` turn a terminal's bytes into labels, `plan` and `cues` ask for examples, and
-`labeller` joins them. They are pure; `terminal` alone knows the keyboard and `status` the screen.
+Imports sensors, recordings and recognition; the command line, teaching and the runtime import it.
 """

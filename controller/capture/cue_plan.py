@@ -1,16 +1,6 @@
-"""A plan of what shall be recorded, read from TOML: which labels, how often, at which pace.
+"""Cue plan, read from TOML: which labels are recorded, how often and at which pace.
 
-    name = "five gestures"                  # kept in the recording
-    labels = ["press", "pinch", "twist_cw"] # of the bundle; "null" asks for no touch
-    repetitions = 10                        # or a table: repetitions = { press = 20, pinch = 10 }
-    get_ready_s = 1.0                       # what comes is shown
-    go_s = 2.0                              # it is done
-    rest_s = 1.5                            # hands off, and up to
-    jitter_s = 0.5                          # so much longer, so that nobody learns the rhythm
-    order = "random"                        # or "blocks": label after label
-    seed = 1                                # of the order and the rests
-
-Only `labels` must be there.
+docs/recording.md lists the keys; only `labels` must be there.
 """
 
 from collections.abc import Sequence
@@ -43,8 +33,8 @@ class ExampleRequest:
     """One example that is wanted.
 
     Attributes:
-        label: What shall be done.
-        place: Where, (x, y) in grid units; None: wherever it is always done.
+        label: Of the gesture.
+        place: Where, (x, y) in grid units; None: at its usual place.
     """
 
     label: str
@@ -53,9 +43,9 @@ class ExampleRequest:
 
 @dataclass(frozen=True, slots=True)
 class CueTiming:
-    """How long the phases of one example take, seconds; a rest takes up to `jitter_s` longer.
+    """Durations of the phases of one example, seconds; a rest takes up to `jitter_s` longer.
 
-    Go is over before its time when something was felt, and then nothing for `still_s`; 0: never.
+    Go ends early when a touch was felt, and then nothing for `still_s`; 0: never.
     """
 
     get_ready_s: float = 1.0
@@ -67,13 +57,13 @@ class CueTiming:
 
 @dataclass(frozen=True, slots=True)
 class CuePlan:
-    """What shall be recorded.
+    """The examples to record.
 
     Attributes:
-        name: Of the plan, kept in the recording as its protocol.
+        name: Kept in the recording as its protocol.
         repetitions: How many examples of each label, in the order of the file.
-        pace: How long each takes.
-        order: "random" or "blocks".
+        pace: Durations of one example.
+        order: "random" or "blocks", label after label.
         seed: Of the order and the rests.
     """
 
@@ -84,13 +74,12 @@ class CuePlan:
     seed: int = 1
 
     def asks(self) -> list[ExampleRequest]:
-        """Return all examples in the order in which they are asked for."""
-        asks = [
-            ExampleRequest(label) for label, count in self.repetitions.items() for _ in range(count)
-        ]
-        if self.order == BLOCKS:
-            return asks
-        return [asks[i] for i in np.random.default_rng([self.seed, 0]).permutation(len(asks))]
+        """Return all examples in order."""
+        labels = [label for label, count in self.repetitions.items() for _ in range(count)]
+        if self.order == RANDOM:
+            order = np.random.default_rng([self.seed, 0]).permutation(len(labels))
+            labels = [labels[i] for i in order]
+        return [ExampleRequest(label) for label in labels]
 
 
 def read(path: Path, labels: Sequence[str]) -> CuePlan:
@@ -111,31 +100,32 @@ def read(path: Path, labels: Sequence[str]) -> CuePlan:
 
 
 def parse(table: dict[str, Any], labels: Sequence[str]) -> CuePlan:
-    """Return the plan that a TOML table makes.
+    """Return the plan in a TOML table.
 
     Raises:
-        RecordingError: It makes none; the message says what is wrong and what belongs there.
+        RecordingError: It makes none; the message says what was found and what is expected.
     """
     known = ("name", "labels", "repetitions", *_TIMES, "order", "seed")
-    for key in table:
-        if key not in known:
-            raise RecordingError(f"{key!r} is unknown; a plan has {', '.join(known)}")
     name, order, seed = table.get("name", ""), table.get("order", RANDOM), table.get("seed", 1)
-    if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= _MAX_NAME):
-        raise RecordingError(f"name is {name!r}, not a short text")
-    if order not in (RANDOM, BLOCKS):
-        raise RecordingError(f"order is {order!r}, neither {RANDOM!r} nor {BLOCKS!r}")
-    if type(seed) is not int or not 0 <= seed < _SEEDS:
-        raise RecordingError(f"seed is {seed!r}, not a whole number from 0 to {_SEEDS - 1}")
-    times = {key: _seconds(key, table[key]) for key in _TIMES if key in table}
-    return CuePlan(name, _repetitions(table, labels), CueTiming(**times), order, seed)
-
-
-def _seconds(key: str, value: Any) -> float:
-    least, most = _TIMES[key]
-    if type(value) not in (int, float) or not least <= value <= most:
-        raise RecordingError(f"{key} is {value!r}, not a number of seconds, {least:g} to {most:g}")
-    return float(value)
+    times = {key: value for key, value in table.items() if key in _TIMES}
+    for key in table:
+        _check(key in known, f"{key!r} is unknown; a plan has {', '.join(known)}")
+    _check(isinstance(name, str) and name.isprintable() and 0 < len(name) <= _MAX_NAME,
+           f"name is {name!r}, not a short text")  # fmt: skip
+    _check(order in (RANDOM, BLOCKS), f"order is {order!r}, neither {RANDOM!r} nor {BLOCKS!r}")
+    _check(type(seed) is int and 0 <= seed < _SEEDS,
+           f"seed is {seed!r}, not a whole number from 0 to {_SEEDS - 1}")  # fmt: skip
+    for key, value in times.items():
+        least, most = _TIMES[key]
+        _check(type(value) in (int, float) and least <= value <= most,
+               f"{key} is {value!r}, not a number of seconds, {least:g} to {most:g}")  # fmt: skip
+    return CuePlan(
+        name,
+        _repetitions(table, labels),
+        CueTiming(**{key: float(value) for key, value in times.items()}),
+        order,
+        seed,
+    )
 
 
 def _repetitions(table: dict[str, Any], labels: Sequence[str]) -> dict[str, int]:
@@ -144,19 +134,21 @@ def _repetitions(table: dict[str, Any], labels: Sequence[str]) -> dict[str, int]
     if not isinstance(wanted, list) or not wanted:
         raise RecordingError(f'labels must be a list such as ["{labels[-1]}"]')
     for label in wanted:
-        if label not in labels or wanted.count(label) > 1:
-            problem = "there twice" if label in labels else "unknown"
-            raise RecordingError(f"the label {label!r} is {problem}; known are {', '.join(labels)}")
+        problem = "there twice" if label in labels else "unknown"
+        _check(label in labels and wanted.count(label) == 1,
+               f"the label {label!r} is {problem}; known are {', '.join(labels)}")  # fmt: skip
     if not isinstance(counts, dict):
         counts = dict.fromkeys(wanted, counts)
-    if set(counts) != set(wanted):
-        (odd, *_) = sorted(set(counts) ^ set(wanted))
-        raise RecordingError(f"repetitions and labels differ in {odd!r}; name it in both")
+    for label in sorted(set(counts) ^ set(wanted)):
+        _check(False, f"repetitions and labels differ in {label!r}; name it in both")
     for label, count in counts.items():
-        if type(count) is not int or count < 1:
-            raise RecordingError(f"repetitions of {label} are {count!r}, not a whole number from 1")
-    if sum(counts.values()) > MAX_EXAMPLES:
-        raise RecordingError(
-            f"{sum(counts.values())} examples are more than {MAX_EXAMPLES}; split the plan"
-        )
+        _check(type(count) is int and count >= 1,
+               f"repetitions of {label} are {count!r}, not a whole number from 1")  # fmt: skip
+    total = sum(counts.values())
+    _check(total <= MAX_EXAMPLES, f"{total} examples are more than {MAX_EXAMPLES}; split the plan")
     return {label: counts[label] for label in wanted}
+
+
+def _check(holds: bool, problem: str) -> None:
+    if not holds:
+        raise RecordingError(problem)

@@ -1,7 +1,7 @@
 """Cues: get ready, go, rest, example after example, until there are enough of all; pure.
 
 An example counts when something was felt while it was asked for. One that does not (nothing felt,
-dropped, broken off by a pause) is asked for again, and nobody shall learn from its frames.
+dropped, broken off by a pause) is asked for again, and its frames are left out of training.
 """
 
 from collections import deque
@@ -16,12 +16,12 @@ from controller.capture.cue_plan import BLOCKS, CuePlan, CueTiming, ExampleReque
 
 FELT_FRAMES: Final = 2  # make a touch; noise leaves the gate in one of a thousand
 NULL_LABEL: Final = "null"  # asks for no touch
-GAP_S: Final = 1.0  # without a frame for longer, nobody was there to see the cue
+GAP_S: Final = 1.0  # without a frame for longer, the cue was not shown
 _INSTANT_S: Final = 1e-6  # times are sums, and not quite exact
 
 
 class Phase(Enum):
-    """What the person is asked to do."""
+    """Phase of an example."""
 
     WAIT = "wait"  # hands off: the sensor finds its rest
     GET_READY = "get ready"
@@ -32,12 +32,12 @@ class Phase(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """What is asked at one time.
+    """The cue at one time.
 
     Attributes:
-        phase: What to do.
+        phase: Of the present example.
         label: Of the present example; "" where there is none.
-        place: Where to do it, if that is asked.
+        place: Where to touch, (x, y) in grid units, if that is asked.
         left_s: Until the phase ends.
         more: How many more of each label are wanted; 0 is enough.
         paused: Time stands still.
@@ -76,10 +76,10 @@ class DiscardedExample:
     """An example that does not count and is asked for again.
 
     Attributes:
-        label: Which.
+        label: Of the example.
         from_s: When it began.
-        to_s: When it ended; so far there may be frames that nobody shall learn from.
-        why: What was wrong with it.
+        to_s: When it ended; frames up to then are left out of training.
+        why: Why it does not count.
     """
 
     label: str
@@ -88,12 +88,12 @@ class DiscardedExample:
     why: str
 
     def plain(self, t_s: float) -> dict[str, object]:
-        """Return what happened as plain data."""
+        """Return the event as plain data."""
         return {"t": round(t_s, 3), "cue": "again", "label": self.label, "why": self.why}
 
 
 class CueSession:
-    """A session under way. Its time is that of the frames, but for pauses."""
+    """A session of cues. Its time is that of the frames, without pauses."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class CueSession:
         self._ask: ExampleRequest | None = None  # the present example
         self._last_s = self._from_s = self._until_s = 0.0  # the last frame; this phase
         self._felt = 0  # frames of this example in which something touched
-        self._anew = 0  # those of a touch that began since the last example
+        self._new = 0  # those of a touch that began since the last example
         self._felt_s = 0.0  # the last of them
         self._clear = False  # the sensor was seen untouched since the last example
         self._paused = False
@@ -134,16 +134,16 @@ class CueSession:
 
     @property
     def done(self) -> bool:
-        """Whether there is enough of everything."""
+        """Whether there are enough examples of all labels."""
         return self._phase is Phase.DONE
 
-    def step(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
-        """Let time pass to the frame at `t_s`; return the examples that turned out void.
+    def advance(self, t_s: float, *, felt: bool, paused: bool = False) -> list[DiscardedExample]:
+        """Advance to the frame at `t_s`; return the examples that are discarded.
 
         Args:
             t_s: Time of the frame.
             felt: Something touches in it.
-            paused: Nobody shall learn from it.
+            paused: It is left out of training.
         """
         if self._phase is Phase.WAIT:
             self._last_s = t_s
@@ -161,7 +161,7 @@ class CueSession:
         return voids
 
     def at(self, t_s: float) -> Cue:
-        """Return what is asked at `t_s`, the time of the latest step."""
+        """Return the cue at `t_s`, the time of the latest step."""
         ask = self._ask
         waiting = [ask.label for ask in self._queue]
         if ask is not None and self._phase is not Phase.REST:  # at rest it has been counted
@@ -177,7 +177,7 @@ class CueSession:
         )
 
     def drop(self, from_s: float, to_s: float) -> list[DiscardedExample]:
-        """Take back what was recorded between two times; return the examples that that concerns."""
+        """Discard the examples between two times, and return them."""
         voids = []
         for example in tuple(self._counted):
             ask, began_s, ended_s = example
@@ -189,31 +189,31 @@ class CueSession:
             return voids
         if self._phase is Phase.GO:
             voids += self._restart(self._last_s, "it was dropped")
-        elif self._phase is Phase.GET_READY:  # time to get ready anew
+        elif self._phase is Phase.GET_READY:  # time to get ready again
             self._until_s = self._last_s + self._pace.get_ready_s
         return voids
 
     def _feel(self, t_s: float, *, felt: bool) -> None:
-        """Take note of a touch; go is over early when it has been over for a while.
+        """Count touched frames; go ends early when the touch has been over for a while.
 
-        What is left of the touch before, as soft skin returns slowly, is none.
+        The rest of an earlier touch, as soft skin returns slowly, does not count.
         """
         self._clear |= not felt
         if self._phase is not Phase.GO or t_s > self._until_s:
             return
         if felt:
             self._felt += 1
-            self._anew += self._clear
+            self._new += self._clear
             self._felt_s = t_s
-        elif self._pace.still_s and self._anew >= FELT_FRAMES:
+        elif self._pace.still_s and self._new >= FELT_FRAMES:
             still_s = t_s - self._felt_s
             self._until_s = t_s if still_s > self._pace.still_s - _INSTANT_S else self._until_s
 
     def _turn(self) -> list[DiscardedExample]:
-        """Go from a phase that is over to the next one."""
+        """Change from a phase that is over to the next one."""
         now_s, ask = self._until_s, self._ask
         if self._phase is Phase.GET_READY:
-            self._felt = self._anew = 0
+            self._felt = self._new = 0
             self._enter(Phase.GO, now_s, self._pace.go_s)
             return []
         if self._phase is Phase.REST or ask is None:
@@ -237,7 +237,7 @@ class CueSession:
             self._enter(Phase.GET_READY, now_s, self._pace.get_ready_s)
 
     def _restart(self, t_s: float, why: str) -> list[DiscardedExample]:
-        """Begin the present example anew."""
+        """Begin the present example again."""
         assert self._ask is not None
         void = DiscardedExample(self._ask.label, self._from_s, t_s, why)
         self._enter(Phase.GET_READY, t_s, self._pace.get_ready_s)
@@ -245,7 +245,7 @@ class CueSession:
 
     def _again(self, ask: ExampleRequest) -> None:
         """Ask for an example once more."""
-        last = len(self._queue)  # what comes next was said already, and stays
+        last = len(self._queue)  # the next one was announced already, and stays
         at = min(1, last) + int(self._rng.integers(max(last, 1))) if self._shuffled else 0
         self._queue.insert(at, ask)
 

@@ -1,27 +1,55 @@
-"""Labels from keys while a session is recorded; pure.
+"""Labels from keys of a terminal while a session is recorded; pure.
 
 Hold 1 to 9: the label of that number, for as long as it is held (1 is the first gesture).
 Space: pause, and go on. Backspace: the last seconds are dropped; again: as many more.
+
+A terminal without kitty's protocol sends no releases. There a key is up when no repeat came within
+the time that repeats take here, and it came up at the last one.
 """
 
 from dataclasses import dataclass
 from typing import Final
 
-from controller.capture.terminal_decoder import BACKSPACE, SPACE, KeyChange
+from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent
 from controller.recordings.recording import UNKNOWN, Mark
 
 DROP_S: Final = 3.0  # what one backspace drops: a gesture and the time to see that it went wrong
 
+# Timing of a typist's keyboard, in seconds. Systems wait 0.2 to 0.7 s before the first repeat and
+# repeat every 0.02 to 0.1 s; a network may bunch characters together or pull them apart.
+FIRST_REPEAT_S: Final = 0.75  # the first repeat comes within this, until one was seen
+SOONEST_REPEAT_S: Final = 0.18  # what comes sooner was typed twice
+_PATIENCE: Final = 4.0  # times the longest of the latest gaps
+_PATIENCE_S: Final = (0.25, 1.0)  # bounds of it
+_FORGET: Final = 0.9  # share of the longest gap that is left after each shorter one
+
+
+@dataclass(frozen=True, slots=True)
+class KeyChange:
+    """A key that goes down or comes up.
+
+    Attributes:
+        key: Which.
+        down: Whether it goes down.
+        t_s: When; a key that comes up may have done so a while ago.
+        tapped: It was typed once only, and held for an unknown time.
+    """
+
+    key: str
+    down: bool
+    t_s: float
+    tapped: bool = False
+
 
 @dataclass(frozen=True, slots=True)
 class LabelCorrection:
-    """Something said afterwards of frames that were taken already.
+    """A new value for frames that were recorded already.
 
     Attributes:
         column: "key" or "excluded".
-        from_s: The first time that is meant.
-        to_s: The first time that is not.
-        value: What is true there; of "key", an index into the labels.
+        from_s: First time that is corrected.
+        to_s: First time after it that is not.
+        value: The new value; of "key", an index into the labels.
     """
 
     column: str
@@ -31,12 +59,12 @@ class LabelCorrection:
 
 
 class KeyLabels:
-    """What the keys say of the present frame, and of those before it.
+    """Labels from the keys for the present frame, and corrections of those before it.
 
     Attributes:
-        label: Index of the label whose key is held, 0 while none is; -1 until one ever was,
-            since whoever does not use the keys says nothing by that.
-        paused: Nobody shall learn from the present frame.
+        label: Index of the label whose key is held, 0 while none is; -1 until one ever was, since
+            a session without keys has no labels from them.
+        paused: The present frame is left out of training.
     """
 
     def __init__(self, labels: int) -> None:
@@ -48,7 +76,7 @@ class KeyLabels:
         self._dropped = (0.0, 0.0)  # what the latest backspace dropped: from, to
 
     def take(self, change: KeyChange, now_s: float) -> list[LabelCorrection | Mark]:
-        """Take a key that went down or came up, and return what it says of earlier frames.
+        """Take a key that went down or came up; return what it changes in earlier frames.
 
         Args:
             change: The key.
@@ -70,7 +98,7 @@ class KeyLabels:
         if change.down:
             self._held.append((change.key, change.t_s))
         self.label = int(self._held[-1][0]) if self._held else 0
-        if change.tapped:  # a label was meant, but nobody knows for how long
+        if change.tapped:  # a label was meant, for an unknown time
             return [LabelCorrection("key", down_s, now_s, UNKNOWN)]
         return [LabelCorrection("key", change.t_s, now_s, self.label)] if change.t_s < now_s else []
 
@@ -84,3 +112,68 @@ class KeyLabels:
             LabelCorrection("excluded", from_s, now_s, True),
             Mark(now_s, "key", f"drop {from_s:.3f} to {t_s:.3f} s"),
         ]
+
+
+class HeldKeys:
+    """State of the keys, from presses and releases or from repeated characters."""
+
+    def __init__(self) -> None:
+        self._down: list[str] = []  # by presses and releases
+        self._typed = ""  # the key whose characters come
+        self._first_s = self._last_s = 0.0  # of these characters
+        self._delay_s = 0.0  # from a character to its first repeat, as seen here; 0: not yet
+        self._gap_s = 0.0  # the longest of the latest gaps between repeats
+
+    def take(self, stroke: KeyEvent, t_s: float) -> list[KeyChange]:
+        """Return the changes by a key event at `t_s`, oldest first."""
+        changes = self.pass_time(t_s)
+        key = stroke.key
+        if stroke.action is Action.TYPED:
+            return changes + self._type(key, t_s)
+        if stroke.action is Action.PRESSED and key not in self._down:
+            self._down.append(key)
+            changes.append(KeyChange(key, True, t_s))
+        elif stroke.action is Action.RELEASED and key in self._down:
+            self._down.remove(key)
+            changes.append(KeyChange(key, False, t_s))
+        return changes
+
+    def pass_time(self, t_s: float) -> list[KeyChange]:
+        """Return the keys that have come up by `t_s`, as their characters stay away."""
+        if self._typed and t_s - self._last_s > self._patience_s():
+            return self._release()
+        return []
+
+    def let_go(self, t_s: float) -> list[KeyChange]:
+        """Return every key that is down as one that comes up."""
+        changes = [KeyChange(key, False, t_s) for key in self._down]
+        self._down.clear()
+        return changes + self._release()
+
+    def _type(self, key: str, t_s: float) -> list[KeyChange]:
+        """Take a character: a repeat, or a key that goes down."""
+        gap_s = t_s - self._last_s
+        fresh = self._first_s == self._last_s
+        if key == self._typed and not (fresh and gap_s < SOONEST_REPEAT_S):
+            if fresh:
+                self._delay_s = gap_s
+            else:
+                self._gap_s = max(gap_s, _FORGET * self._gap_s)
+            self._last_s = t_s
+            return []
+        changes = self._release()
+        self._typed, self._first_s, self._last_s = key, t_s, t_s
+        return [*changes, KeyChange(key, True, t_s)]
+
+    def _release(self) -> list[KeyChange]:
+        """End the key whose characters came."""
+        key, self._typed = self._typed, ""
+        tapped = self._first_s == self._last_s
+        return [KeyChange(key, False, self._last_s, tapped)] if key else []
+
+    def _patience_s(self) -> float:
+        """Return how long after its last character a key may still be down."""
+        least, most = _PATIENCE_S
+        if self._first_s == self._last_s:
+            return min(1.5 * self._delay_s, most) if self._delay_s else FIRST_REPEAT_S
+        return min(max(_PATIENCE * self._gap_s, least), most)

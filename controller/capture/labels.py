@@ -1,34 +1,32 @@
 """Labels of each frame by source: the button, the keys and the cues, side by side; pure.
 
-Nobody is right by default: each says what it says in a column of its own, and whoever learns from
-the recording chooses whom to believe.
+Each source has a column of its own; training chooses which to use.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from controller.capture.cues import NULL_LABEL, Cue, CueSession, DiscardedExample, Phase
-from controller.capture.key_labels import KeyLabels, LabelCorrection
-from controller.capture.terminal_decoder import HeldKeys, KeyEvent, Signal
+from controller.capture.key_labels import HeldKeys, KeyLabels, LabelCorrection
+from controller.keymap.terminal import Timed
+from controller.keymap.terminal_decoder import KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
-
-Told = tuple[float, KeyEvent | Signal]  # seconds ago, and what the terminal said
 
 
 @dataclass(frozen=True, slots=True)
 class FrameLabels:
-    """What is said of one frame, and what was said at its time of earlier ones.
+    """Labels of one frame, and corrections of earlier frames.
 
     Attributes:
-        button: Index of the label that the button gives, 0 up, -1 nobody knows.
-        key: The same of the keys.
-        cue: The same of the cue; 0 is hands off.
-        excluded: Nobody shall learn from the frame.
-        asked: What the person is asked to do now; None where there are no cues.
-        amends: What is true of earlier frames after all.
-        marks: What happened.
+        button: Index of the label from the button, 0 up, -1 unknown.
+        key: Index of the label from the keys, 0 none held, -1 unknown.
+        cue: Index of the label that the cue asks for, 0 hands off, -1 no cue.
+        excluded: The frame is left out of training.
+        asked: The present cue; None without a plan.
+        amends: Corrections of earlier frames.
+        marks: Events.
         voids: Examples that are asked for again.
-        fresh: Whether `asked` is another than before, but for the time that is left.
+        fresh: Whether `asked` differs from the last one in more than the time left.
     """
 
     button: int = UNKNOWN
@@ -43,12 +41,12 @@ class FrameLabels:
 
 
 class Labeller:
-    """Joins button, keys and cues, frame by frame.
+    """Labels frame by frame from button, keys and cues.
 
     Attributes:
-        labels: What there is, "null" first.
-        keys: What the keys say.
-        cues: What is asked for; None without a plan.
+        labels: Names of the labels, "null" first.
+        keys: Labels from the keys.
+        cues: The plan under way; None without one.
     """
 
     def __init__(
@@ -57,54 +55,54 @@ class Labeller:
         """Begin a session.
 
         Args:
-            labels: What there is, "null" first.
-            button_label: What the button means where nothing else names it; "" nothing.
-            cues: What to ask for.
+            labels: Names of the labels, "null" first.
+            button_label: Label of the button where no cue gives one; "" none.
+            cues: The plan.
         """
         self.keys = KeyLabels(len(labels))
         self.cues = cues
         self.labels = tuple(labels)
         self._button_label = button_label
-        self._named: str | None = None  # what the button means while it is down; None: it is up
+        self._named: str | None = None  # label of the button while it is down; None: it is up
         self._holds = HeldKeys()
         self._last_s = -1.0  # of the latest frame
         self._asked: Cue | None = None
 
     @property
     def done(self) -> bool:
-        """Whether all that was planned has been recorded."""
+        """Whether the whole plan has been recorded."""
         return self.cues is not None and self.cues.done
 
-    def step(
+    def label(
         self,
         t_s: float,
         *,
         button: str | None = None,
-        told: Iterable[Told] = (),
+        told: Iterable[Timed] = (),
         felt: bool = False,
         ready: bool = True,
     ) -> FrameLabels:
-        """Return what is said of the frame at `t_s`.
+        """Return the labels of the frame at `t_s`.
 
         Args:
             t_s: Its time.
-            button: What the sensor's button says: None without one, "null" up, "" down, or a label.
-            told: What the terminal said since the last frame.
+            button: State of the sensor's button: None without one, "null" up, "" down, or a label.
+            told: Events of the terminal since the last frame.
             felt: Something touches.
             ready: The sensor's rest is known; cues wait for it.
         """
-        amends, marks = self._hear(told, t_s)
+        amends, marks = self._key_changes(told, t_s)
         voids: list[DiscardedExample] = []
         if self.cues is not None:
             for amend in amends:
                 if amend.column == "excluded":
                     voids += self.cues.drop(amend.from_s, amend.to_s)
             if ready:
-                voids += self.cues.step(t_s, felt=felt, paused=self.keys.paused)
+                voids += self.cues.advance(t_s, felt=felt, paused=self.keys.paused)
             amends += [LabelCorrection("excluded", void.from_s, void.to_s, True) for void in voids]
             marks += [Mark(t_s, "cue", f"again {void.label}: {void.why}") for void in voids]
         asked = self.cues.at(t_s) if self.cues is not None else None
-        fresh = asked is not None and not _alike(asked, self._asked)
+        fresh = asked is not None and not _same(asked, self._asked)
         if asked is not None and fresh:
             marks.append(Mark(t_s, "cue", _words(asked)))
         self._asked, last_s, self._last_s = asked, self._last_s, t_s
@@ -120,14 +118,16 @@ class Labeller:
             fresh=fresh,
         )
 
-    def _hear(self, told: Iterable[Told], t_s: float) -> tuple[list[LabelCorrection], list[Mark]]:
-        """Return what the keys say of earlier frames."""
+    def _key_changes(
+        self, told: Iterable[Timed], t_s: float
+    ) -> tuple[list[LabelCorrection], list[Mark]]:
+        """Return the corrections and marks from the keys since the last frame."""
         changes = []
-        for ago_s, one in told:
+        for ago_s, event in told:
             when_s = t_s - ago_s
-            if isinstance(one, KeyEvent):
-                changes += self._holds.take(one, when_s)
-            elif one is Signal.AWAY:
+            if isinstance(event, KeyEvent):
+                changes += self._holds.take(event, when_s)
+            elif event is Signal.AWAY:
                 changes += self._holds.let_go(when_s)
         changes += self._holds.pass_time(t_s)
         notes = [note for change in changes for note in self.keys.take(change, t_s)]
@@ -136,23 +136,23 @@ class Labeller:
             [note for note in notes if isinstance(note, Mark)],
         )
 
-    def _button(self, says: str | None) -> int:
-        """Return what the button means.
+    def _button(self, state: str | None) -> int:
+        """Return the label of the button, which is chosen when it goes down.
 
-        It is named when it goes down: people press it late and let go of it later.
+        People press it late and release it later.
         """
-        if says is None or says == NULL_LABEL:
+        if state is None or state == NULL_LABEL:
             self._named = None
-            return UNKNOWN if says is None else 0
-        if says:
-            return self._index(says)
+            return UNKNOWN if state is None else 0
+        if state:
+            return self._index(state)
         if self._named is None:
             cued = self._asked.label if self._asked is not None else ""
             self._named = cued or self._button_label
         return self._index(self._named)
 
     def _cue(self, asked: Cue | None) -> int:
-        """Return what the cue says: its label at go, no touch before and after."""
+        """Return the label of a cue: its own at go, no touch before and after."""
         if asked is None or asked.phase in (Phase.WAIT, Phase.DONE) or asked.paused:
             return UNKNOWN
         return self._index(asked.label) if asked.phase is Phase.GO else 0
@@ -161,13 +161,13 @@ class Labeller:
         return self.labels.index(label) if label in self.labels else UNKNOWN
 
 
-def _alike(one: Cue, other: Cue | None) -> bool:
-    """Whether two cues ask for the same, whatever time is left."""
+def _same(one: Cue, other: Cue | None) -> bool:
+    """Return whether two cues differ in nothing but the time left."""
     return other is not None and replace(one, left_s=0.0) == replace(other, left_s=0.0)
 
 
 def _words(cue: Cue) -> str:
-    """Return a cue as a mark says it: "go press"."""
+    """Return the text of a cue's mark: "go press"."""
     if cue.paused:
         return "pause"
     place = "" if cue.place is None else f" at {cue.place[0]:g},{cue.place[1]:g}"

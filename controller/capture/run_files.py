@@ -16,21 +16,21 @@ from controller.recordings.recorder import (
 from controller.recordings.recording import RecordingError
 from controller.recordings.recovery import LockedError
 
-ANONYMOUS: Final = "unknown"  # the user in the names of files, where nobody said who it is
+ANONYMOUS: Final = "unknown"  # the user in the names of files, if not given
 
 _log = logging.getLogger("controller")
 
 
 class RunFiles:
-    """The files of one start of the program: a new one whenever time begins anew or one is full."""
+    """The files of one run: a new one for each session, and when one is full."""
 
     def __init__(self, place: Path, user: str, session: str) -> None:
-        """Prepare to record, and bring in what an earlier program left unfinished.
+        """Prepare to record, and recover what a crash has left.
 
         Args:
-            place: A file to write, or a folder, in which names say who and when.
-            user: Who touches the sensor; "" unknown.
-            session: Which of their sessions.
+            place: A file to write, or a folder of files named by user and session.
+            user: ID of the user; "" unknown.
+            session: ID of the session.
 
         Raises:
             RecordingError: Nothing can be recorded there.
@@ -77,10 +77,7 @@ class RunFiles:
 
 
 def recover(folder: Path) -> None:
-    """Bring in what crashed programs left in a folder, and say so; no trouble stops a new session.
-
-    Journals that are being written are somebody's, and left alone.
-    """
+    """Recover the journals that crashes left in a folder, and log it; errors are logged only."""
     for journal in recovery.leftovers(folder):
         try:
             _log.info("%s", recovery.recover(journal))

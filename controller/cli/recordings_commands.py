@@ -1,10 +1,13 @@
-"""The commands of `controller recordings`: files in, lines and new files out."""
+"""Commands of `controller recordings`: files in, lines and new files out."""
 
 import json
+import secrets
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from controller.console import TROUBLE, complain, count, printable
 from controller.errors import reason
@@ -17,24 +20,22 @@ from controller.recordings import (
     reader,
     recovery,
     summary,
-    text_image,
     writer,
 )
 from controller.recordings.edit import MetadataChange
 from controller.recordings.quality import check as quality
 from controller.recordings.quality.check import Finding, Level, Report
 from controller.recordings.quality.duplicates import FrameIndex
-from controller.recordings.quality.labels import LabelDelay
 from controller.recordings.recording import Recording, RecordingError
 
-_HIDDEN: Final = "."  # begins the names of files that are not whole yet
+_HIDDEN: Final = "."  # begins the names of unfinished files
 
 
-def info(files: Iterable[Path], as_json: bool) -> int:
-    """Print what recordings are."""
-    for number, path in enumerate(files):
+def info(options: Namespace) -> int:
+    """Print summaries of recordings."""
+    for number, path in enumerate(options.files):
         recording = reader.load(path)
-        if as_json:
+        if options.json:
             print(json.dumps(summary.facts(path, recording)))
             continue
         if number:
@@ -44,10 +45,26 @@ def info(files: Iterable[Path], as_json: bool) -> int:
     return 0
 
 
-def check(paths: Sequence[Path], as_json: bool) -> int:
+def check(options: Namespace) -> int:
     """Print a verdict for each recording; return that of the worst."""
-    register, reports = FrameIndex(), []
-    files, journals = _found(paths)
+    files, journals = _found(options.paths)
+    reports = [*_examined(files), *(Report(path, (_unfinished(path),)) for path in journals)]
+    if not reports:
+        where = ", ".join(map(str, options.paths))
+        raise RecordingError(f"there are no recordings in {where}; name files, or a folder of them")
+    for report in reports:
+        lines = [json.dumps(report.plain())] if options.json else summary.verdict(report)
+        for line in lines:
+            print(printable(line))
+    if not options.json and len(reports) > 1:
+        counts = [(sum(r.level is level for r in reports), level.name.lower()) for level in Level]
+        print(f"{len(reports)} files: " + ", ".join(f"{n} {word}" for n, word in counts))
+    return int(max(report.level for report in reports))
+
+
+def _examined(files: Iterable[Path]) -> list[Report]:
+    """Return the reports on recordings, with what they have in common."""
+    index, reports = FrameIndex(), []
     loaded: list[Path] = []
     for path in files:
         try:
@@ -55,32 +72,17 @@ def check(paths: Sequence[Path], as_json: bool) -> int:
         except RecordingError as error:
             reports.append(Report(path, (Finding(Level.FAILED, str(error)),)))
             continue
-        register.add(recording)
+        index.add(recording)
         loaded.append(path)
         reports.append(quality.examine(path, recording))
-    twice = {loaded[number]: shared for number, shared in register.shared().items()}
-    reports = [
-        report.also(*quality.twice(twice.get(report.path, {}), loaded)) for report in reports
-    ]
-    reports += [Report(path, (_left(path),)) for path in journals]
-    if not reports:
-        where = ", ".join(map(str, paths))
-        raise RecordingError(f"there are no recordings in {where}; name files, or a folder of them")
-    for report in reports:
-        if as_json:
-            print(json.dumps(report.plain()))
-        else:
-            print("\n".join(printable(line) for line in _verdict(report)))
-    if not as_json and len(reports) > 1:
-        counts = [(sum(r.level is level for r in reports), level.name.lower()) for level in Level]
-        print(f"{len(reports)} files: " + ", ".join(f"{n} {word}" for n, word in counts))
-    return int(max(report.level for report in reports))
+    twice = {loaded[number]: shared for number, shared in index.shared().items()}
+    return [report.also(*quality.twice(twice.get(report.path, {}), loaded)) for report in reports]
 
 
-def recover(paths: Sequence[Path]) -> int:
-    """Seal the journals that a crash has left, and print what became of each."""
+def recover(options: Namespace) -> int:
+    """Recover the journals that a crash has left, and print the outcome of each."""
     status, found = 0, False
-    for path in paths:
+    for path in options.paths:
         for journal in recovery.leftovers(path) if path.is_dir() else [path]:
             found = True
             try:
@@ -91,46 +93,31 @@ def recover(paths: Sequence[Path]) -> int:
             except RecordingError as error:
                 status = complain("controller", error, TROUBLE)
     if not found:
-        print(f"no journal is left in {', '.join(map(str, paths))}; nothing to recover")
+        where = ", ".join(map(str, options.paths))
+        print(f"no journal is left in {where}; nothing to recover")
     return status
 
 
-def export(files: Iterable[Path], out: Path | None) -> int:
+def export(options: Namespace) -> int:
     """Write recordings as tables, and print where each went."""
-    for path in files:
-        recording = reader.load(path)
-        folder = _folder(out or path.parent)
-        made = {
-            folder / (path.stem + end): text for end, text in csv_export.tables(recording).items()
-        }
-        for target in made:
-            _refuse_taken(target)
-        for target, text in made.items():
-            _write(target, csv_export.encode(text))
+    for path in options.files:
+        tables = csv_export.tables(reader.load(path))
+        folder = _folder(options.out or path.parent)
+        for end in tables:
+            _refuse_taken(folder / (path.stem + end))
+        for end, text in tables.items():
+            _write(folder / (path.stem + end), csv_export.encode(text))
         print(folder / f"{path.stem}.json")
     return 0
 
 
-def take(source: Path, told: Path | None, out: Path) -> int:
-    """Import an exported recording, or another sensor's arrays; print what was written."""
-    if source.suffix == ".json":
-        if told is not None:
-            raise RecordingError("an exported recording describes itself; leave the TOML file out")
-        target = _folder(out) / f"{source.stem}.npz"
-        _refuse_taken(target)
-        _write(target, edit.sealed(csv_export.read(source)))
-        print(target)
-        return 0
-    if told is None:
-        raise RecordingError(
-            f"{source} does not say what its arrays are; name a TOML file that does "
-            "(docs/recording.md)"
-        )
-    meant = import_description.read(told)
-    arrays = importer.read(source, meant)
-    folder = _folder(out)
+def import_arrays(options: Namespace) -> int:
+    """Import another sensor's arrays; print the new files."""
+    description = import_description.read(options.description)
+    arrays = importer.read(options.source, description)
+    folder = _folder(options.out)
     known = _ids(folder)
-    for recording in importer.recordings(arrays, meant):
+    for recording in importer.recordings(arrays, description):
         origin = recording.origin
         if (there := known.get(origin.id)) is not None:
             print(f"{there} is there already")
@@ -142,28 +129,35 @@ def take(source: Path, told: Path | None, out: Path) -> int:
     return 0
 
 
-def trim(file: Path, begin_s: float, end_s: float, out: Path, change: MetadataChange) -> int:
+def trim(options: Namespace) -> int:
     """Write a piece of a recording into a new file."""
-    return _changed(file, out, lambda whole: edit.trim(whole, begin_s, end_s, change))
+    return _changed(
+        options,
+        lambda whole, change: edit.trim(whole, options.begin_s, options.end_s, change),
+    )
 
 
-def relabel(
-    file: Path, begin_s: float, end_s: float, out: Path, change: MetadataChange, **what: Any
-) -> int:
-    """Write a recording with other labels into a new file; `what` is as for `edit.relabel`."""
-    return _changed(file, out, lambda whole: edit.relabel(whole, begin_s, end_s, change, **what))
+def relabel(options: Namespace) -> int:
+    """Write a recording with other labels into a new file."""
+    return _changed(
+        options,
+        lambda whole, change: edit.relabel(
+            whole, options.begin_s, options.end_s, change,
+            label=options.label, column=options.column, excluded=options.excluded,
+        ),
+    )  # fmt: skip
 
 
 # --- helpers --------------------------------------------------------------------------------------
 
 
 def _shades() -> str:
-    """Return the signs that the terminal can draw pictures with."""
+    """Return the characters that the terminal can draw pictures with."""
     try:
-        text_image.BLOCKS.encode(sys.stdout.encoding or "ascii")
+        summary.BLOCKS.encode(sys.stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
-        return text_image.ASCII
-    return text_image.BLOCKS
+        return summary.ASCII
+    return summary.BLOCKS
 
 
 def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
@@ -180,45 +174,13 @@ def _found(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     return list(files), list(journals)
 
 
-def _left(journal: Path) -> Finding:
-    """Say what to do with a journal."""
+def _unfinished(journal: Path) -> Finding:
+    """Return what to do with a journal."""
     if journal.name.endswith(naming.JOURNAL):
         what = "a recording under way, or what a crash has left; if none is under way: controller "
         return Finding(Level.DOUBTFUL, f"{what}recordings recover {journal}")
     what = "what was left of a damaged journal after recovery; nothing more is to be done with it"
     return Finding(Level.GOOD, what)
-
-
-def _verdict(report: Report) -> list[str]:
-    """Return what to print of one file."""
-    lines = [f"{report.level.name.lower():8}  {report.path}"]
-    if (rhythm := report.cadence) is not None:
-        lines.append(
-            f"  cadence   {summary.duration(report.seconds)} at {rhythm.measured_hz:.2f} Hz "
-            f"({rhythm.intended_hz:g} intended), {rhythm.missing} of "
-            f"{rhythm.missing + rhythm.frames} frames missing"
-            + f", in {rhythm.stretches} stretches"
-            * (rhythm.stretches > 1)
-        )
-        lines.append(
-            f"            intervals: median {rhythm.median_ms:.0f} ms, "
-            f"95 % up to {rhythm.p95_ms:.0f} ms, worst {rhythm.worst_ms:.0f} ms"
-        )
-    for one in report.said:
-        lines += summary.said(one)
-        lags = [f"{edge} {_lag(lag)}" for edge, lag in (("begins", one.begin), ("ends", one.end))
-                if lag is not None]  # fmt: skip
-        if lags:
-            lines.append(f"  {'':9} {', '.join(lags)}")
-    for finding in sorted(report.findings, key=lambda each: -each.level):
-        word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
-        lines.append(f"  {word + ':':9} {finding.text}")
-    return lines
-
-
-def _lag(lag: LabelDelay) -> str:
-    when = "late" if lag.median_s >= 0 else "early"
-    return f"{abs(lag.median_s):.2f} s {when} (spread {lag.spread_s:.2f} s)"
 
 
 def _folder(folder: Path) -> Path:
@@ -253,18 +215,21 @@ def _ids(folder: Path) -> Mapping[str, Path]:
         try:
             there[reader.survey(path).origin.id] = path
         except RecordingError:
-            continue  # whatever it is, it is none of ours and stays
+            continue  # it is no recording, and stays
     there.pop("", None)
     return there
 
 
-def _changed(file: Path, out: Path, change: Callable[[Recording], Recording]) -> int:
-    """Write what becomes of a recording into a new file, and print which."""
+def _changed(options: Namespace, change: Callable[[Recording, MetadataChange], Recording]) -> int:
+    """Write a changed recording into a new file, and print which."""
+    out = options.out
     if out.suffix != ".npz":
         raise RecordingError(f"{out} would not be found as a recording; end its name in .npz")
     _refuse_taken(out)
     if not out.parent.is_dir():
         raise RecordingError(f"there is no folder {out.parent}; choose another --out")
-    _write(out, edit.sealed(change(reader.load(file))))
+    when = datetime.now(UTC).isoformat(timespec="seconds")
+    source = MetadataChange(secrets.token_hex(16), options.file.name, when)
+    _write(out, edit.sealed(change(reader.load(options.file), source)))
     print(out)
     return 0

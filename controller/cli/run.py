@@ -28,7 +28,7 @@ from controller.runtime.systemd import WatchdogHeartbeat
 from controller.shutdown import ShutdownSignals, signals
 
 if TYPE_CHECKING:
-    from controller.capture.terminal_keys import Keyboard
+    from controller.keymap.terminal import Keyboard
 
 _log = logging.getLogger("controller")
 
@@ -58,7 +58,7 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
     """Return the keys, which label what is recorded."""
     if parts.runs is None:
         return nullcontext()
-    from controller.capture.terminal_keys import keyboard
+    from controller.keymap.terminal import keyboard
 
     return keyboard()
 

@@ -11,11 +11,11 @@ from typing import Final
 
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
-from controller.capture.terminal_keys import keyboard
 from controller.cli import install
 from controller.cli.sensor_options import add_sensor
 from controller.console import INTERRUPTED, TROUBLE, complain
 from controller.errors import TroubleError, UserError, reason
+from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
 from controller.recognition.mapping import NONE
 from controller.shutdown import signals

@@ -12,7 +12,7 @@ from controller.recognition.dead_taxels import MOST, TaxelInterpolator
 from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
 from controller.recognition.taxel_text import names
 
-Frames = NDArray[np.float32]
+Frames = NDArray[np.float32]  # (n, rows, columns)
 Change = NDArray[np.float64]
 
 SECONDS: Final = 10.0  # paper, section 4.1

@@ -13,7 +13,7 @@ from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
 from controller.sensors.base import Sensor, VirtualSensor
 
-Frames = NDArray[np.float32]
+Frames = NDArray[np.float32]  # (n, rows, columns)
 
 _SETTLE_S: Final = 0.5  # from the press to the first frame that counts
 _REST_S: Final = 1.0  # from one press to the next, on a simulated skin

@@ -16,7 +16,7 @@ from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD
 
 Frames = NDArray[np.float32]  # (n, rows, columns), pF
-Mask = NDArray[np.bool_]
+Mask = NDArray[np.bool_]  # (rows, columns)
 
 IDLE_S: Final = 6.0  # so long nothing should touch
 HOLD_S: Final = (0.6, 3.0)  # of a press, the least and the most

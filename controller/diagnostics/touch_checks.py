@@ -19,7 +19,7 @@ from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+Mask = NDArray[np.bool_]  # (rows, columns)
 Place = tuple[int, int]  # row, column
 
 DEPTH_MM: Final = 8.0  # of a firm press

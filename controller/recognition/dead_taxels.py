@@ -116,12 +116,25 @@ class ResponseMonitor:
         felt += around * around
         self.counts[0] += 1.0
         if self.counts[0] >= MEMORY:
-            told = felt > _FELT * float(np.median(felt))  # far from every touch nobody can tell
-            share = np.divide(along, felt, out=np.full_like(felt, np.nan), where=told)
-            dead[share < DEAD] = 1.0
-            dead[share > ALIVE] = 0.0
+            slope = response_slope(along, felt)
+            dead[slope < DEAD] = 1.0
+            dead[slope > ALIVE] = 0.0
             self._judge()
 
     def _judge(self) -> None:
         dead = self.evidence[2] > 0.0
         self.dead = dead if 0.0 < dead.mean() <= MOST else None
+
+
+def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how each taxel follows its surroundings under touch; below `DEAD` it is dead.
+
+    Args:
+        along: Sum of its change times that of its surroundings, (rows, columns).
+        felt: Sum of the squared change of its surroundings, (rows, columns).
+
+    Returns:
+        Slope of the regression, (rows, columns); NaN far from every touch.
+    """
+    near = felt > _FELT * float(np.median(felt))
+    return np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)

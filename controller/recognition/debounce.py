@@ -1,8 +1,11 @@
-"""Turn noisy probabilities into one gesture per touch: smoothing, hysteresis, and a latch.
+"""Debouncing of gesture probabilities: smoothing, hysteresis, and a latch; one gesture per touch.
 
 A gesture fires when its smoothed probability rises above `on`; nothing more fires until
 the smoothed probability of any gesture has fallen below `off`, which only rest brings about.
 The paper names a debouncing filter (section 5) without describing it.
+
+`Debouncer` takes one frame at a time, as the device does. `smooth` and `fire` are the same for a
+whole recording, so that many settings can be compared; a test holds them together.
 """
 
 from collections.abc import Sequence
@@ -12,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.preprocess import State
+
+Probabilities = NDArray[np.floating]  # (frames, classes), "null" first
+Means = NDArray[np.float64]  # (frames, classes): smoothed probabilities
 
 NULL = 0  # the class "null" comes first in every bundle
 
@@ -76,3 +82,36 @@ class Debouncer:
         """Continue exactly where `state` was taken."""
         self._mean = state["mean"].copy()
         self._held = int(state["held"][0])
+
+
+def smooth(probabilities: Probabilities, smoothing: float) -> Means:
+    """Return the debouncer's running mean after every frame, (frames, classes)."""
+    means = np.empty(probabilities.shape)
+    mean = np.zeros(probabilities.shape[1])
+    mean[NULL] = 1.0
+    for frame, newest in enumerate(probabilities.astype(np.float64)):
+        mean += smoothing * (newest - mean)
+        means[frame] = mean
+    return means
+
+
+def fire(means: Means, settings: DebounceSettings) -> list[tuple[int, int]]:
+    """Return the frame and the class of every gesture that `Debouncer` fires.
+
+    Args:
+        means: What `smooth` returns for the settings' smoothing, (frames, classes).
+        settings: Thresholds.
+    """
+    best = NULL + 1 + means[:, NULL + 1 :].argmax(axis=1)
+    rises = np.flatnonzero(means[np.arange(len(means)), best] >= settings.on)
+    falls = np.flatnonzero(1.0 - means[:, NULL] < settings.off)
+    fired = []
+    at = 0
+    while at < len(rises):
+        frame = int(rises[at])
+        fired.append((frame, int(best[frame])))
+        released = int(np.searchsorted(falls, frame, side="right"))
+        if released == len(falls):
+            break
+        at = int(np.searchsorted(rises, falls[released], side="right"))
+    return fired

@@ -14,7 +14,7 @@ from controller.recognition.preprocess import Prepared
 from controller.recognition.taxel_text import names
 
 Map = NDArray[np.floating]  # (rows, columns)
-Mask = NDArray[np.bool_]
+Mask = NDArray[np.bool_]  # (rows, columns)
 
 MOST: Final = 8  # sentences at once
 LETTERS: Final = 120  # of each

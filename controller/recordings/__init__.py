@@ -1,5 +1,5 @@
-"""Recordings: what a session was, in one file that describes itself (docs/recording.md).
+"""Recordings: sessions in files that describe themselves (docs/recording.md).
 
-`recording` says what there is, `writer` and `reader` carry it to a file and back, `journal` and
-`recorder` keep a live session safe until it is sealed.
+`recording` defines them, `writer` and `reader` store them, `journal` and `recorder` keep a live
+session safe until it is sealed. Imports recognition only; sensors, capture and models import it.
 """

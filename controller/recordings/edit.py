@@ -19,16 +19,16 @@ from controller.recordings.recording import (
     software,
 )
 
-NOBODY: Final = "unknown"  # the label of a frame of which nobody knows what it is
+NO_LABEL: Final = "unknown"  # the name of a missing label
 
 
 @dataclass(frozen=True, slots=True)
 class MetadataChange:
-    """Who a new recording is, and where it comes from.
+    """Identity of a new recording.
 
     Attributes:
         id: Of the new recording.
-        source: What to call the one that is changed.
+        source: Name of the one that is changed.
         when: UTC as ISO 8601.
     """
 
@@ -46,7 +46,7 @@ def trim(recording: Recording, begin_s: float, end_s: float, change: MetadataCha
         recording: Stays as it is.
         begin_s: First time that is kept, seconds of the recording.
         end_s: First time after it that is not.
-        change: Who the new recording is.
+        change: Identity of the new recording.
 
     Raises:
         RecordingError: No frame is left.
@@ -83,16 +83,16 @@ def relabel(
     column: str = "label",
     excluded: bool | None = None,
 ) -> Recording:
-    """Return the recording with the frames whose times are in [begin_s, end_s) labelled anew.
+    """Return the recording with the frames whose times are in [begin_s, end_s) relabelled.
 
     Args:
         recording: Stays as it is.
         begin_s: First time that is changed, seconds of the recording.
         end_s: First time after it that is not.
-        change: Who the new recording is.
+        change: Identity of the new recording.
         label: One of its labels, or "unknown"; None leaves them as they are.
-        column: Whose labels.
-        excluded: Whether nobody shall learn from these frames; None leaves that as it is.
+        column: The label column.
+        excluded: Whether these frames are left out of training; None leaves that as it is.
 
     Raises:
         RecordingError: There is no such label or column, or no such frame.
@@ -119,10 +119,10 @@ def relabel(
 
 
 def sealed(recording: Recording) -> bytes:
-    """Return a recording as the bytes of its file, proven to be read again.
+    """Return a recording as the bytes of its file, checked by reading it.
 
     Raises:
-        RecordingError: No reader would take it.
+        RecordingError: It could not be read again.
     """
     data = writer.pack(recording)
     try:
@@ -135,9 +135,9 @@ def sealed(recording: Recording) -> bytes:
 def _index(labels: tuple[str, ...], label: str) -> int:
     if label in labels:
         return labels.index(label)
-    if label == NOBODY:
+    if label == NO_LABEL:
         return UNKNOWN
-    raise RecordingError(f"there is no label {label!r} in it; take {_either((*labels, NOBODY))}")
+    raise RecordingError(f"there is no label {label!r} in it; take {_either((*labels, NO_LABEL))}")
 
 
 def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bool_]:
@@ -159,7 +159,7 @@ def _within(recording: Recording, begin_s: float, end_s: float) -> NDArray[np.bo
 def _marked(
     recording: Recording, t_s: float, kind: str, what: str, change: MetadataChange
 ) -> Recording:
-    """Return a recording of a new id with a mark that says what was done to which one."""
+    """Return a recording with a new id and a mark that describes the change."""
     was = f"{change.source} ({recording.origin.id})" if recording.origin.id else change.source
     mark = Mark(t_s, kind, f"{what}; from {was}, {change.when}, by orbtouch {software()}")
     marks = sorted((*recording.marks, mark), key=lambda each: each.t_s)

@@ -13,28 +13,27 @@ NULL: Final = "null"
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """How to read the arrays of a file; the names of its attributes are the keys of the TOML.
+    """Meaning of the arrays of a file; the names of the attributes are the keys of the TOML.
 
     Attributes:
         frames: Array of frames, (n, rows, columns), or (n, taxels) with the next two.
         rows: Taxel rows; 0: as the array has them.
-        columns: Taxel columns; likewise.
+        columns: Taxel columns; 0: as the array has them.
         unit: Of the frames.
         pitch_mm: Distance of two taxels.
-        rate_hz: Frames per second; 0: the median of the times.
-        time: Array of times in seconds, (n,); "": every frame one interval after the other.
-        gap_s: A longer interval begins a new stretch, and so does time that goes back; 0: only
-            that does.
-        drop_repeated: Frames that have the time of the frame before are left out.
-        label: Array of numbers that name classes, (n,); "": nobody labelled anything.
-        label_names: The names of the classes, counted from 0, or the array that holds them.
-        null: Which of the names means that nothing is done; "": none does.
-        labeller: Which label column the labels belong into.
-        subject: Array that says whose each frame is, (n,); "": all are one person's.
-        session: Arrays that tell sessions of one person apart, (n,).
+        rate_hz: Frames per second; 0: from the median interval.
+        time: Array of times in seconds, (n,); "": one frame after the other at `rate_hz`.
+        gap_s: A longer interval begins a new stretch, as time that goes back does; 0: none.
+        drop_repeated: Leave out frames that have the time of the frame before.
+        label: Array of class numbers, (n,); "": no labels.
+        label_names: Names of the classes, counted from 0, or the array that holds them.
+        null: Name of the class in which nothing is done; "": there is none.
+        labeller: The label column that the labels belong to.
+        subject: Array of the person of each frame, (n,); "": all are of one person.
+        session: Arrays that distinguish sessions of one person, each (n,).
         device: Serial number of the sensor, or of its kind.
-        hardware: What kind of sensor it is, for people.
-        protocol: What people were asked to do.
+        hardware: Kind of sensor, for people.
+        protocol: Name of the task.
     """
 
     frames: str
@@ -58,12 +57,10 @@ class Description:
 
     @property
     def arrays(self) -> set[str]:
-        """The arrays that it names."""
-        names = {self.frames, self.time, self.label, self.subject, *self.session}
-        if isinstance(self.label_names, str):
-            names.add(self.label_names)
-        for named in (self.subject, *self.session):
-            names.add(f"{named}_names" if named else "")
+        """Names of all arrays that it mentions."""
+        grouping = {self.subject, *self.session} - {""}
+        names = {self.frames, self.time, self.label, *grouping, *(f"{n}_names" for n in grouping)}
+        names |= {self.label_names} if isinstance(self.label_names, str) else set()
         return names - {""}
 
 
@@ -84,7 +81,7 @@ def read(path: Path) -> Description:
     """Return the description in a file.
 
     Raises:
-        UserError: It cannot be read, or says something impossible.
+        UserError: It cannot be read, or a value is impossible.
     """
     table = read_toml(path)
     try:
@@ -107,16 +104,16 @@ def parse(given: Mapping[str, Any]) -> Description:
             raise RecordingError(f"has no {key!r}")
     made = Description(**{key: _value(key, value) for key, value in given.items()})
     if not made.time and not made.rate_hz:
-        raise RecordingError("has neither 'time' nor 'rate_hz', so nobody knows the rate")
+        raise RecordingError("has neither 'time' nor 'rate_hz', so the rate is unknown")
     if made.labeller not in LABELLERS:
-        raise RecordingError(
-            f"has labeller = {made.labeller!r}, which is none of {', '.join(LABELLERS)}"
-        )
+        known = ", ".join(LABELLERS)
+        raise RecordingError(f"has labeller = {made.labeller!r}, which is none of {known}")
     if made.label and not made.label_names:
-        raise RecordingError("has 'label', but no 'label_names' to say what its numbers mean")
+        raise RecordingError("has 'label', but no 'label_names' for its numbers")
     for key in ("pitch_mm", "rate_hz", "gap_s", "rows", "columns"):
-        if not 0 <= getattr(made, key) < 1e6 or (key == "pitch_mm" and not made.pitch_mm):
-            raise RecordingError(f"has {key} = {getattr(made, key)}, which is impossible")
+        value = getattr(made, key)
+        if not 0 <= value < 1e6 or (key == "pitch_mm" and not value):
+            raise RecordingError(f"has {key} = {value}, which is impossible")
     return made
 
 

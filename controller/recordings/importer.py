@@ -1,9 +1,9 @@
-"""Other people's arrays into recordings: one for each person and session."""
+"""Import arrays of other sensors as recordings: one for each person and session."""
 
 import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,13 +23,13 @@ from controller.recordings.recording import (
 )
 
 MAX_BYTES: Final = 4 << 30  # of a file of arrays and of what it unpacks to
-ALONE: Final = "01"  # who and which session, where nobody says
+ALONE: Final = "01"  # user and session where the description names none
 _DIGITS: Final = 2  # of a person's or session's number
 
 Arrays = dict[str, NDArray[Any]]
 
 
-def read(path: Path, told: Description) -> Arrays:
+def read(path: Path, description: Description) -> Arrays:
     """Return the arrays that the description names, out of an .npz or a single .npy.
 
     Raises:
@@ -37,21 +37,21 @@ def read(path: Path, told: Description) -> Arrays:
     """
     try:
         if path.suffix == ".npy":
-            arrays = {told.frames: npz.single(path, MAX_BYTES)}
+            arrays = {description.frames: npz.single(path, MAX_BYTES)}
         else:
-            arrays = npz.unpack(path, MAX_BYTES, only=told.arrays)
+            arrays = npz.unpack(path, MAX_BYTES, only=description.arrays)
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {reason(error)}") from None
     except ValueError as error:
         raise RecordingError(f"{path} {error}; name an .npz or .npy of plain numbers") from None
-    optional = {f"{name}_names" for name in (told.subject, *told.session)}
-    for name in sorted(told.arrays - optional):
+    optional = {f"{name}_names" for name in (description.subject, *description.session)}
+    for name in sorted(description.arrays - optional):
         if name not in arrays:
             raise RecordingError(f"{path} has no array {name!r}, which the description names")
     return arrays
 
 
-def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
+def recordings(arrays: Arrays, description: Description) -> Iterator[Recording]:
     """Yield a recording of each person and session, in order of their names.
 
     The same arrays and the same description give the same recordings, their ids included.
@@ -59,26 +59,20 @@ def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
     Raises:
         RecordingError: The arrays are not what the description says.
     """
-    frames = _frames(arrays, told)
+    frames = _frames(arrays, description)
     count = len(frames)
-    times = _column(arrays, told.time, count) if told.time else None
-    if times is not None:
-        times = times.astype(np.float64)
-        if not np.isfinite(times).all():
-            raise RecordingError(f"the array {told.time!r} has times that are no numbers")
-    labels, column = _labels(arrays, told, count)
-    rate_hz = told.rate_hz or _rate(times)
-    for user, session, chosen in _groups(arrays, told, count):
-        stretch = _stretches(chosen, times, rate_hz, told)
-        rows = stretch.kept
+    times = _times(arrays, description, count)
+    labels, column = _labels(arrays, description, count)
+    rate_hz = description.rate_hz or _rate(times)
+    for user, session, chosen in _groups(arrays, description, count):
+        rows, t, sequence = _stretches(chosen, times, rate_hz, description)
         taken = frames[rows].astype(np.float32)
-        n = len(rows)
-        said: dict[str, Any] = {**unlabelled(n), told.labeller: column[rows]}
+        given: dict[str, Any] = {**unlabelled(len(rows)), description.labeller: column[rows]}
         origin = Provenance(
-            device_id=told.device,
+            device_id=description.device,
             rows=taken.shape[1],
             columns=taken.shape[2],
-            pitch_mm=told.pitch_mm,
+            pitch_mm=description.pitch_mm,
             rate_hz=rate_hz,
             labels=labels,
             bundle="",
@@ -86,51 +80,42 @@ def recordings(arrays: Arrays, told: Description) -> Iterator[Recording]:
             software=software(),
             user=user,
             session=session,
-            protocol=told.protocol,
-            hardware=told.hardware,
-            unit=told.unit,
-            id=_id(told, user, session, taken, stretch, column[rows]),
+            protocol=description.protocol,
+            hardware=description.hardware,
+            unit=description.unit,
+            id=_id(description, user, session, (taken, t, sequence, column[rows])),
         )
         yield Recording(
             origin,
             taken,
-            t=stretch.t,
-            sequence=stretch.sequence,
-            excluded=np.zeros(n, dtype=np.bool_),
-            touch=np.full((n, 2), np.nan),
-            **said,
+            t=t,
+            sequence=sequence,
+            excluded=np.zeros(len(rows), dtype=np.bool_),
+            touch=np.full((len(rows), 2), np.nan),
+            **given,
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Stretch:
-    """The frames of one recording: which, and when."""
-
-    kept: NDArray[np.int64]
-    t: NDArray[np.float64]
-    sequence: NDArray[np.int64]
-
-
-def _frames(arrays: Arrays, told: Description) -> NDArray[Any]:
+def _frames(arrays: Arrays, description: Description) -> NDArray[Any]:
     """Return the frames as (n, rows, columns), of any kind of number."""
-    frames = arrays[told.frames]
-    if told.rows and told.columns and frames.ndim in (2, 3):
-        if frames[:1].size not in (0, told.rows * told.columns):
+    frames = arrays[description.frames]
+    if description.rows and description.columns and frames.ndim in (2, 3):
+        if frames[:1].size not in (0, description.rows * description.columns):
             raise RecordingError(
-                f"the array {told.frames!r} has {frames[:1].size} taxels, "
-                f"not {told.rows} x {told.columns}"
+                f"the array {description.frames!r} has {frames[:1].size} taxels, "
+                f"not {description.rows} x {description.columns}"
             )
-        frames = frames.reshape(len(frames), told.rows, told.columns)
+        frames = frames.reshape(len(frames), description.rows, description.columns)
     if frames.ndim != 3 or not frames.size or frames.dtype.kind not in "iuf":
         raise RecordingError(
-            f"the array {told.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
+            f"the array {description.frames!r} is {frames.dtype} {frames.shape}, not numbers of "
             "(n, rows, columns); give rows and columns if it is flat"
         )
     return frames
 
 
 def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArray[Any]:
-    """Return an array with one value for each frame."""
+    """Return an array with one value for each frame, (count,)."""
     array = arrays[name]
     if array.shape != (count,) or array.dtype.kind not in kinds:
         raise RecordingError(
@@ -140,28 +125,40 @@ def _column(arrays: Arrays, name: str, count: int, kinds: str = "iuf") -> NDArra
     return array
 
 
+def _times(arrays: Arrays, description: Description, count: int) -> NDArray[np.float64] | None:
+    """Return the time of each frame, (n,) seconds; None if there are none."""
+    if not description.time:
+        return None
+    times = _column(arrays, description.time, count).astype(np.float64)
+    if not np.isfinite(times).all():
+        raise RecordingError(f"the array {description.time!r} has times that are no numbers")
+    return times
+
+
 def _labels(
-    arrays: Arrays, told: Description, count: int
+    arrays: Arrays, description: Description, count: int
 ) -> tuple[tuple[str, ...], NDArray[np.int16]]:
-    """Return the labels, "null" first, and which each frame has."""
-    if not told.label:
+    """Return the labels, "null" first, and the index of each frame's, (count,)."""
+    if not description.label:
         return (NULL,), np.full(count, UNKNOWN, dtype=np.int16)
-    given = told.label_names
+    given = description.label_names
     if isinstance(given, str):
         if arrays[given].dtype.kind != "U" or arrays[given].ndim != 1:
             raise RecordingError(f"the array {given!r} is no list of names")
         given = tuple(arrays[given].tolist())
-    number = _column(arrays, told.label, count, "iu").astype(np.int64)
-    if told.null and told.null not in given:
-        raise RecordingError(f"null = {told.null!r} is none of the labels {', '.join(given)}")
+    number = _column(arrays, description.label, count, "iu").astype(np.int64)
+    if description.null and description.null not in given:
+        raise RecordingError(
+            f"null = {description.null!r} is none of the labels {', '.join(given)}"
+        )
     unfit = (number < UNKNOWN) | (number >= len(given))
     if unfit.any():
         raise RecordingError(
-            f"the array {told.label!r} holds {number[unfit][0]}, and there are "
+            f"the array {description.label!r} holds {number[unfit][0]}, and there are "
             f"{len(given)} labels, counted from 0 ({UNKNOWN}: unknown)"
         )
-    null = told.null or (NULL if NULL in given else "")
-    # Names that no frame has would only confuse whoever trains on them.
+    null = description.null or (NULL if NULL in given else "")
+    # Names that no frame has are left out of training.
     used = [i for i in np.unique(number[number >= 0]).tolist() if given[i] != null]
     labels = (NULL, *(given[i] for i in used))
     if len(set(labels)) < len(labels):
@@ -173,20 +170,20 @@ def _labels(
 
 
 def _rate(times: NDArray[np.float64] | None) -> float:
-    """Return the frames per second by their times, to three digits."""
+    """Return the frames per second by the median interval of times, (n,), to three digits."""
     assert times is not None  # a description has one or the other
     steps = np.diff(times)
     steps = steps[steps > 0]
     if not len(steps):
-        raise RecordingError("the times do not rise, so nobody knows the rate; give rate_hz")
+        raise RecordingError("the times do not rise, so the rate is unknown; give rate_hz")
     return float(f"{1.0 / float(np.median(steps)):.3g}")
 
 
 def _groups(
-    arrays: Arrays, told: Description, count: int
+    arrays: Arrays, description: Description, count: int
 ) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
-    """Yield (user, session, frames) of each person and session, in order."""
-    names = [name for name in (told.subject, *told.session) if name]
+    """Yield (user, session, indices of frames) of each person and session, in order."""
+    names = [name for name in (description.subject, *description.session) if name]
     columns = [_column(arrays, name, count, "iuU") for name in names]
     if not columns:
         yield ALONE, ALONE, np.arange(count)
@@ -199,12 +196,12 @@ def _groups(
     for chosen in np.split(order, edges):
         words = [_word(arrays, name, column[chosen[0]])
                  for name, column in zip(names, columns, strict=True)]  # fmt: skip
-        user = words.pop(0) if told.subject else ALONE
+        user = words.pop(0) if description.subject else ALONE
         yield user, "".join(words) or ALONE, chosen
 
 
 def _word(arrays: Arrays, name: str, value: Any) -> str:
-    """Return what a person or a session is called: letters and digits."""
+    """Return the ID of a person or a session: letters and digits."""
     named = arrays.get(f"{name}_names")
     if isinstance(value, np.integer):
         if named is not None and named.dtype.kind == "U" and 0 <= value < len(named):
@@ -218,43 +215,43 @@ def _stretches(
     chosen: NDArray[np.int64],
     times: NDArray[np.float64] | None,
     rate_hz: float,
-    told: Description,
-) -> _Stretch:
-    """Return which frames to keep, times that rise, and numbers that jump where a stretch begins.
+    description: Description,
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return the frames to keep, rising times, and numbers that jump where a stretch begins.
 
     A pause keeps its length; where time goes back, the next stretch begins a gap later.
+
+    Args:
+        chosen: Indices of the frames of one recording, (n,).
+        times: Of all frames, seconds; None: one after the other at `rate_hz`.
+        rate_hz: Frames per second.
+        description: Of the arrays.
     """
     if times is None:
         number = np.arange(1, len(chosen) + 1)
-        return _Stretch(chosen, number / rate_hz, number)
+        return chosen, number / rate_hz, number
     own = times[chosen]
     new = np.diff(own, prepend=-np.inf) != 0.0
     if not new.all():
-        if not told.drop_repeated:
+        if not description.drop_repeated:
             raise RecordingError(
-                f"the array {told.time!r} has the time {own[~new][0]:g} twice in a row; say "
+                f"the array {description.time!r} has the time {own[~new][0]:g} twice in a row; say "
                 "drop_repeated = true to keep the first frame of each time"
             )
         chosen, own = chosen[new], own[new]
     step = np.diff(own, prepend=own[0])
     back = step < 0.0
-    pause_s = max(told.gap_s, 2.0 / rate_hz)
+    pause_s = max(description.gap_s, 2.0 / rate_hz)
     shift = np.cumsum(np.where(back, pause_s - step, 0.0))
-    begins = back | ((step > told.gap_s) if told.gap_s else back)
-    return _Stretch(chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64)))
+    begins = back | ((step > description.gap_s) if description.gap_s else back)
+    return chosen, own - own[0] + shift, np.cumsum(1 + begins.astype(np.int64))
 
 
-def _id(
-    told: Description,
-    user: str,
-    session: str,
-    frames: NDArray[np.float32],
-    stretch: _Stretch,
-    column: NDArray[np.int16],
-) -> str:
-    """Return the id of a recording: the same whenever the same is imported again."""
+def _id(description: Description, user: str, session: str, arrays: Sequence[NDArray[Any]]) -> str:
+    """Return an id of the arrays, frames, (n, rows, columns), first: the same for the same ones."""
     digest = hashlib.blake2b(digest_size=16)
-    digest.update(json.dumps([asdict(told), user, session, frames.shape]).encode())
-    for array in (frames, stretch.t, stretch.sequence, column):
+    about = [asdict(description), user, session, arrays[0].shape]
+    digest.update(json.dumps(about).encode())
+    for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

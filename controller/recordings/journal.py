@@ -1,106 +1,114 @@
-"""A journal: a recording as a row of records, of which every whole beginning is a recording.
+"""Crash journal: a recording as an append-only log, read up to its first bad record.
 
-    header, blank, header, blank, frame, command, frame, ..., synced, frame, ..., header, ...
+    kind (1 byte)  length (4)  CRC-32 (4)  content (length bytes)
 
-The header is written twice, each copy in blocks of its own, and is on the disk before the first
-frame; further copies follow whenever the journal has doubled. A `Journal` grows in memory; what is
-on the disk is always a beginning of it. `salvage` reads whatever a crash or a bad disk has left of
-one. docs/recording.md says what each record holds.
+Numbers are little-endian. The CRC of a record is computed over its kind, length and content, and
+starts from the CRC of the record before it. So it covers everything since the header, which holds
+the recording's random id: a changed bit, a block that moved and a block of another journal all end
+the journal there, and nothing wrong is ever read. `docs/recording.md` lists the contents.
 """
 
 import dataclasses
+import hashlib
 import json
 import math
 import struct
-from collections.abc import Sequence
-from typing import Final
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Final
 
 import numpy as np
 
 from controller import npz
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recognition.preprocess import Frame, State
-from controller.recordings import meta
-from controller.recordings.journal_records import MAX_HEADER, OVERHEAD, Kind, encode
-from controller.recordings.reader import LARGEST, LATEST_S, STATE
-from controller.recordings.recording import LABELLERS, UNKNOWN, Provenance, RecordingError
+from controller.recordings import reader, writer
+from controller.recordings.reader import COLUMNS, LARGEST, LATEST_S, STATE
+from controller.recordings.recording import (
+    LABELLERS,
+    MAX_TEXT,
+    UNKNOWN,
+    Mark,
+    Provenance,
+    Recording,
+    RecordingError,
+    format_provenance,
+    parse_provenance,
+)
 
-NOWHERE: Final = (np.nan, np.nan)
 AMENDABLE: Final = (*LABELLERS, "excluded")
-BLOCK: Final = 4096  # of a disk: what is lost or kept in one piece
-HEADERS: Final = 2  # before the first frame
-FARTHEST: Final = 1 << 20  # bytes from one of the later headers to the next
 
-MAX_STATE: Final = MAX_HEADER // 2  # of what the header unpacks to; array headers come on top
-
-# A journal is closed and the next begun at half of what is read, so nothing is ever turned away.
-# Half is 5 hours at 10 Hz, 35 minutes at 100 Hz, and little enough to wait in a small computer's
-# memory for a disk that has trouble.
+# A journal is closed and the next begun at half of what can be read, so no frame is ever refused.
+# Half is 5 hours at 10 Hz, 35 minutes at 100 Hz, and fits a small computer's memory.
 MAX_BYTES: Final = 64 << 20
-MAX_RECORDS: Final = 1 << 19
-MAX_ROWS: Final = 1 << 15  # marks and commands; with the longest texts they unpack to 262 MB
+MAX_ROWS: Final = 1 << 15  # marks, commands and amendments; with the longest texts 262 MB
+MAX_HEADER: Final = 16 << 20  # bytes; a pipeline's state has some hundred frames
+_MAX_STATE: Final = MAX_HEADER // 2  # bytes; the array headers come on top
 
-FRAME: Final = struct.Struct("<dqhhhh?dd")  # t, sequence, the labellers, excluded, touch
-AMEND: Final = struct.Struct("<Bddh")  # column, from, to, value
-SYNCED: Final = struct.Struct("<Q")  # all before this offset is on the disk
+_RECORD: Final = struct.Struct("<BII")  # kind, length, CRC
+_FRAME: Final = struct.Struct("<dqhhhh?dd")  # t, sequence, the label columns, excluded, touch
+_AMEND: Final = struct.Struct("<Bddh")  # column, from, to, value
+_COLUMNS: Final[list[tuple[str, str]]] = [
+    ("t", "<f8"), ("sequence", "<i8"), *((name, "<i2") for name in LABELLERS), ("excluded", "?"),
+]  # fmt: skip
+
+
+class Kind(IntEnum):
+    """Content of a record."""
+
+    HEADER = 1
+    FRAME = 2
+    COMMAND = 3
+    MARK = 4
+    REST = 5
+    AMEND = 6
 
 
 class Journal:
-    """A journal as it grows: everything that happened so far, as the bytes of its file.
+    """A journal as it grows in memory: every whole beginning of its bytes is a recording.
 
     Attributes:
-        origin: Where the recording comes from; its id is the journal's.
+        origin: Where the recording comes from, with the journal's id.
         data: The bytes.
-        frames: How many frames they hold.
-        head: How many bytes the two headers have.
     """
 
-    def __init__(self, origin: Provenance, state: State, key: bytes) -> None:
-        """Begin a journal.
+    def __init__(self, origin: Provenance, state: State, recording_id: str) -> None:
+        """Begin with the header.
 
         Args:
             origin: Where the frames come from; its id is replaced.
             state: `Pipeline.state()` before the first frame.
-            key: The journal's id, random, `ID_BYTES` long, never used before.
+            recording_id: Random, never used before.
 
         Raises:
             RecordingError: No recording can have such an origin or state.
         """
-        self.origin = dataclasses.replace(origin, id=key.hex())
+        self.origin = dataclasses.replace(origin, id=recording_id)
         self.data = bytearray()
-        self.frames = 0
-        self._key = key
-        self._records = self._rows = 0
+        self._crc = self._rows = 0
         self._t_s, self._sequence = -LATEST_S, -1  # of the latest frame
-        self._header = _header(self.origin, state)
-        for _ in range(HEADERS):
-            self._append(Kind.HEADER, self._header)
-            self._append(Kind.BLANK, bytes(-(len(self.data) + OVERHEAD) % BLOCK))
-        self.head = len(self.data)
-        self._again = 2 * self.head  # where the next header belongs
+        self._append(Kind.HEADER, _header(self.origin, state))
 
     @property
     def full(self) -> bool:
         """Whether it is time to close this journal and begin the next."""
-        return (
-            2 * len(self.data) >= MAX_BYTES
-            or 2 * self._records >= MAX_RECORDS
-            or 2 * self._rows >= MAX_ROWS
-        )
+        return 2 * len(self.data) >= MAX_BYTES or 2 * self._rows >= MAX_ROWS
 
-    def frame(
+    def add_frame(
         self,
         frame: Frame,
         t_s: float,
         number: int,
-        who: Sequence[int],
+        labels: Sequence[int],
         excluded: bool,
-        touch: Touch,
+        touch: Touch | None,
     ) -> None:
-        """Append a frame; `who` has an index for each of the labellers.
+        """Append a frame, (rows, columns); `labels` has an index for each of `LABELLERS`.
 
         Raises:
-            RecordingError: It could not be read again, or no more is taken.
+            RecordingError: It could not be read again, or the journal is full.
         """
         image = self._image(frame, f"frame {number}")
         if not (self._t_s < t_s < LATEST_S and self._sequence < number < 1 << 63):
@@ -108,48 +116,41 @@ class Journal:
                 f"frame {number} at {t_s} s comes after frame {self._sequence} at {self._t_s} s; "
                 "number and time must rise"
             )
-        if not all(self._known(value) for value in who):
+        if not all(self._known(label) for label in labels):
             raise RecordingError(f"frame {number} has a label that the recording does not name")
-        if len(self.data) >= self._again:
-            self._again = len(self.data) + min(len(self.data), FARTHEST)
-            self._append(Kind.HEADER, self._header)
-        row = FRAME.pack(t_s, number, *who, excluded, *touch)
+        row = _FRAME.pack(t_s, number, *labels, excluded, *(touch or writer.NOWHERE))
         self._append(Kind.FRAME, row + image)
         self._t_s, self._sequence = t_s, number
-        self.frames += 1
 
-    def command(self, command: CommandRecord) -> None:
-        """Append what was recognised.
+    def add_command(self, command: CommandRecord) -> None:
+        """Append a recognised command.
 
         Raises:
-            RecordingError: It could not be read again, or no more is taken.
+            RecordingError: It could not be read again, or the journal is full.
         """
         c, touch = command, command.touch
         if not (math.isfinite(c.t_s) and math.isfinite(c.probability) and 0 <= c.frame < 1 << 63):
             raise RecordingError(f"the command {c} has a time, frame or probability that is none")
         place = touch if touch is None or all(map(math.isfinite, touch)) else None
-        names = (clean(c.gesture), clean(c.command))
-        row = (float(c.t_s), int(c.frame), names[0], float(c.probability), place, names[1])
-        self._append(Kind.COMMAND, json.dumps(row).encode())
-        self._rows += 1
+        names = (_clean(c.gesture), _clean(c.command))
+        self._add_row(Kind.COMMAND, c.t_s, c.frame, names[0], c.probability, place, names[1])
 
-    def mark(self, t_s: float, kind: str, words: str) -> None:
-        """Append what happened beside the frames; texts are cut after 1000 characters.
+    def add_mark(self, t_s: float, kind: str, text: str) -> None:
+        """Append an event beside the frames; texts are cut after 1000 characters.
 
         Raises:
-            RecordingError: The time is no number.
+            RecordingError: The time is not a number, or the journal is full.
         """
         if not abs(t_s) <= LATEST_S:
             raise RecordingError(f"a mark was made at {t_s} s; its time must be a number")
-        self._append(Kind.MARK, json.dumps([t_s, clean(kind), clean(words)]).encode())
-        self._rows += 1
+        self._add_row(Kind.MARK, t_s, _clean(kind), _clean(text))
 
-    def rest(self, frame: Frame) -> None:
-        """Append the untouched sensor; the first one counts."""
+    def add_rest(self, frame: Frame) -> None:
+        """Append the untouched sensor, (rows, columns); the first one counts."""
         self._append(Kind.REST, self._image(frame, "the rest image"))
 
     def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
-        """Append that a column has another value in the frames so far, of times in [from, to).
+        """Append another value for a column of the frames so far with times in [from, to).
 
         Raises:
             RecordingError: There is no such column, or it cannot have this value.
@@ -160,21 +161,16 @@ class Journal:
                 f"{column!r} cannot become {value} from {from_s} to {to_s} s; there are "
                 f"{', '.join(AMENDABLE)}, and the labels of the recording"
             )
-        so_far = math.nextafter(self._t_s, math.inf)  # no frame to come, however many are lost
-        fields = (AMENDABLE.index(column), from_s, min(to_s, so_far), value)
-        self._append(Kind.AMEND, AMEND.pack(*fields))
+        self._append(Kind.AMEND, _AMEND.pack(AMENDABLE.index(column), from_s, to_s, value))
+        self._rows += 1
 
-    def synced(self, offset: int) -> None:
-        """Append that everything before `offset` is on the disk."""
-        self._append(Kind.SYNCED, SYNCED.pack(offset))
-
-    def _image(self, frame: Frame, what: str) -> bytes:
-        """Return a frame's bytes, if the reader will take them."""
+    def _image(self, frame: Frame, name: str) -> bytes:
+        """Return a frame's bytes, if the reader accepts them."""
         shape = (self.origin.rows, self.origin.columns)
         image = frame.astype("<f4")
-        if image.shape != shape or not (np.abs(image) < LARGEST).all():  # NaN is refused as well
+        if image.shape != shape or not (np.abs(image) < LARGEST).all():  # refuses NaN too
             raise RecordingError(
-                f"{what} must be {shape[0]}×{shape[1]} numbers below {LARGEST:g}; "
+                f"{name} must be {shape[0]}×{shape[1]} numbers below {LARGEST:g}; "
                 "look at the sensor"
             )
         return image.tobytes()
@@ -182,34 +178,170 @@ class Journal:
     def _known(self, label: int) -> bool:
         return UNKNOWN <= label < len(self.origin.labels)
 
+    def _add_row(self, kind: Kind, *row: Any) -> None:
+        self._append(kind, json.dumps(row).encode())
+        self._rows += 1
+
     def _append(self, kind: Kind, content: bytes) -> None:
-        record = encode(kind, self._records, content, len(self.data), self._key)
-        if (
-            len(self.data) + len(record) > MAX_BYTES
-            or self._records >= MAX_RECORDS
-            or self._rows >= MAX_ROWS
-        ):
+        size = _RECORD.size + len(content)
+        if len(self.data) + size > MAX_BYTES or self._rows >= MAX_ROWS:
             raise RecordingError("the journal is full and takes no more; begin the next recording")
-        self.data += record
-        self._records += 1
+        self._crc = _crc(kind, content, self._crc)
+        self.data += _RECORD.pack(kind, len(content), self._crc) + content
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """Content of a journal up to its first bad record.
+
+    Attributes:
+        recording: None if there is no whole frame.
+        whole_bytes: Length of that beginning.
+        frame_bytes: Length of one frame's record; a shorter rest of the file cannot hold one.
+    """
+
+    recording: Recording | None
+    whole_bytes: int
+    frame_bytes: int
+
+
+def decode(data: bytes) -> Decoded:
+    """Return the content of a journal up to its first bad record.
+
+    Raises:
+        RecordingError: It has no whole header, or its records make no recording.
+    """
+    if len(data) > MAX_BYTES:
+        raise RecordingError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
+    if not data:
+        raise RecordingError("is empty")
+    contents: dict[int, list[bytes]] = {kind: [] for kind in Kind}
+    amended: list[int] = []  # frames before each amendment
+    whole_bytes = 0
+    for kind, content, end in _old_records(data) if data.startswith(_OLD) else _records(data):
+        whole_bytes = end
+        contents.get(kind, []).append(content)
+        if kind == Kind.AMEND:
+            amended.append(len(contents[Kind.FRAME]))
+    if not contents[Kind.HEADER]:
+        raise RecordingError("has no whole header")
+    try:
+        arrays = npz.unpack(contents[Kind.HEADER][0], MAX_HEADER)
+        origin = reader.origin_of(arrays.get("meta"))
+        frame_bytes = _RECORD.size + _FRAME.size + 4 * origin.rows * origin.columns
+        recording = _recording(arrays, origin, contents, amended)
+    except RecordingError:
+        raise
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError,
+            struct.error):  # fmt: skip
+        raise RecordingError("holds records that make no recording") from None
+    return Decoded(recording, whole_bytes, frame_bytes)
+
+
+def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
+    """Yield (kind, content, end) of each record up to the first bad one."""
+    end = crc = 0
+    while len(data) - end >= _RECORD.size:
+        kind, length, check = _RECORD.unpack_from(data, end)
+        start = end + _RECORD.size
+        content = data[start : start + length]
+        crc = _crc(kind, content, crc)
+        if len(content) < length or crc != check:
+            return
+        end = start + length
+        yield kind, content, end
+
+
+def _crc(kind: int, content: bytes, before: int) -> int:
+    """Return the CRC of a record; `before` is that of the record before it."""
+    return zlib.crc32(content, zlib.crc32(struct.pack("<BI", kind, len(content)), before))
+
+
+# Journals of version 0.1 have records of the same contents: magic, kind, number, length, content
+# and a keyed hash of the offset and all of these. Their header begins with its key.
+_OLD: Final = b"\xc2OJ\x1b\x01"
+_OLD_RECORD: Final = struct.Struct("<4sBII")
+_OLD_KEY: Final = slice(_OLD_RECORD.size, _OLD_RECORD.size + 16)
+_PROOF_BYTES: Final = 8
+
+
+def _old_records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
+    """Yield (kind, content, end) of each record of an older journal up to the first bad one."""
+    end, key = 0, data[_OLD_KEY]
+    while len(data) - end >= _OLD_RECORD.size:
+        _, kind, _, length = _OLD_RECORD.unpack_from(data, end)
+        start, stop = end + _OLD_RECORD.size, end + _OLD_RECORD.size + length
+        proven = struct.pack("<Q", end) + data[end:stop]
+        proof = hashlib.blake2b(proven, key=key, digest_size=_PROOF_BYTES).digest()
+        if data[stop : stop + _PROOF_BYTES] != proof:
+            return
+        end = stop + _PROOF_BYTES
+        yield kind, data[start + len(key) : stop] if kind == Kind.HEADER else data[start:stop], end
+
+
+def _recording(
+    header: npz.Arrays, origin: Provenance, contents: dict[int, list[bytes]], amended: list[int]
+) -> Recording | None:
+    """Return the recording that these records make, checked as if it came from a file.
+
+    Args:
+        header: The origin as "meta", and the state.
+        origin: The same origin, parsed.
+        contents: Of the records, by kind.
+        amended: How many frames there were at each amendment.
+    """
+    if not contents[Kind.FRAME]:
+        return None
+    if sum(len(contents[kind]) for kind in (Kind.COMMAND, Kind.MARK, Kind.AMEND)) > MAX_ROWS:
+        raise RecordingError(f"holds more than the {MAX_ROWS} marks and commands allowed")
+    shape = (origin.rows, origin.columns)
+    kinds: list[Any] = [*_COLUMNS, ("touch", "<f8", (2,)), ("frames", "<f4", shape)]
+    table = np.frombuffer(b"".join(contents[Kind.FRAME]), dtype=kinds)
+    if any(len(row) != table.itemsize for row in contents[Kind.FRAME]):
+        raise RecordingError("holds frames of several sizes")
+    arrays = {name: array for name, array in header.items() if name.startswith(STATE)}
+    arrays["meta"] = header["meta"]
+    arrays |= {name: table[name].astype(kind) for name, kind in COLUMNS.items()}
+    arrays["touch"] = table["touch"].astype(np.float64)
+    arrays["frames"] = table["frames"].astype(np.float32)
+    for row in contents[Kind.REST][:1]:
+        arrays["rest"] = np.frombuffer(row, "<f4").astype(np.float32).reshape(shape)
+    for row, count in zip(contents[Kind.AMEND], amended, strict=True):
+        column, from_s, to_s, value = _AMEND.unpack(row)
+        span = slice(*np.searchsorted(arrays["t"][:count], (from_s, to_s)))
+        arrays[AMENDABLE[column]][span] = value
+    marks = sorted(map(_mark, contents[Kind.MARK]), key=lambda mark: mark.t_s)
+    commands = [_command(row) for row in contents[Kind.COMMAND]]
+    return reader.parse(arrays | writer.tables(marks, commands))
 
 
 def _header(origin: Provenance, state: State) -> bytes:
-    """Return what a header holds: the journal's id, and an .npz of meta and the state."""
-    about = meta.text(origin)
+    """Return the content of the header: an .npz of the origin and the state."""
+    text = format_provenance(origin)
     try:
-        meta.parse(about)
+        parse_provenance(text)
     except RecordingError as error:
         raise RecordingError(f"no recording can be made: its file {error}") from None
     if not all(a.dtype == np.float64 and np.isfinite(a).all() for a in state.values()):
         raise RecordingError("no recording can be made: the pipeline's state is not all numbers")
-    arrays = npz.pack({"meta": np.array(about), **{STATE + n: a for n, a in state.items()}})
-    content = bytes.fromhex(origin.id) + arrays
-    if max(len(content), len(about) * 4 + sum(a.nbytes for a in state.values())) > MAX_STATE:
+    if len(text) * 4 + sum(a.nbytes for a in state.values()) > _MAX_STATE:
         raise RecordingError("no recording can be made: the pipeline remembers too much")
-    return content
+    return npz.pack({"meta": np.array(text), **{STATE + n: a for n, a in state.items()}})
 
 
-def clean(words: str) -> str:
-    """Return a text that a file of ours can hold: no zeros, no half characters, not too long."""
-    return words.replace("\0", "").encode(errors="replace").decode()[: meta.MAX_TEXT]
+def _mark(row: bytes) -> Mark:
+    t_s, kind, text = json.loads(row)
+    return Mark(float(t_s), _clean(kind), _clean(text))
+
+
+def _command(row: bytes) -> CommandRecord:
+    t_s, frame, gesture, probability, touch, command = json.loads(row)
+    place = None if touch is None else (float(touch[0]), float(touch[1]))
+    return CommandRecord(
+        float(t_s), int(frame), _clean(gesture), float(probability), place, _clean(command)
+    )
+
+
+def _clean(text: str) -> str:
+    """Return a text that a file can hold: no zeros, no half characters, not too long."""
+    return text.replace("\0", "").encode(errors="replace").decode()[:MAX_TEXT]

@@ -1,6 +1,6 @@
 """Names of recordings: `sub-ID_ses-DATE_run-NN.npz`, as the BIDS standard builds names.
 
-A recording that is not sealed yet has its journal under the same name, so that counts as taken.
+The journal of a recording that is not sealed yet has the same name, so that name counts as taken.
 """
 
 import re
@@ -12,7 +12,7 @@ from controller.recordings.recording import RecordingError
 
 SEALED: Final = ".npz"
 JOURNAL: Final = ".journal"
-DAMAGED: Final = ".damaged"  # after the journal's: what could not be read whole, kept as it was
+DAMAGED: Final = ".damaged"  # after the journal's: a damaged journal, kept as it was
 LONGEST: Final = 64  # characters of an ID: three parts fit any file system's 255
 _RUN: Final = re.compile(r"(.*_run-)(\d{1,9})")
 

@@ -1,6 +1,6 @@
-"""Recordings out of files that strangers may have written: every array checked, none in vain.
+"""Read recordings from files that may be damaged or hostile: every array is checked.
 
-`survey` says what a file holds without reading its frames; `load` reads all of it.
+`survey` reads the provenance and the length only; `load` reads all.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord, Touch
-from controller.recordings import meta
 from controller.recordings.recording import (
     LABELLERS,
+    MAX_PROVENANCE,
+    TOO_LONG,
     UNKNOWN,
     Mark,
     Provenance,
     Recording,
     RecordingError,
     SimulatedTruth,
+    parse_provenance,
     unlabelled,
 )
 
@@ -46,12 +49,12 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What a recording says of itself.
+    """Summary of a recording that was not read whole.
 
     Attributes:
         path: The file.
         origin: Where it comes from.
-        frames: How many.
+        frames: Number of frames.
         seconds: From its first frame to its last.
     """
 
@@ -62,7 +65,7 @@ class Survey:
 
 
 def survey(path: Path | str) -> Survey:
-    """Return what a recording says of itself, without reading its frames.
+    """Return the summary of a recording, without reading its frames.
 
     Raises:
         RecordingError: There is none, it is damaged, or it is no recording.
@@ -100,7 +103,7 @@ def load(path: Path | str) -> Recording:
 
 
 def _guarded(path: Path, read: Callable[[], _T]) -> _T:
-    """Return what `read` does; whatever is wrong with the file is one sentence about it."""
+    """Return `read()`; any error is one sentence about the file."""
     try:
         if not path.exists():
             raise RecordingError("does not exist")
@@ -115,7 +118,7 @@ def _guarded(path: Path, read: Callable[[], _T]) -> _T:
 
 
 def _inspect(path: Path) -> dict[str, npz.Shape]:
-    """Return the shapes of what a file holds, none of them absurd; nothing else is read."""
+    """Return the shapes of the arrays in a file, refusing absurd ones; nothing else is read."""
     there = npz.shapes(path, MAX_BYTES)
     _refuse_absurd(there)
     return there
@@ -162,20 +165,20 @@ def parse(arrays: npz.Arrays) -> Recording:
 
 
 def _refuse_absurd(there: Mapping[str, npz.Shape]) -> None:
-    """Refuse texts and tables that would become far larger as Python's own objects.
+    """Refuse texts and tables that would become far larger as Python objects.
 
     Raises:
         RecordingError: One is.
     """
     for name, (shape, kind) in there.items():
-        if name == "meta" and kind.itemsize > 4 * meta.MAX_META:
-            raise RecordingError(meta.TOO_MUCH)
+        if name == "meta" and kind.itemsize > 4 * MAX_PROVENANCE:
+            raise RecordingError(TOO_LONG)
         if name.startswith(TABLES) and len(shape) > 0 and shape[0] > MAX_ROWS:
             raise RecordingError(f"has {name!r} of {shape[0]} rows; {MAX_ROWS} are allowed")
 
 
 def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
-    """Return times or numbers of frames, which rise from each to the next."""
+    """Return times or numbers of frames, (n,), which must rise from each to the next."""
     # Differences of hostile numbers overflow; comparisons do not.
     if not (column[1:] > column[:-1]).all():
         raise RecordingError(f"holds {name!r} that does not rise from frame to frame")
@@ -185,12 +188,12 @@ def _rising(column: NDArray[Any], name: str) -> NDArray[Any]:
 
 
 def _before_form_3(count: int) -> npz.Arrays:
-    """Return the arrays that forms 1 and 2 did not have yet."""
-    nobody = unlabelled(count)
+    """Return the arrays that forms 1 and 2 lack, of `count` frames."""
+    columns = unlabelled(count)
     empty = np.array([], dtype=np.str_)
     return {
-        "key": nobody["key"],
-        "cue": nobody["cue"],
+        "key": columns["key"],
+        "cue": columns["cue"],
         "excluded": np.zeros(count, dtype=np.bool_),
         "mark_t": np.array([], dtype=np.float64),
         "mark_kind": empty,
@@ -199,7 +202,7 @@ def _before_form_3(count: int) -> npz.Arrays:
 
 
 def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:
-    """Return the untouched sensor; None if it was never found."""
+    """Return the untouched sensor, (rows, columns); None if it was never found."""
     if "rest" not in arrays:
         return None
     rest = _array(arrays, "rest", np.float32, (origin.rows, origin.columns))
@@ -209,7 +212,7 @@ def _rest(arrays: npz.Arrays, origin: Provenance) -> NDArray[np.float32] | None:
 
 
 def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
-    """Return what happened beside the frames."""
+    """Return the events beside the frames."""
     t = _array(arrays, "mark_t", np.float64, (-1,))
     kind, text = (_texts(arrays, f"mark_{name}", len(t)) for name in ("kind", "text"))
     if not np.isfinite(t).all() or not (np.diff(t) >= 0).all():
@@ -218,18 +221,18 @@ def _marks(arrays: npz.Arrays) -> tuple[Mark, ...]:
 
 
 def origin_of(array: NDArray[Any] | None) -> Provenance:
-    """Return what a file says of its origin, checked."""
+    """Return the checked provenance in the array "meta", one text of shape ()."""
     if array is None or array.shape != () or array.dtype.kind != "U":
         raise RecordingError("is no recording of OrbTouch")
-    return meta.parse(_legible(array))
+    return parse_provenance(_legible(array))
 
 
 def _legible(array: NDArray[Any]) -> Any:
-    """Return texts as Python's own, refusing what is none in any alphabet, or half a letter."""
+    """Return an array of any shape as Python strings, refusing invalid code points."""
     try:
         texts = array.tolist()
         "".join(texts).encode()
-    except (ValueError, SystemError):  # NumPy raises the second for numbers beyond all alphabets
+    except (ValueError, SystemError):  # NumPy raises the second beyond Unicode
         raise RecordingError("holds texts that are none") from None
     return texts
 
@@ -278,11 +281,9 @@ def _commands(arrays: npz.Arrays) -> tuple[CommandRecord, ...]:
 
 
 def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
-    """Return what a simulation knew; None for a recording of the world."""
+    """Return the ground truth of a simulation; None for a real sensor."""
     if "true_touch" not in arrays:
         return None
-    from controller.recognition.event_metric import Event
-
     touch = _array(arrays, "true_touch", np.float32, (count, 2))
     contact = _array(arrays, "true_contact", np.float32, (count, -1, 3))
     onset = _array(arrays, "event_onset", np.float64, (-1,))
@@ -296,4 +297,5 @@ def _truth(arrays: npz.Arrays, count: int) -> SimulatedTruth | None:
 
 
 def _place(touch: NDArray[np.float64]) -> Touch | None:
+    """Return a position, an array of shape (2,), NaN for none."""
     return None if np.isnan(touch).any() else (float(touch[0]), float(touch[1]))

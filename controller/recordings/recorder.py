@@ -1,8 +1,8 @@
-"""Keep a live session: whatever happens to the program or the computer, a second is lost at most.
+"""Recorder of a live session: a crash of the program or the computer costs at most a second.
 
-Every frame goes into a journal in memory at once. A thread brings the journal's file up to date
-and has the disk confirm it twice a second, so the loop never waits for a disk. When the recorder
-is closed, the session is sealed into its file, and only then is the journal removed.
+Every frame is appended to a journal in memory. A thread writes what is new to the journal's file
+and syncs it twice a second, so the loop never waits for a disk. When the recorder is closed, the
+session is sealed into its file, and only then is the journal removed.
 """
 
 import errno
@@ -11,24 +11,23 @@ import os
 import secrets
 import tempfile
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 from typing import Final
 
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recognition.preprocess import Frame, State
-from controller.recordings import journal_repair, naming
-from controller.recordings.journal import NOWHERE, Journal
-from controller.recordings.journal_disk import Disk, RealDisk
-from controller.recordings.journal_records import ID_BYTES
-from controller.recordings.recorder_thread import JournalThread
+from controller.recordings import journal, naming
+from controller.recordings.journal import Journal
+from controller.recordings.journal_file import JournalFile
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
-from controller.recordings.sealing import seal
+from controller.recordings.writer import seal
 
 SYNC_S: Final = 0.4  # a frame waits so long for its turn, and then for one write and one sync
 RETRY_S: Final = 1.0
-SLOW_S: Final = 1.0  # a disk that takes longer for its turn may cost more than a second
-HANG_S: Final = 10.0  # a disk that has not answered for so long is not waited for at the end
+SLOW_S: Final = 1.0  # a disk that takes longer for a sync may cost more than a second
+HANG_S: Final = 10.0  # at the end, a disk that has not answered for so long is given up
 RECOVER: Final = "`controller recordings recover`"
 
 _log = logging.getLogger("controller")
@@ -52,9 +51,9 @@ def refuse_taken(path: Path) -> None:
     """
     if os.path.lexists(path):
         raise TakenError(f"{path} exists and is kept as it is; record into another file")
-    if os.path.lexists(journal := naming.journal_of(path)):
+    if os.path.lexists(place := naming.journal_of(path)):
         raise TakenError(
-            f"{journal} exists: it is being recorded, or a crash left it; record into another "
+            f"{place} exists: it is being recorded, or a crash left it; record into another "
             f"file, or run {RECOVER}"
         )
     refuse_unwritable(path.parent)
@@ -71,15 +70,21 @@ def refuse_unwritable(folder: Path) -> None:
 
 
 class Recorder:
-    """Gathers a session, keeps it safe, and seals it into a file when it is closed.
+    """Records a session into a journal, and seals it into a file when it is closed.
 
     Attributes:
         path: The file it will be sealed into.
         origin: As given, with the id that was drawn for this recording.
+        problem: What is wrong with the disk now, "" if nothing; each change is logged.
     """
 
     def __init__(
-        self, path: Path, origin: Provenance, state: State, *, disk: Disk | None = None
+        self,
+        path: Path,
+        origin: Provenance,
+        state: State,
+        *,
+        create: Callable[[Path], JournalFile] = JournalFile,
     ) -> None:
         """Begin a recording: its journal is on the disk when this returns.
 
@@ -87,7 +92,7 @@ class Recorder:
             path: The file to write; must not exist.
             origin: Where the frames come from; a new id is drawn for each recording.
             state: `Pipeline.state()` before the first frame.
-            disk: Where to put it.
+            create: Creates the journal's file.
 
         Raises:
             TakenError: The file exists.
@@ -95,15 +100,15 @@ class Recorder:
                 origin or state.
         """
         refuse_taken(path)
-        self.path = path
-        self._disk = disk or RealDisk()
-        self._journal = Journal(origin, state, secrets.token_bytes(ID_BYTES))
+        self.path, self.problem = path, ""
+        self._journal = Journal(origin, state, secrets.token_hex(16))
         self.origin = self._journal.origin
+        self._lock = threading.Lock()  # of the journal; never held while the disk works
+        self._synced = 0  # bytes of the journal that are on the disk
         self._place = naming.journal_of(path)
-        self._keeper = self._begin()
-        self._problem = ""
+        self._file = self._created(create)
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._keep, name="recorder", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
     def add(
@@ -120,31 +125,31 @@ class Recorder:
         touch: Touch | None = None,
         command: CommandRecord | None = None,
     ) -> None:
-        """Take one frame, and what was made of it; never waits for the disk.
+        """Append one frame, (rows, columns), with its labels; never waits for the disk.
 
         Raises:
             RecordingError: The frame could not be read again: its shape, numbers, order or labels
-                are impossible. What was taken before is kept.
+                are impossible. The frames before it are kept.
         """
-        with self._keeper.lock:
-            who = (label, button, key, cue)
-            self._journal.frame(frame, t_s, number, who, excluded, touch or NOWHERE)
+        with self._lock:
+            labels = (label, button, key, cue)
+            self._journal.add_frame(frame, t_s, number, labels, excluded, touch)
             if command is not None:
-                self._journal.command(command)
+                self._journal.add_command(command)
 
     def mark(self, t_s: float, kind: str, text: str) -> None:
-        """Note what happened at a time, in any order; texts are cut after 1000 characters."""
-        with self._keeper.lock:
-            self._journal.mark(t_s, kind, text)
+        """Append an event at a time, in any order; texts are cut after 1000 characters."""
+        with self._lock:
+            self._journal.add_mark(t_s, kind, text)
 
     def rest(self, frame: Frame) -> None:
-        """Note the untouched sensor; the first one counts."""
-        with self._keeper.lock:
-            self._journal.rest(frame)
+        """Append the untouched sensor, (rows, columns); the first one counts."""
+        with self._lock:
+            self._journal.add_rest(frame)
 
     def amend(self, column: str, from_s: float, to_s: float, value: int) -> None:
         """Change a label column, or "excluded", of the frames so far with times in [from, to)."""
-        with self._keeper.lock:
+        with self._lock:
             self._journal.amend(column, from_s, to_s, value)
 
     @property
@@ -152,16 +157,11 @@ class Recorder:
         """Whether to close this recorder and begin the next; there is room for as much again."""
         return self._journal.full
 
-    @property
-    def problem(self) -> str:
-        """What is wrong with the disk now, "" if nothing; each change is logged here already."""
-        return self._problem
-
     def close(self, least_s: float = 0.0) -> Path | None:
-        """Seal what was gathered; return the file, or None if there was nothing or it was closed.
+        """Seal the session; return its file, or None if there was nothing or it was closed.
 
         Args:
-            least_s: What is shorter is not kept.
+            least_s: A shorter session is not kept.
 
         Raises:
             RecordingError: The file cannot be written; the message says where the data is.
@@ -171,74 +171,82 @@ class Recorder:
         self._closing.set()
         self._thread.join(HANG_S)
         answers = not self._thread.is_alive()
-        recording = journal_repair.decode(bytes(self._journal.data)).recording
+        recording = journal.decode(bytes(self._journal.data)).recording
         if recording is None or recording.t[-1] - recording.t[0] < least_s:
             if answers:
-                self._keeper.file.remove()
+                self._file.remove()
             return None
         try:
             if not answers:
                 raise TimeoutError(errno.ETIMEDOUT, "the disk does not answer")
-            place = seal(self.path, recording, self._disk.seal)
+            place = seal(self.path, recording)
         except OSError as error:
             problem = f"cannot write {self.path}: {error.strerror or error}"
             raise RecordingError(self._rescue(recording, problem, answers)) from None
         except RecordingError as error:
             raise RecordingError(self._rescue(recording, str(error), answers)) from None
-        self._keeper.file.remove()
+        self._file.remove()
         if place != self.path:
             raise RecordingError(f"{self.path} appeared meanwhile; recorded into {place}")
         return place
 
-    def _begin(self) -> JournalThread:
-        """Return who keeps the journal; its header is on the disk."""
+    def sync(self) -> None:
+        """Write what is new to the journal's file, and wait for the disk.
+
+        Raises:
+            OSError: The disk is full or fails; the next call writes the same bytes again, since
+                nothing is known of bytes written before a failed sync.
+        """
+        with self._lock:
+            new = bytes(memoryview(self._journal.data)[self._synced :])
+        if new:
+            self._file.write(self._synced, new)
+            self._file.sync()
+            self._synced += len(new)
+
+    def _created(self, create: Callable[[Path], JournalFile]) -> JournalFile:
+        """Return the journal's file, with the header on the disk."""
         try:
-            keeper = JournalThread(self._journal, self._disk.create(self._place))
+            self._file = create(self._place)
+            try:
+                self.sync()
+            except OSError:
+                self._file.remove()
+                raise
         except FileExistsError:
             raise TakenError(f"{self._place} exists; record into another file") from None
         except OSError as error:
             raise RecordingError(f"cannot write {self._place}: {error.strerror or error}") from None
-        try:
-            keeper.turn()
-        except OSError as error:
-            keeper.file.remove()
-            raise RecordingError(f"cannot write {self._place}: {error.strerror or error}") from None
-        return keeper
+        return self._file
 
-    def _keep(self) -> None:
-        """Bring the file up to date until the recorder is closed, and then once more."""
+    def _run(self) -> None:
+        """Sync until the recorder is closed, and then once more."""
         wait_s = SYNC_S
-        while True:
+        closing = False
+        while not closing:
             closing = self._closing.wait(wait_s)
             began_s = monotonic()
             try:
-                self._keeper.turn()
+                self.sync()
             except OSError as error:
-                wait_s = RETRY_S
-                self._tell(self._trouble(error))
+                wait_s, problem = RETRY_S, self._failure(error)
             else:
-                wait_s = SYNC_S
-                self._tell(self._slowness(monotonic() - began_s))
-            if closing:
-                return
-
-    def _tell(self, problem: str) -> None:
-        """Log a change for the worse or the better, once."""
-        before, self._problem = self._problem, problem
-        if problem and not before:
-            _log.warning("%s", problem)
-        elif before and not problem:
-            _log.info("%s is up to date again", self._place)
+                wait_s, problem = SYNC_S, self._slowness(monotonic() - began_s)
+            if problem and not self.problem:
+                _log.warning("%s", problem)
+            elif self.problem and not problem:
+                _log.info("%s is up to date again", self._place)
+            self.problem = problem
 
     def _slowness(self, took_s: float) -> str:
         if took_s <= SLOW_S:
             return ""
         return (
-            f"the disk took {took_s:.1f} s for a moment of {self._place}; a crash may cost as "
-            "much, so record onto a faster one"
+            f"the disk took {took_s:.1f} s to sync {self._place}; a crash may cost as much, so "
+            "record onto a faster one"
         )
 
-    def _trouble(self, error: OSError) -> str:
+    def _failure(self, error: OSError) -> str:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         return (
             f"cannot write {self._place}: {error.strerror or error}; "
@@ -247,14 +255,14 @@ class Recorder:
         )
 
     def _rescue(self, recording: Recording, problem: str, answers: bool) -> str:
-        """Keep a session that has no place where it should go; return the sentence that says so.
+        """Seal a session into a temporary folder; return the sentence that says so.
 
         Its journal, if there is one, stays as well: a temporary folder may not last.
         """
         if answers:
-            self._keeper.file.close()
+            self._file.close()
         try:
-            folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a name of chance
+            folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a random name
             try:
                 kept = seal(folder / self.path.name, recording)
             except (OSError, RecordingError):

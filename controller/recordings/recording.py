@@ -1,33 +1,38 @@
-"""A recording: every frame of a session with its time, its labels, and what was made of it.
+"""A recording: every frame of a session with its time, its labels and the recognised commands.
 
 It holds what a replay needs to give the same commands again: the frames as they were read, the
-bundle's hash, the engine, and what the pipeline remembered before the first frame. What people
-said of the frames is kept apart by who said it: `label` is what is held for true, `button`, `key`
-and `cue` are what the label button, the keyboard and the cues said at the time.
+bundle's hash, the engine, and the state of the pipeline before the first frame. Labels are kept by
+source: `label` is the truth as far as known, `button`, `key` and `cue` are what the label button,
+the keyboard and the cues gave at the time.
 """
 
-from __future__ import annotations
-
+import dataclasses
+import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import __version__
 from controller.errors import UserError
+from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord, PipelineSettings
 from controller.recognition.preprocess import State
 
-if TYPE_CHECKING:
-    from controller.recognition.event_metric import Event
-
-SCHEMA: Final = 3  # of the arrays and of meta: docs/recording.md
+SCHEMA: Final = 3  # of the arrays and of the provenance: docs/recording.md
+# Form 1 had no truth and no user; form 2 had no keys, cues, marks and rest.
+READABLE: Final = (1, 2, SCHEMA)
 PICOFARAD: Final = "pF"
-
-
-UNKNOWN: Final = -1  # a label that nobody gave
+LABELLERS: Final = ("label", "button", "key", "cue")
+UNKNOWN: Final = -1  # a label that no source gave
 RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
+
+MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: all labels at their longest, three times
+TOO_LONG: Final = f"says too much of its origin; {MAX_PROVENANCE} characters are allowed"
+MAX_TEXT: Final = 1000  # characters of any name
+MAX_TAXELS: Final = 4096  # 64×64
+MAX_LABELS: Final = 256
 
 
 class RecordingError(UserError, ValueError):
@@ -44,18 +49,18 @@ class Provenance:
         columns: Taxel columns.
         pitch_mm: Distance of two taxels.
         rate_hz: Frames per second, as intended.
-        labels: What the label columns count, "null" first.
+        labels: Names that the label columns index, "null" first.
         bundle: Hash of the bundle that gave the commands.
-        engine: What ran its networks.
+        engine: Inference engine that ran its networks.
         software: Version of this program.
-        user: Who touched it; "" unknown.
-        session: Which of the user's sessions.
-        protocol: What they were asked to do.
+        user: ID of the person at the sensor; "" unknown.
+        session: ID of the session, unique for the user.
+        protocol: Name of the task.
         preset: Quality of a simulated orb.
         seed: Of the simulation; None where nothing is simulated.
-        id: Drawn once for each recording, so that copies are known; "" where nobody drew one.
+        id: Random, so that copies are recognised; "" before form 3.
         started: When its time was 0, UTC as ISO 8601; "" unknown.
-        hardware: What kind of sensor it is, for people.
+        hardware: Kind of sensor, for people.
         unit: Of the frames; "pF" is capacitance, anything else is a sensor's own.
         schema: Version of the file's form.
     """
@@ -83,12 +88,12 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened at a time: a cue, a key, a pause, a lost sensor.
+    """An event at a time: a cue, a key, a pause, a lost sensor.
 
     Attributes:
-        t_s: When, seconds of the recording.
-        kind: What sort of thing, one word.
-        text: Which.
+        t_s: Seconds of the recording.
+        kind: One word.
+        text: Details.
     """
 
     t_s: float
@@ -98,12 +103,12 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedTruth:
-    """What a simulation knows beside every frame.
+    """Ground truth of a simulated session of n frames.
 
     Attributes:
-        touch: Where a press is, grid units, NaN elsewhere, (n, 2).
+        touch: Position of a press, grid units, NaN elsewhere, (n, 2).
         contact: Every finger: x, y in grid units, depth in mm, NaN elsewhere, (n, fingers, 3).
-        events: Gestures, and touches that were none, in order.
+        events: Gestures and distractors, in order.
     """
 
     touch: NDArray[np.float32]
@@ -120,17 +125,17 @@ class Recording:
         frames: As they were read, (n, rows, columns), in the origin's unit.
         t: End of each scan, monotonic seconds since the session began, (n,).
         sequence: Number of each frame; a missing number is a missed frame, (n,).
-        label: What truly happened, as far as known: index into the labels, -1 unknown, (n,).
-        button: What the label button said, likewise.
-        key: What a key of the keyboard said, likewise.
-        cue: What the cue asked for, likewise.
-        excluded: Frames that nobody shall learn from: paused, or dropped afterwards, (n,).
+        label: Truth as far as known: index into the labels, -1 unknown, (n,).
+        button: Label from the label button, -1 unknown, (n,).
+        key: Label from the keyboard, -1 unknown, (n,).
+        cue: Label that the cue asked for, -1 unknown, (n,).
+        excluded: Frames left out of training: paused, or dropped afterwards, (n,).
         touch: The touch as recognised, grid units, NaN none, (n, 2).
         rest: The untouched sensor as first found, (rows, columns); None if it never was.
-        marks: What happened beside the frames, in order of time.
-        commands: What was recognised.
-        state: The pipeline before the first frame.
-        truth: What a simulation knows; None for a recording of the world.
+        marks: Events beside the frames, in order of time.
+        commands: Recognised commands.
+        state: State of the pipeline before the first frame.
+        truth: Ground truth of a simulation; None for a real sensor.
     """
 
     origin: Provenance
@@ -151,22 +156,19 @@ class Recording:
 
     @property
     def rate_hz(self) -> float:
-        """Frames per second as measured: the median, which missed frames do not move."""
+        """Frames per second as measured: from the median interval, which missed frames keep."""
         if len(self.t) < 2:
             return self.origin.rate_hz
         return 1.0 / float(np.median(np.diff(self.t)))
 
 
 def unlabelled(count: int) -> dict[str, NDArray[np.int16]]:
-    """Return the label columns of `count` frames of which nobody has said anything."""
+    """Return the label columns of `count` unlabelled frames, each (count,)."""
     return {name: np.full(count, UNKNOWN, dtype=np.int16) for name in LABELLERS}
 
 
-LABELLERS: Final = ("label", "button", "key", "cue")
-
-
 def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
-    """Refuse a recording that the bundle's networks would misunderstand.
+    """Refuse a recording that does not fit the bundle's networks.
 
     Raises:
         RecordingError: Sensor, unit or rate differ; 2 % of rate are allowed.
@@ -192,3 +194,57 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
 def software() -> str:
     """Return the version of this program."""
     return __version__
+
+
+def format_provenance(origin: Provenance) -> str:
+    """Return a provenance as JSON."""
+    return json.dumps(dataclasses.asdict(origin))
+
+
+def parse_provenance(text: str) -> Provenance:
+    """Return the provenance in a JSON text from an untrusted file.
+
+    Raises:
+        RecordingError: It holds none, or an impossible one.
+    """
+    if len(text) > MAX_PROVENANCE:
+        raise RecordingError(TOO_LONG)
+    try:
+        fields = json.loads(text)
+        schema = fields.get("schema")
+        if type(schema) is not int or schema not in READABLE:
+            raise RecordingError(
+                f"has form {str(schema)[:20]}, this program reads "
+                f"{', '.join(map(str, READABLE))} (update one)"
+            )
+        if not isinstance(fields["labels"], list):
+            raise TypeError("labels")
+        origin = Provenance(**{**fields, "labels": tuple(fields["labels"])})
+        possible = _possible(origin)
+    except RecordingError:
+        raise
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise RecordingError("says nothing legible about its origin") from None
+    if not possible:
+        raise RecordingError("says impossible things about its origin")
+    return origin
+
+
+def _possible(origin: Provenance) -> bool:
+    """Return whether every field is of its type and within its limits."""
+    texts = (
+        *(origin.device_id, origin.bundle, origin.engine, origin.software, *origin.labels),
+        *(origin.user, origin.session, origin.protocol, origin.preset),
+        *(origin.id, origin.started, origin.hardware, origin.unit),
+    )
+    sizes = (origin.rows, origin.columns)
+    scales = (origin.pitch_mm, origin.rate_hz)
+    return (
+        all(isinstance(text, str) and len(text) <= MAX_TEXT for text in texts)
+        and all(text.isprintable() for text in texts)  # a terminal acts on what is not
+        and all(type(size) is int and size > 0 for size in sizes)
+        and origin.rows * origin.columns <= MAX_TAXELS
+        and 0 < len(set(origin.labels)) == len(origin.labels) <= MAX_LABELS
+        and all(type(scale) in (int, float) and 0.0 < scale < 1e6 for scale in scales)
+        and (origin.seed is None or (type(origin.seed) is int and 0 <= origin.seed < 1 << 64))
+    )

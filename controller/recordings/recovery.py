@@ -1,66 +1,48 @@
-"""Recover what a crash has left: a journal becomes the recording that it would have become.
+"""Recovery after a crash: a journal becomes the recording that it would have become.
 
-Nothing is removed before what replaces it is on the disk and was read again, so recovery may be
-interrupted anywhere and simply begins anew.
+Nothing is removed before its replacement is on the disk and was read again, so an interrupted
+recovery is simply repeated.
 """
 
 import os
 import stat
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
 from controller.console import count
 from controller.files import sync_folder
-from controller.recordings import journal_disk, journal_repair, naming
-from controller.recordings.journal import BLOCK, MAX_BYTES
-from controller.recordings.journal_repair import Report
+from controller.recordings import journal_file, naming
+from controller.recordings.journal import MAX_BYTES, decode
 from controller.recordings.naming import DAMAGED, JOURNAL, SEALED
 from controller.recordings.recording import RecordingError
-from controller.recordings.sealing import seal
+from controller.recordings.writer import seal
 
-_CHUNK: Final = 1 << 20
+_BLOCK: Final = 4096  # bytes; a disk loses or keeps a block in one piece
 
 
 class LockedError(RecordingError):
-    """The journal is being written; whoever has it will seal it."""
+    """The journal is being written, and will be sealed by the program that writes it."""
 
 
 @dataclass(frozen=True)
 class Recovered:
-    """What became of a journal.
+    """Outcome of one recovery.
 
     Attributes:
-        journal: Where it was.
         path: The recording; None if the journal held no frame.
-        seconds: From the recording's first frame to its last.
-        report: What of the journal was whole.
-        damaged: Where the journal is kept, as more may be in it; None if it was removed.
+        line: The outcome for people.
     """
 
-    journal: Path
     path: Path | None
-    seconds: float
-    report: Report
-    damaged: Path | None
+    line: str
 
     def __str__(self) -> str:
-        """Return one line for people."""
-        r = self.report
-        if self.path is None:
-            told = f"{self.journal} held no frame"
-        else:
-            told = f"recovered {count(r.frames, 'frame')} ({self.seconds:.1f} s) into {self.path}"
-        if r.damaged_bytes:
-            told += f"; {count(r.damaged_bytes, 'byte')} of the journal damaged"
-        if r.lost_records:
-            told += f", {count(r.lost_records, 'record')} lost"
-        if r.left_out:
-            told += f"; {count(r.left_out, 'record')} after a gap left out"
-        return f"{told}; the journal is kept as {self.damaged}" if self.damaged else told
+        """Return the line for people."""
+        return self.line
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -73,7 +55,7 @@ def leftovers(folder: Path) -> list[Path]:
 
 
 def recover(journal: Path) -> Recovered:
-    """Seal what is whole in a journal, then remove it, or keep it aside if it was damaged.
+    """Seal a journal, then remove it, or keep it aside if it was damaged.
 
     Raises:
         LockedError: It is being written.
@@ -83,7 +65,7 @@ def recover(journal: Path) -> Recovered:
     if not journal.exists():
         raise RecordingError(f"there is no journal {journal}; name one, or a folder")
     try:
-        with _held(journal) as file:
+        with _locked(journal) as file:
             return _recovered(journal, file)
     except LockedError:
         raise
@@ -96,54 +78,46 @@ def recover(journal: Path) -> Recovered:
 
 
 def _recovered(journal: Path, file: IO[bytes]) -> Recovered:
-    decoded = journal_repair.decode(_read(file))
-    recording, report = decoded.recording, decoded.report
-    path, seconds = None, 0.0
-    if recording is not None:
+    size = file.seek(0, os.SEEK_END)
+    decoded = decode(_read(file, size))
+    unread = size - decoded.whole_bytes
+    unread = unread if unread >= decoded.frame_bytes else 0  # else the crash tore a record
+    path, line = None, f"{journal} held no frame"
+    if (recording := decoded.recording) is not None:
         stem = journal.name.partition(JOURNAL)[0]
         path = seal(journal.with_name(stem + SEALED), recording)
         seconds = float(recording.t[-1] - recording.t[0])
-    damaged = journal
-    if journal.name.endswith(JOURNAL):  # anything else was named by hand, and stays
-        if sys.platform == "win32":  # which moves and deletes no open file
-            file.close()
-        if report.damaged_bytes or report.left_out:
-            damaged = _set_aside(journal)
-        else:
-            journal_disk.remove(journal)
-            return Recovered(journal, path, seconds, report, None)
-    return Recovered(journal, path, seconds, report, damaged)
+        frames = count(len(recording.t), "frame")
+        line = f"recovered {frames} ({seconds:.1f} s) into {path}"
+    if unread:
+        line += f"; its last {count(unread, 'byte')} follow a damaged record"
+    if not journal.name.endswith(JOURNAL):  # a name that was given by hand, and stays
+        return Recovered(path, f"{line}; the journal is kept as {journal}")
+    if sys.platform == "win32":  # which moves and deletes no open file
+        file.close()
+    if unread:
+        return Recovered(path, f"{line}; the journal is kept as {_set_aside(journal)}")
+    journal_file.remove(journal)
+    return Recovered(path, line)
 
 
 def _set_aside(journal: Path) -> Path:
     """Give a damaged journal a name that no recovery looks for; return it."""
-    for place in naming.alternatives(journal.with_name(journal.name + DAMAGED)):
-        try:
-            os.link(journal, place)  # unlike rename, never replaces
-        except FileExistsError:
-            if not place.samefile(journal):  # else an interrupted recovery was here
-                continue
-        except OSError:  # a file system without links
-            if os.path.lexists(place):
-                continue
-            journal.rename(place)
-            return place
-        sync_folder(place.parent)
-        journal_disk.remove(journal)
-        return place
-    raise AssertionError("names have no end")
+    names = naming.alternatives(journal.with_name(journal.name + DAMAGED))
+    place = next(name for name in names if not os.path.lexists(name))
+    journal.rename(place)
+    sync_folder(place.parent)
+    return place
 
 
 @contextmanager
-def _held(journal: Path) -> Iterator[IO[bytes]]:
-    """Open a journal that nobody else may touch until it is closed."""
-    if not os.path.lexists(journal):
-        raise RecordingError("does not exist")
+def _locked(journal: Path) -> Iterator[IO[bytes]]:
+    """Open a journal, locked against recorders and other recoveries until it is closed."""
     if not _is_file(journal):
         raise RecordingError("is not a file")
     with journal.open("r+b", buffering=0) as file:
         try:
-            journal_disk.lock(file)
+            journal_file.lock(file)
         except BlockingIOError:
             raise LockedError(
                 f"the journal {journal} is being recorded; it is sealed when that program ends"
@@ -154,33 +128,24 @@ def _held(journal: Path) -> Iterator[IO[bytes]]:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether this is a plain file: nothing that waits for a writer, and no link elsewhere."""
+    """Whether this is a plain file: no pipe, and no link."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except FileNotFoundError:  # sealed since its name was read
         return False
 
 
-def _read(file: IO[bytes]) -> bytes:
-    """Return the bytes of a journal; blocks that the disk cannot read are zeros.
+def _read(file: IO[bytes], size: int) -> bytes:
+    """Return the bytes of a journal up to the first block that the disk cannot read.
 
     Raises:
-        RecordingError: There are more than a journal has.
+        RecordingError: It has more bytes than a journal may have.
     """
-    size = file.seek(0, os.SEEK_END)
     if size > MAX_BYTES:
         raise RecordingError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
     data = bytearray()
-    step = _CHUNK
-    while len(data) < size:
-        file.seek(len(data))
-        try:
-            data += (chunk := file.read(min(step, size - len(data))))
-        except OSError:
-            if step == BLOCK:
-                data += bytes(min(BLOCK, size - len(data)))
-            step = BLOCK
-            continue
-        if not chunk:
-            break
+    file.seek(0)
+    with suppress(OSError):
+        while chunk := file.read(_BLOCK):
+            data += chunk
     return bytes(data)

@@ -1,23 +1,33 @@
-"""Summary of a recording: a few lines and a small picture."""
+"""Summary and verdict of a recording as text, with small pictures of the sensor."""
 
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.console import count
-from controller.recordings import text_image
 from controller.recordings.quality import labels, timing
+from controller.recordings.quality.check import Level, Report
 from controller.recordings.quality.labels import SourceLabels
 from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import PICOFARAD, Recording
 
+BLOCKS: Final = " ░▒▓█"  # from nothing to the greatest value
+ASCII: Final = " .:+#"
+_WIDTH: Final = 80  # columns of a terminal
+_TALL: Final = 16  # rows of a picture; larger grids are averaged
+_INDENT: Final = 2
+_APART: Final = 3  # columns between two pictures
+_LONGEST: Final = 24  # letters of a name
+
+Map = NDArray[np.floating]  # (rows, columns), one number a taxel, 0 and more
+
 
 def facts(path: Path, recording: Recording) -> dict[str, Any]:
-    """Return what a recording is, as plain data."""
+    """Return the summary as plain data."""
     response = respond(recording)
     truth = recording.truth
     return {
@@ -26,7 +36,7 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
         "frames": len(recording.t),
         "seconds": float(recording.t[-1] - recording.t[0]),
         "cadence": asdict(timing.measure(recording)),
-        "said": [asdict(one) for one in labels.said(recording, response)],
+        "said": [asdict(source) for source in labels.summarise(recording, response)],
         "excluded": int(recording.excluded.sum()),
         "commands": dict(Counter(command.command for command in recording.commands)),
         "marks": dict(Counter(mark.kind for mark in recording.marks)),
@@ -34,55 +44,75 @@ def facts(path: Path, recording: Recording) -> dict[str, Any]:
     }
 
 
-def lines(path: Path, recording: Recording, shades: str = text_image.BLOCKS) -> list[str]:
-    """Return what a recording is, for people: not wider than a terminal if its names are short."""
+def lines(path: Path, recording: Recording, shades: str = BLOCKS) -> list[str]:
+    """Return the summary as lines, not wider than a terminal if its names are short.
+
+    Args:
+        path: The file.
+        recording: Its content.
+        shades: `BLOCKS` or `ASCII`.
+    """
     origin, response = recording.origin, respond(recording)
-    rhythm = timing.measure(recording)
-    seconds = float(recording.t[-1] - recording.t[0])
-    who = [f"user {origin.user}" * bool(origin.user),
-           f"session {origin.session}" * bool(origin.session),
-           f"protocol {origin.protocol}" * bool(origin.protocol),
-           origin.started]  # fmt: skip
-    sensor = [origin.hardware, origin.device_id, f"{origin.preset} preset" * bool(origin.preset)]
+    rhythm, sources = timing.measure(recording), labels.summarise(recording, response)
     excluded = int(recording.excluded.sum())
-    counts = [
-        ("commands", Counter(command.command for command in recording.commands)),
-        ("marks", Counter(mark.kind for mark in recording.marks)),
-    ]
+    rows = {
+        "who": [*_named(user=origin.user, session=origin.session, protocol=origin.protocol),
+                origin.started],
+        "sensor": [origin.hardware, origin.device_id,
+                   f"{origin.preset} preset" * bool(origin.preset)],
+        "": [f"{origin.rows} x {origin.columns} taxels, {origin.pitch_mm:g} mm apart, "
+             f"in {origin.unit}"],
+        "length": [f"{duration(float(recording.t[-1] - recording.t[0]))}, "
+                   f"{count(len(recording.t), 'frame')} at {rhythm.measured_hz:.2f} Hz "
+                   f"({origin.rate_hz:g} intended), {rhythm.missing} missing"],
+        "excluded": [count(excluded, "frame") * bool(excluded)],
+    }  # fmt: skip
+    counts = {
+        "commands": Counter(command.command for command in recording.commands),
+        "marks": Counter(mark.kind for mark in recording.marks),
+    }
+    end = {"software": [origin.software, *_named(bundle=origin.bundle[:8])], "id": [origin.id]}
     return [
         str(path),
-        *_line("who", who),
-        *_line("sensor", sensor),
-        *_line("", [f"{origin.rows} x {origin.columns} taxels, {origin.pitch_mm:g} mm apart, "
-                    f"in {origin.unit}"]),
-        *_line("length", [f"{duration(seconds)}, {count(len(recording.t), 'frame')} at "
-                          f"{rhythm.measured_hz:.2f} Hz ({origin.rate_hz:g} intended), "
-                          f"{rhythm.missing} missing"]),
-        *_line("excluded", [count(excluded, "frame") * bool(excluded)]),
-        *(line for one in labels.said(recording, response) for line in said(one)),
-        *(line for name, counted in counts for line in _wrapped(name, _counted(counted))),
-        *_line("software", [origin.software,
-                            f"bundle {origin.bundle[:8]}" * bool(origin.bundle)]),
-        *_line("id", [origin.id]),
-        *_pictures(recording, response, shades),
+        *_lines(rows),
+        *(line for source in sources for line in _labels(source)),
+        *(line for name, counted in counts.items()
+          for line in _wrapped(name, [f"{key} {number}" for key, number in counted.items()])),
+        *_lines(end),
+        *_pictures(recording, response, sources, shades),
     ]  # fmt: skip
 
 
-def said(one: SourceLabels) -> list[str]:
-    """Return what one labeller said, in words."""
-    times = [
-        f"{label} {count(one.events[label], 'time')} ({seconds:.1f} s)" if label in one.events
-        else f"{label} {seconds:.1f} s"
-        for label, seconds in one.seconds.items()
-        if seconds
-    ]  # fmt: skip
-    if one.unknown:
-        times.append(f"nothing for {100 * one.unknown:.0f} % of the frames")
-    return _wrapped(one.labeller, times)
+def verdict(report: Report) -> list[str]:
+    """Return a quality report as lines."""
+    text = [f"{report.level.name.lower():8}  {report.path}"]
+    if (rhythm := report.cadence) is not None:
+        stretches = f", in {rhythm.stretches} stretches" * (rhythm.stretches > 1)
+        text += [
+            f"  cadence   {duration(report.seconds)} at {rhythm.measured_hz:.2f} Hz "
+            f"({rhythm.intended_hz:g} intended), {rhythm.missing} of "
+            f"{rhythm.missing + rhythm.frames} frames missing{stretches}",
+            f"            intervals: median {rhythm.median_ms:.0f} ms, "
+            f"95 % up to {rhythm.p95_ms:.0f} ms, worst {rhythm.worst_ms:.0f} ms",
+        ]
+    for source in report.said:
+        text += _labels(source)
+        edges = (("begins", source.begin), ("ends", source.end))
+        delays = [
+            f"{edge} {abs(delay.median_s):.2f} s {'late' if delay.median_s >= 0 else 'early'} "
+            f"(spread {delay.spread_s:.2f} s)"
+            for edge, delay in edges
+            if delay is not None
+        ]
+        text += [f"  {'':9} {', '.join(delays)}"] if delays else []
+    for finding in sorted(report.findings, key=lambda each: -each.level):
+        word = "note" if finding.level is Level.GOOD else finding.level.name.lower()
+        text.append(f"  {word + ':':9} {finding.text}")
+    return text
 
 
 def duration(seconds: float) -> str:
-    """Return seconds as somebody would say them: 12.3 s, 5:02 min, 1:05:02 h."""
+    """Return seconds in the usual notation: 12.3 s, 5:02 min, 1:05:02 h."""
     if seconds < 60.0:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -90,17 +120,36 @@ def duration(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{rest:02d} h" if hours else f"{minutes}:{rest:02d} min"
 
 
-def _line(name: str, parts: list[str]) -> list[str]:
-    """Return one line, or none if there is nothing to say."""
-    text = ", ".join(part for part in parts if part)
-    return [f"  {name:9} {text}"] if text else []
+def _named(**values: str) -> list[str]:
+    """Return each value that is not empty, after its name."""
+    return [f"{name} {value}" for name, value in values.items() if value]
+
+
+def _lines(rows: dict[str, list[str]]) -> list[str]:
+    """Return a line for each row that is not empty."""
+    texts = {name: ", ".join(part for part in parts if part) for name, parts in rows.items()}
+    return [f"  {name:9} {text}" for name, text in texts.items() if text]
+
+
+def _labels(source: SourceLabels) -> list[str]:
+    """Return how often and how long each label was given, as lines."""
+    times = [
+        f"{label} {count(source.events[label], 'time')} ({seconds:.1f} s)"
+        if label in source.events
+        else f"{label} {seconds:.1f} s"
+        for label, seconds in source.seconds.items()
+        if seconds
+    ]
+    if source.unknown:
+        times.append(f"nothing for {100 * source.unknown:.0f} % of the frames")
+    return _wrapped(source.labeller, times)
 
 
 def _wrapped(name: str, parts: list[str]) -> list[str]:
     """Return as many lines as the parts need; the name stands before the first."""
     rows: list[str] = []
     for part in parts:
-        if rows and len(rows[-1]) + len(part) + 16 <= text_image.WIDTH:
+        if rows and len(rows[-1]) + len(part) + 16 <= _WIDTH:
             rows[-1] += f", {part}"
         else:
             rows.append(part)
@@ -111,34 +160,66 @@ def _wrapped(name: str, parts: list[str]) -> list[str]:
     ]
 
 
-def _counted(counter: Counter[str]) -> list[str]:
-    return [f"{name} {number}" for name, number in counter.items()]
+# --- pictures -------------------------------------------------------------------------------------
 
 
-def _pictures(recording: Recording, response: Response, shades: str) -> list[str]:
-    """Return the mean image of each class, by the first labeller that names any."""
+def _pictures(
+    recording: Recording, response: Response, sources: tuple[SourceLabels, ...], shades: str
+) -> list[str]:
+    """Return the mean image of each class, by the first source that names any."""
     shown = response.touched & ~recording.excluded
-    drawn, unit = [], recording.origin.unit
-    heard = next(
-        (one for one in labels.said(recording, response) if any(one.events.values())), None
-    )
-    if heard is not None:
-        column = getattr(recording, heard.labeller)
-        for index, label in enumerate(recording.origin.labels):
-            frames = shown & (column == index)
-            if index and frames.any():
-                drawn.append(_captioned(label, response.change[frames].mean(axis=0), unit))
-    elif shown.any():
-        drawn.append(_captioned("touched", response.change[shown].mean(axis=0), unit))
-    if not drawn:
+    source = next((one.labeller for one in sources if any(one.events.values())), "")
+    classes = {"touched": shown}
+    if source:
+        column = getattr(recording, source)
+        names = recording.origin.labels[1:]
+        classes = {name: shown & (column == index) for index, name in enumerate(names, 1)}
+    blocks = [
+        _block(name, np.abs(response.change[frames].mean(axis=0)), recording.origin.unit, shades)
+        for name, frames in classes.items()
+        if frames.any()
+    ]
+    if not blocks:
         return []
-    by = f" by {heard.labeller}" if heard else ""
-    head = f"  mean change of each taxel under touch{by}, and the greatest:"
-    return ["", head, *text_image.gallery(drawn, shades)]
+    by = f" by {source}" if source else ""
+    return [
+        "",
+        f"  mean change of each taxel under touch{by}, and the greatest:",
+        *_abreast(blocks),
+    ]
 
 
-def _captioned(name: str, change: NDArray[np.floating], unit: str) -> text_image.Picture:
-    """Return the picture of a mean change, (rows, columns), with its greatest value below."""
-    size = np.abs(change)
-    top = float(size.max())
-    return name, size, f"{100 * top:.0f} %" if unit == PICOFARAD else f"{top:.3g} {unit}"
+def _abreast(blocks: list[list[str]]) -> list[str]:
+    """Return pictures side by side, as many as a terminal is wide."""
+    width = max(len(line) for block in blocks for line in block)
+    abreast = max(1, (_WIDTH - _INDENT + _APART) // (width + _APART))
+    text: list[str] = []
+    for first in range(0, len(blocks), abreast):
+        text += [""] if first else []
+        row = [[line.ljust(width) for line in block] for block in blocks[first : first + abreast]]
+        text += [
+            (" " * _INDENT + (" " * _APART).join(cells)).rstrip()
+            for cells in zip(*row, strict=True)
+        ]
+    return text
+
+
+def _block(name: str, change: Map, unit: str, shades: str) -> list[str]:
+    """Return one picture: its name, a line for each row, two characters a taxel, and a caption."""
+    top = float(change.max())
+    below = f"{100 * top:.0f} %" if unit == PICOFARAD else f"{top:.3g} {unit}"
+    small = _shrunk(change)
+    shares = np.clip(small / (small.max() or 1.0), 0.0, 1.0)
+    steps = np.rint(shares * (len(shades) - 1)).astype(int)
+    picture = ["|" + "".join(2 * shades[step] for step in row) + "|" for row in steps.tolist()]
+    return [name[:_LONGEST], *picture, below]
+
+
+def _shrunk(values: Map) -> Map:
+    """Return a picture that fits, by averaging squares of taxels."""
+    rows, columns = values.shape
+    factor = max(-(-rows // _TALL), -(-columns // ((_WIDTH - _INDENT - 2) // 2)))
+    wide = np.full((-(-rows // factor) * factor, -(-columns // factor) * factor), np.nan)
+    wide[:rows, :columns] = values
+    squares = wide.reshape(wide.shape[0] // factor, factor, wide.shape[1] // factor, factor)
+    return np.asarray(np.nanmean(squares, axis=(1, 3)))

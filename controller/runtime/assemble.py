@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from controller.capture.cue_plan import CuePlan
     from controller.capture.run_files import RunFiles
-    from controller.capture.terminal_keys import Keyboard
+    from controller.keymap.terminal import Keyboard
     from controller.runtime.bundle_updates import BundleUpdater
     from controller.runtime.latency_report import LatencyReporter
 
@@ -205,7 +205,7 @@ def exchange(parts: Parts, device: Device) -> None:
     if device.tape is not None and parts.runs is not None:
         from controller.runtime import recording_session
 
-        device.tape.go_on(recording_session.begin(parts, parts.runs, device.sensor))
+        device.tape.continue_in(recording_session.begin(parts, parts.runs, device.sensor))
     if device.timekeeper is not None:
         device.timekeeper.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)

@@ -163,7 +163,7 @@ class Device:
         self._play(t_s)
         self.now_s = t_s
         if self.tape is not None:
-            self.tape.turn()
+            self.tape.start_next_if_full()
         if self.timekeeper is not None:
             self.timekeeper.start(late_s)
         try:
@@ -243,7 +243,7 @@ class Device:
     def _keep(self, tape: SessionRecorder, frame: Frame, step: Step) -> None:
         """Keep a frame, and do what the cues ask for."""
         label = self._label(step.t_s, tape.labels)
-        said = tape.take(frame, step, label, self.sensor.button(step.t_s))
+        said = tape.record(frame, step, label, self.sensor.button(step.t_s))
         if self.obey is not None and said.asked is not None and said.fresh:
             self._wish = self.obey(said.asked, step.t_s)
         if tape.done:

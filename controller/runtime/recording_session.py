@@ -14,8 +14,8 @@ from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
 from controller.capture.session_recorder import Plain, SessionRecorder
-from controller.capture.status_line import Status, StatusLine
-from controller.capture.terminal_keys import Keyboard
+from controller.capture.status_line import StatusLine
+from controller.keymap.terminal import Keyboard
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance, RecordingError
 
@@ -71,8 +71,8 @@ def tape(
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
-        tell=link.say if isinstance(link, RecordingLink) else _nobody,
-        screen=StatusLine(Status(sys.stderr), pipeline.labels, keyboard=keyboard is not None),
+        on_cue=link.say if isinstance(link, RecordingLink) else _nobody,
+        display=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
     )
 
 

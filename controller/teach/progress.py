@@ -10,6 +10,7 @@ from controller import console
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.capture.labels import FrameLabels
+from controller.capture.status_line import Display
 from controller.recognition.pipeline import Step
 from controller.teach.example_counts import ExampleCounts
 from controller.teach.protocols import NOTHING
@@ -132,7 +133,7 @@ class ProgressPage:
         return [("      " + "".join(line)).rstrip() for line in lines]
 
 
-class ProgressDisplay:
+class ProgressDisplay(Display):
     """A page at the bottom of a terminal, written again and again."""
 
     def __init__(
@@ -194,7 +195,7 @@ class ProgressDisplay:
             self._stream = None
 
 
-class ProgressLog:
+class ProgressLog(Display):
     """A line for whatever changes, where there is no terminal that a page can be drawn on."""
 
     def __init__(self, tally: ExampleCounts, say: Callable[[str], None]) -> None:
@@ -212,9 +213,6 @@ class ProgressLog:
             if not more and label not in self._enough:
                 self._enough.add(label)
                 self._say(f"{label}: enough ({self._tally.wanted[label]})")
-
-    def clear(self) -> None:
-        """Nothing is in the way."""
 
 
 def drawable(stream: TextIO | None) -> bool:

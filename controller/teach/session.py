@@ -21,10 +21,11 @@ from controller.capture.cue_plan import ExampleRequest
 from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
 from controller.capture.run_files import RunFiles
-from controller.capture.session_recorder import Display, SessionRecorder
+from controller.capture.session_recorder import SessionRecorder
 from controller.capture.simulated_hand import CuedHand
-from controller.capture.terminal_keys import Keyboard
+from controller.capture.status_line import Display
 from controller.console import count
+from controller.keymap.terminal import Keyboard
 from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
@@ -176,7 +177,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         pipeline,
         Labeller(vocabulary.labels, cues=cues),
         keyboard=keyboard,
-        screen=_screen(session, keyboard),
+        display=_screen(session, keyboard),
     )
     obey = None
     if sensor.virtual:

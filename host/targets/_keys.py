@@ -14,6 +14,8 @@ import pygame
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import Arm, KeyMap, Kind
 from controller.keymap.keymap_file import read
+from controller.keymap.terminal import Keyboard, keyboard
+from controller.keymap.terminal_decoder import Action, KeyEvent
 from controller.protocol.messages import (
     COMMANDS,
     Command,
@@ -27,7 +29,6 @@ from controller.protocol.messages import (
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
-from host.injection.terminal_keys import TerminalKeys, open_terminal
 from host.injection.watchdog import HANG_MS
 from host.targets import TargetOptions
 from host.ui.key_window import SIZE, OrbWindow
@@ -58,7 +59,8 @@ class KeysTarget:
             sound: Lets the user hear that it was armed (True), or disarmed.
         """
         self.pressed = KeyState(key_map)
-        self.terminal: TerminalKeys | None = None
+        self._terminal: Keyboard | None = None
+        self._resources = contextlib.ExitStack()  # the terminal, until the end
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
         self._window = OrbWindow()
         self._unknown: list[str] = []  # commands of the mapping that the orb has not
@@ -80,8 +82,9 @@ class KeysTarget:
             self.pressed.release()
         if trouble := self._sender.check():
             self._fail(trouble)
-        for key in self.terminal.poll() if self.terminal else ():
-            self.hot_key(key)
+        for _, event in self._terminal.poll() if self._terminal else ():
+            if isinstance(event, KeyEvent) and event.action is not Action.RELEASED:
+                self.hot_key(event.key)
         for item in received:
             self._take(item, now_s)
         self.pressed.tick(now_s)
@@ -90,6 +93,10 @@ class KeysTarget:
         self._tell(was_armed)
         self._make_strokes()
         self.orb.advance(now_s)
+
+    def read_terminal(self) -> None:
+        """Take keys of the terminal as well, until `close`; in the main thread only."""
+        self._terminal = self._resources.enter_context(keyboard())
 
     def hot_key(self, key: str) -> None:
         """Take a key of our own window or terminal."""
@@ -111,8 +118,7 @@ class KeysTarget:
             self._make_strokes()
         finally:
             self._sender.close()
-            if self.terminal is not None:
-                self.terminal.close()
+            self._resources.close()
         if trouble := self._sender.check():
             self._say(f"disarmed {trouble}")
         self._tell(was_armed)
@@ -230,7 +236,7 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
     sender = _sender(kind, key_map, options)
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
-    target.terminal = open_terminal()
+    target.read_terminal()
     arming = [f"{key_map.arm_key} here", *_arming(key_map)]
     _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {path.name}, {key_map.first})")
     return target

@@ -1,4 +1,4 @@
-"""Check for the optional packages of training: the [train] extra, asked for by name."""
+"""Check for the optional packages of training: the [train] extra."""
 
 from importlib.util import find_spec
 from typing import Final
@@ -8,8 +8,8 @@ from controller.errors import how_to_install
 # Module -> the name that pip knows it by.
 PACKAGES: Final = {
     "torch": "torch",
-    "onnx": "onnx",
     "tomli_w": "tomli-w",
+    "jinja2": "jinja2",
     "matplotlib": "matplotlib",
     "sklearn": "scikit-learn",
     "joblib": "joblib",

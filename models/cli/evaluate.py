@@ -23,7 +23,7 @@ DESCRIPTION: Final = (
 )
 EXAMPLE: Final = "Try it (ten seconds): models evaluate --sessions 2 --minutes 2"
 
-# Plays the sessions of a set anew, with faults or without.
+# Returns the sessions of a set, with the faults named.
 Played = Callable[[Sequence[str]], "Iterable[tuple[str, Recording]]"]
 
 
@@ -56,15 +56,19 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller.bundles import bundle
-    from models import user_files
+    from models import json_values, user_files
+    from models.cli import _extras as extras
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
-    from models.reports import model_card, page
+    from models.reports import cards
     from models.results.evaluation import Evaluation
 
     for path in filter(None, (arguments.card, arguments.json)):
         user_files.target(path)
     if arguments.html:
-        page.read(arguments.html)
+        extras.require("a report", "jinja2", "matplotlib")
+        from models.reports import page
+
+        page.read(arguments.html)  # a file that is no report is refused before the work begins
     path = arguments.bundle or bundle.default_path()
     loaded = bundle.read(path)
     sets, faults, note = (_recorded if arguments.data else _simulated)(loaded, arguments)
@@ -87,17 +91,17 @@ def run(arguments: argparse.Namespace) -> int:
         results=tuple(results),
         broken=tuple(broken),
         notes=(note,),
+        rows=loaded.rows,
+        columns=loaded.columns,
     )
-    content = model_card.text(found)
+    content = cards.evaluation(found)
     print(content)
     if arguments.card:
         user_files.write_text(arguments.card, f"{content}\n")
     if arguments.json:
-        user_files.write_text(arguments.json, f"{found.text()}\n")
+        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
     if arguments.html:
-        from models.reports.data import ReportData
-
-        page.write(arguments.html, ReportData(evaluation=found))
+        page.write(arguments.html, page.ReportData(evaluation=found))
     return 0
 
 
@@ -115,7 +119,7 @@ def _recorded(
     for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
         files = examples.recording_files(paths)
         for file in files:
-            reader.survey(file)  # what cannot be read is told before anything is begun
+            reader.survey(file)  # a file that cannot be read is refused before the work begins
         name = str(paths[0]) if paths is not loose else "recordings"
         sets[name] = partial(test_sessions.named, files, grid)
     note = (

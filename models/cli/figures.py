@@ -1,4 +1,4 @@
-"""`models figures`: draw figure 7 of the paper, for both recipes and presets."""
+"""`models figures`: figure 7 of the paper, for both recipes and presets."""
 
 import argparse
 import os
@@ -7,12 +7,12 @@ from typing import Final
 
 from models.cli import _options as options
 
-SUMMARY: Final = "draw figure 7 of the paper, measured anew"
+SUMMARY: Final = "measure and draw figure 7 of the paper again"
 DESCRIPTION: Final = (
-    "Let a simulated user teach as in section 4.2 of the paper, train both networks by both "
-    "recipes on both presets, and ten users be told apart, judge them by the paper's protocol and "
-    "on unseen days and people, and draw figure 7 (docs/paper.md). What was measured is kept "
-    "beside the picture and not measured again; half an hour on one core."
+    "Teach by a simulated user as in section 4.2 of the paper, train both networks and the user "
+    "network by both recipes on both presets, judge them by the paper's protocol and on unseen "
+    "days and people, and draw figure 7 (docs/paper.md). Results are kept beside the picture and "
+    "not measured again; half an hour on one core."
 )
 EXAMPLE: Final = (
     "The paper's own amounts (some hours): models figures --out big --minutes 29 --epochs 500 "
@@ -34,7 +34,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--paper",
         type=Path,
         metavar="FILE",
-        help="Markdown whose tables of these figures are written anew: docs/paper.md",
+        help="Markdown file whose tables are updated: docs/paper.md",
     )
     add("--minutes", type=options.minutes, default=12.0, help="of teaching (default: 12)")
     add(
@@ -62,27 +62,26 @@ def run(arguments: argparse.Namespace) -> int:
 
     extras.require("drawing figures", "torch", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from models.studies.figure7 import drawing, study, tables
+    from models.studies.figure7 import report, study
+    from models.studies.figure7.experiments import Settings
     from models.training.loop import prepare_torch
 
     if not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
     if arguments.paper:
-        markdown.check(arguments.paper, tables.BEGIN, tables.END)
+        markdown.check(arguments.paper, report.BEGIN, report.END)
     prepare_torch(arguments.seed)
-    settings = study.Settings(
-        arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed
-    )
-    found = study.measure(settings, arguments.out / drawing.MEASURED, options.say)
-    for path in drawing.draw(found, arguments.out):
+    settings = Settings(arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed)
+    found = study.measure(settings, arguments.out / report.MEASURED, options.say)
+    for path in report.draw(found, arguments.out):
         options.say(f"wrote {path}")
     if arguments.paper:
         page = user_files.read_text(arguments.paper)
-        user_files.write_text(arguments.paper, tables.into(page, found))
-    print(tables.tables(found))
+        user_files.write_text(arguments.paper, report.into(page, found))
+    print(report.text(found))
     return 0
 
 
 def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
+    """Whether the same command continues an interrupted one."""
     return True

@@ -1,14 +1,16 @@
-"""`models folds`: how well people are recognised from whom nothing was learned."""
+"""`models folds`: cross-validation over people or sessions."""
 
 import argparse
 import os
 import shlex
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
+from models.cli import _extras as extras
 from models.cli import _options as options
-from models.data.defaults import STEPS
+from models.data.recipe import STEPS
 
 SUMMARY: Final = "train and judge in folds: each person by a network that never saw them"
 DESCRIPTION: Final = (
@@ -25,21 +27,11 @@ EXAMPLE: Final = (
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
-    add("data", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
+    add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
-    add(
-        "--by",
-        choices=("user", "session"),
-        default="user",
-        help="who is left out together (default: user)",
-    )
-    add(
-        "--folds",
-        type=options.count,
-        default=5,
-        metavar="N",
-        help="how many trainings (default: 5)",
-    )
+    by = ("user", "session")
+    add("--by", choices=by, default="user", help="held out together (default: user)")
+    add("--folds", type=options.count, default=5, metavar="N", help="trainings (default: 5)")
     add(
         "--steps",
         type=options.count,
@@ -64,6 +56,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     options.take_all(parser)
     add(
         "--as-given",
+        dest="given",
         action="store_true",
         help="take labels as people gave them; else they are moved to where the touch was",
     )
@@ -78,43 +71,22 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let no taxel or electrode die in training: for sensors that do not break",
     )
-    add(
-        "--no-plain",
-        dest="plain",
-        action="store_false",
-        help="leave the plain model out",
-    )
+    add("--no-plain", dest="plain", action="store_false", help="leave the plain models out")
     add("--seed", type=options.seed, default=0, help="of everything random (default: 0)")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
-    from models.cli import _extras as extras
-
-    needed = ("torch", "sklearn") if arguments.plain else ("torch",)
-    extras.require("training in folds", *needed)
-    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
+    extras.require("training in folds", "torch", "sklearn")
+    # Before PyTorch is imported: one thread, and a GPU that adds in one order.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
     from models.studies import fold_card
     from models.studies.cross_validation import Request, cross
 
-    request = Request(
-        paths=tuple(arguments.data),
-        out=arguments.out,
-        by=arguments.by,
-        folds=arguments.folds,
-        steps=arguments.steps,
-        window=arguments.window,
-        labels=arguments.labels,
-        every=arguments.all,
-        given=arguments.as_given,
-        choose=arguments.choose,
-        sound=arguments.sound,
-        plain=arguments.plain,
-        seed=arguments.seed,
-        command=f"models {shlex.join(sys.argv[1:])}",
-    )
+    known = {field.name for field in fields(Request)}
+    chosen = {key: value for key, value in vars(arguments).items() if key in known}
+    request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
     found = cross(request, options.say)
     print(fold_card.text(found))
     options.say(f"wrote {request.out}")

@@ -1,4 +1,4 @@
-"""`models information`: how much an orb can say, by section 6 of the paper and beyond it."""
+"""`models information`: information in the signals of an orb, section 6 of the paper and beyond."""
 
 import argparse
 import os
@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Final
 from models.cli import _options as options
 
 if TYPE_CHECKING:
-    from models.studies.information.sets import RecordingSet
+    from models.studies.information.games import Session
+    from models.studies.information.study import RecordingSet
 
-SUMMARY: Final = "estimate how much an orb can say: entropies, information, capacity"
+SUMMARY: Final = "estimate the information in an orb's signals: entropies, bounds, capacity"
 DESCRIPTION: Final = (
     "Reproduce section 6 of the paper on recordings, correct it, and estimate what it calls "
-    "intractable: the information of whole windows about gestures, by neighbours and by what is "
-    "recognised on a day that was held out; how it grows with taxels, window, rate and bits; and "
-    "what played games carry in bits per minute (docs/information.md). Without recordings, both "
-    "presets of the virtual orb are simulated."
+    "intractable: the information of whole windows about gestures, by nearest neighbours and by "
+    "classifiers on held-out days; and the bits per minute of played games "
+    "(docs/information.md). Without recordings, both presets of the virtual orb are simulated."
 )
 EXAMPLE: Final = "Try it (a minute): models information --quick --only histogram classifier"
-GAMES: Final = "host --demo --headless --speed 0 --json > FILE"
+PARTS: Final = ("histogram", "neighbours", "classifier", "places", "vocabulary", "none")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -30,8 +30,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--labels",
         choices=("auto", "true", "button", "key", "cue"),
         default="auto",
-        help="whose labels count; auto: the truth where it is known, else what people said, "
-        "moved to where the touches were (default: auto)",
+        help="source of the labels; auto: the truth where it is known, else people's labels, "
+        "moved to the touches (default: auto)",
     )
     add(
         "--games",
@@ -39,26 +39,20 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="FILE",
-        help=f"played games, or folders of them, one player each: {GAMES}",
+        help="played games, or folders of them, one player each: "
+        "host --demo --headless --speed 0 --json > FILE",
     )
-    add(
-        "--only",
-        nargs="+",
-        default=[],
-        metavar="PART",
-        help="histogram, neighbours, classifier, contrast, growth, places, vocabulary, none",
-    )
-    add("--check", action="store_true", help="also try the estimators on cases that are known")
+    add("--only", nargs="+", default=[], metavar="PART", help=", ".join(PARTS))
     add("--quick", action="store_true", help="a third of the simulated minutes")
     add("--workers", type=options.whole(1, 64), default=os.cpu_count() or 1, help="processes")
     add(
         "--out",
         type=Path,
         metavar="DIR",
-        help="folder for the report, its figures (PNG and SVG), and what was measured, which is "
-        "not measured again",
+        help="folder for the report, its figures (PNG and SVG), and the results, which are not "
+        "measured again",
     )
-    add("--paper", type=Path, metavar="FILE", help="Markdown whose tables of this are made anew")
+    add("--paper", type=Path, metavar="FILE", help="Markdown file whose tables are updated")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,31 +61,28 @@ def run(arguments: argparse.Namespace) -> int:
     from models.cli import _extras as extras
     from models.reports import markdown
 
-    extras.require("estimating information", "torch", "sklearn", "matplotlib")
+    extras.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from models.studies.information import games, results, study, tables
+    from models.studies.information import games, report, results, study, tables
 
-    if arguments.out and not arguments.out.is_dir():
-        raise ValueError(f"{arguments.out} is no directory; make it first")
+    out = arguments.out
+    if out and not out.is_dir():
+        raise ValueError(f"{out} is no directory; make it first")
+    for name in arguments.only:
+        if name not in PARTS:
+            raise ValueError(f"there is no part {name!r}; there are {', '.join(PARTS)}")
     if arguments.paper:
         markdown.check(arguments.paper, tables.BEGIN, tables.END)
-    kept = arguments.out / results.MEASURED if arguments.out else None
-    sets = _sets(arguments)
-    players = _players(arguments.games)
-    found = study.measure(
-        sets, _wanted(arguments.only), arguments.workers, kept, options.say,
-        checked=arguments.check,
-    )  # fmt: skip
+    kept = out / results.MEASURED if out else None
+    sets, players = _sets(arguments), _players(arguments.games)
+    found = study.measure(sets, arguments.only, arguments.workers, kept, options.say)
     for name, played in players.items():
         found["games"][name] = games.figures(games.gather(played))
     results.keep(kept, found)
     print(tables.text(found))
-    if arguments.out:
-        from models.studies.information import figures, report
-
-        for path in figures.draw(found, arguments.out):
+    if out:
+        for path in report.write(out, found):
             options.say(f"wrote {path}")
-        options.say(f"wrote {report.write(arguments.out, found)}")
     if arguments.paper:
         page = user_files.read_text(arguments.paper)
         user_files.write_text(arguments.paper, tables.into(page, found))
@@ -99,57 +90,43 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
-    """Return each folder as a set, and all loose files as one; without any, both presets."""
+    """Return each folder as a set, and all single files as one; without any, both presets."""
     from controller.recordings import reader
     from models.data import examples
-    from models.studies.information.sets import RecordingSet, simulated
+    from models.studies.information import study
 
     if not arguments.data:
-        return simulated(arguments.quick)
-    made = []
-    loose = [path for path in arguments.data if not path.is_dir()]
+        return study.simulated(arguments.quick)
     folders = [path for path in arguments.data if path.is_dir()]
-    short = [path.name or str(path) for path in folders]
-    if len(set(short)) < len(short):  # two folders of one name
-        short = [str(path) for path in folders]
-    for name, paths in zip([*short, "recordings"], [*([path] for path in folders), loose],
-                           strict=True):  # fmt: skip
+    single = [path for path in arguments.data if not path.is_dir()]
+    names = [path.name or str(path) for path in folders]
+    if len(set(names)) < len(names):  # two folders of one name
+        names = [str(path) for path in folders]
+    groups = [*zip(names, ([path] for path in folders), strict=True), ("recordings", single)]
+    made = []
+    for name, paths in groups:
         if paths:
             files = tuple(examples.recording_files(paths))
             for file in files:
-                reader.survey(file)  # what cannot be read is told before anything is begun
-            made.append(RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
+                reader.survey(file)  # an unreadable file is refused before anything is measured
+            made.append(study.RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
     return made
 
 
-def _wanted(only: list[str]) -> list[str]:
-    """Return the parts that somebody asked for.
-
-    Raises:
-        ValueError: There is no such part.
-    """
-    known = ("histogram", "neighbours", "classifier", "contrast", "growth", "places",
-             "vocabulary", "none")  # fmt: skip
-    for name in only:
-        if name not in known:
-            raise ValueError(f"there is no part {name!r}; there are {', '.join(known)}")
-    return only
-
-
-def _players(paths: list[Path]) -> dict[str, list[dict[str, object]]]:
-    """Return the games of each folder, and of all loose files."""
+def _players(paths: list[Path]) -> "dict[str, list[Session]]":
+    """Return the games of each folder, and of all single files."""
     from models.studies.information import games
 
-    made: dict[str, list[dict[str, object]]] = {}
+    made: dict[str, list[Session]] = {}
     for path in paths:
         files = sorted(path.rglob("[!.]*.json")) if path.is_dir() else [path]
         if not files:
-            raise ValueError(f"there are no games in {path}; make one with: {GAMES}")
+            raise ValueError(f"there are no games in {path}; make one with: {games.HOW_TO_PLAY}")
         name = path.name if path.is_dir() else "games"
         made.setdefault(name, []).extend(games.read(file) for file in files)
     return made
 
 
 def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
+    """Whether the same command continues an interrupted one."""
     return arguments.out is not None

@@ -1,145 +1,113 @@
-"""`models sweep`: many trainings from one file, on this machine's cores or on a cluster."""
+"""`models sweep`: many trainings from one plan file, on this machine's cores or on a cluster."""
 
 import argparse
 import os
 import signal
-from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from models.cli import _extras as extras
 from models.cli import _options as options
-from models.studies.sweep import example
 
 if TYPE_CHECKING:
-    from models.studies.sweep.plan import Plan
-    from models.studies.sweep.study import Sweep
+    from models.studies.sweep.run import Sweep
 
 SUMMARY: Final = "run many trainings: learning curves, cross-validation, grids"
 DESCRIPTION: Final = (
     "Train every combination of the axes in a TOML file (docs/sweeps.md), judge each on people or "
-    "sessions that it never saw, and write results and a report. Runs on this machine's cores, or "
-    "on a Dask cluster; the results are the same. Interrupted, the same command goes on where it "
-    "was."
+    "sessions that it never saw, and write results, a table and curves. Runs on this machine's "
+    "cores, or on a Dask cluster; the results are the same. Interrupted, the same command goes on "
+    "where it was."
 )
 EXAMPLE: Final = "Try it (a minute): models sweep --example > try.toml, then models sweep try.toml"
+EXAMPLES: Final = files("models.studies.sweep").joinpath("examples")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
+    workers = options.whole(1, 1024)
+    cores = "this machine's cores"
     add("file", type=Path, nargs="?", metavar="FILE.toml", help="what to train (docs/sweeps.md)")
-    add(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="folder for results (default: beside the file, NAME.sweep)",
-    )
-    add(
-        "--cluster",
-        default="",
-        metavar="ADDRESS",
-        help="of a Dask scheduler, HOST:PORT (default: this machine's cores)",
-    )
-    add(
-        "--workers",
-        type=options.whole(1, 1024),
-        default=0,
-        metavar="N",
-        help="processes on this machine (default: one for each core)",
-    )
-    add("--list", action="store_true", help="say which trainings these are, and train none")
+    add("--out", type=Path, metavar="DIR", help="folder for results (default: NAME.sweep)")
+    add("--cluster", default="", metavar="HOST:PORT", help=f"Dask scheduler (default: {cores})")
+    add("--workers", type=workers, default=0, metavar="N", help=f"processes (default: {cores})")
+    add("--list", action="store_true", help="list the trainings and which are done; train none")
+    names = sorted(file.name.removesuffix(".toml") for file in EXAMPLES.iterdir())
     add(
         "--example",
         metavar="NAME",
         nargs="?",
-        const=example.FIRST,
-        choices=example.NAMES,
-        help="print a file to begin with: "
-        + "; ".join(f"{name} ({what})" for name, what in example.NAMES.items())
-        + f" (default: {example.FIRST})",
+        const="try",
+        choices=names,
+        help=f"print a plan to begin with: {', '.join(names)} (default: try)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train what is missing, and report."""
-    from models.cli import _extras as extras
-
     if arguments.example:
-        print(example.text(arguments.example), end="")
+        print(EXAMPLES.joinpath(f"{arguments.example}.toml").read_text(encoding="utf-8"), end="")
         return 0
     if arguments.file is None:
         raise ValueError("name a file; models sweep --example prints one")
     if arguments.cluster and arguments.workers:
-        raise ValueError(
-            "--workers are this machine's; a cluster's are counted by whoever starts them"
-        )
-    extras.require("sweeping", "torch", "joblib", extra="train,sweep")
+        raise ValueError("--workers are this machine's; start a cluster's own (docs/sweeps.md)")
+    extras.require("sweeping", "torch", "joblib", "matplotlib", extra="train,sweep")
     if arguments.cluster:
         extras.require("a cluster", "distributed", extra="sweep")
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from models.studies.sweep import plan, recipes
-
-    made = plan.read(arguments.file, recipes.allow)
-    sweep = _sweep(made, arguments)
-    if arguments.list:
-        return _list(sweep)
-    return _sweep_through(sweep, arguments)
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # before PyTorch is imported
+    sweep = _sweep(arguments)
+    return _list(sweep) if arguments.list else _run(sweep)
 
 
-def _sweep_through(sweep: "Sweep", arguments: argparse.Namespace) -> int:
-    from models import user_files
-    from models.studies.sweep import cluster, kept, local, report, study, told
-
-    workers = arguments.workers or os.cpu_count() or 1
-
-    def engine(orders: Sequence[str]) -> Iterator[str]:
-        if arguments.cluster:
-            return cluster.run(orders, arguments.cluster, sweep.places, options.say)
-        return local.run(orders, workers, options.say)
-
-    try:
-        found = study.run(sweep, engine, options.say)
-    except KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
-        raise
-    except cluster.GoneError as error:
-        options.say(f"models: {error}; start it again, and the same command goes on from here")
-        return 1
-    print(told.table(found))
-    page = sweep.folder / kept.REPORT
-    spent = study.times(sweep.named(), kept.answers(sweep.folder))
-    user_files.write_text(page, report.html(found, spent))
-    options.say(f"wrote {sweep.folder / kept.RESULTS}, and {page} to look at")
-    return int(any("failed" in job for job in found["jobs"]))
-
-
-def _sweep(plan: "Plan", arguments: argparse.Namespace) -> "Sweep":
-    """Return what was asked for, its recordings looked through."""
+def _sweep(arguments: argparse.Namespace) -> "Sweep":
+    """Return the sweep of a plan file, with a hash of its recordings."""
     from models.data import examples, load
-    from models.studies.sweep.study import Sweep
+    from models.studies.sweep import plan
+    from models.studies.sweep.run import Sweep
 
     file: Path = arguments.file
+    made = plan.read(file)
+    workers = arguments.workers or os.cpu_count() or 1
     out = arguments.out or file.with_suffix(".sweep")
-    if plan.simulated:
-        return Sweep(plan, out)
-    places = [(file.parent / folder).resolve() for folder in plan.data["folders"]]
-    for place, said in zip(places, plan.data["folders"], strict=True):
+    sweep = Sweep(made, out, workers=workers, cluster=arguments.cluster)
+    if made.simulated:
+        return sweep
+    places = [(file.parent / folder).resolve() for folder in made.data["folders"]]
+    for place, folder in zip(places, made.data["folders"], strict=True):
         if not place.exists():
-            raise ValueError(f"{file}: there is no folder {said} (looked for {place})")
+            raise ValueError(f"{file}: there is no folder {folder} (looked for {place})")
     recordings = examples.read_training(places)
     known = load.fingerprint(
         examples.digest(survey.path for survey in recordings.surveys),
         load.vocabulary_of(places, recordings.labels),
     )
-    return Sweep(plan, out, known, tuple(map(str, places)))
+    return replace(sweep, digest=known, places=tuple(map(str, places)))
+
+
+def _run(sweep: "Sweep") -> int:
+    from models.studies.sweep import report, run
+
+    try:
+        found = run.run(sweep, options.say)
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends by itself, in a second or two
+        raise
+    print(report.table(found))
+    written = ", ".join(map(str, [sweep.folder / run.RESULTS, *report.write(found, sweep.folder)]))
+    options.say(f"wrote {written}")
+    return int(any("failed" in job for job in found["jobs"]))
 
 
 def _list(sweep: "Sweep") -> int:
-    from models.studies.sweep import jobs, kept
+    from models.studies.sweep import run
 
-    there = kept.answers(sweep.folder)
+    done = run.answers(sweep.folder)
     for name, job in sweep.named().items():
-        print(f"{name} {'done' if name in there else '    '} {jobs.words(job)}")
+        print(f"{name} {'done' if name in done else '    '} {run.describe(job)}")
     return 0
 
 

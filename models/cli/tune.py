@@ -19,13 +19,20 @@ EXAMPLE: Final = (
     "models/orbtouch.orb data --out tuned.orb"
 )
 
+# Option, default, greatest value, metavar and meaning of each part of the goal, in order.
+GOAL: Final = (
+    ("lost", 1.0, 1e6, "W", "cost of each per cent of F1 that is missing"),
+    ("alarm", 5.0, 1e6, "W", "cost of one false alarm in an idle minute"),
+    ("wait", 1.0, 1e6, "W", "cost of a second of latency"),
+    ("latest", 0.42, 60.0, "S", "greatest median latency, seconds"),
+    ("alarms", 0.02, 1000.0, "N", "most false alarms in an idle minute"),
+)
 SEEN: Final = 0.005  # share of gestures lost that recordings should be able to show
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
-    weight = options.number(0.0, 1e6)
     add("bundle", type=Path, help="bundle to tune")
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
@@ -35,41 +42,14 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="whose labels count (default: auto: the truth, else what people said)",
     )
-    add(
-        "--lost",
-        type=weight,
-        default=1.0,
-        metavar="W",
-        help="what each per cent of F1 that is missing costs (default: 1)",
-    )
-    add(
-        "--alarm",
-        type=weight,
-        default=5.0,
-        metavar="W",
-        help="what one false alarm in an idle minute costs (default: 5)",
-    )
-    add(
-        "--wait",
-        type=weight,
-        default=1.0,
-        metavar="W",
-        help="what a second of latency costs (default: 1)",
-    )
-    add(
-        "--latest",
-        type=options.number(0.0, 60.0),
-        default=0.42,
-        metavar="S",
-        help="greatest median latency, seconds (default: 0.42)",
-    )
-    add(
-        "--alarms",
-        type=options.number(0.0, 1000.0),
-        default=0.02,
-        metavar="N",
-        help="most false alarms in an idle minute (default: 0.02)",
-    )
+    for name, default, most, metavar, meaning in GOAL:
+        add(
+            f"--{name}",
+            type=options.number(0.0, most),
+            default=default,
+            metavar=metavar,
+            help=f"{meaning} (default: {default:g})",
+        )
     add("--json", type=Path, metavar="FILE", help="write what was found as JSON")
     add(
         "--html",
@@ -85,15 +65,15 @@ def run(arguments: argparse.Namespace) -> int:
 
     from controller.bundles import bundle
     from controller.console import count
-    from models import user_files
+    from models import json_values, user_files
     from models.cli import _extras as extras
     from models.data.examples import read_training
     from models.data.ground_truth import know
     from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
-    from models.evaluation.tune import Goal, settings_of, spread, tune, write
-    from models.reports import page, terminal_plot
+    from models.evaluation.tune import Goal, spread, tune, write
+    from models.reports import markdown, tables, terminal_plot
 
     if arguments.out:
         user_files.bundle_target(arguments.out)
@@ -102,7 +82,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         user_files.target(arguments.json)
     if page_of:
-        page.read(page_of)
+        extras.require("a report", "jinja2", "matplotlib")
+        from models.reports import page
+
+        page.read(page_of)  # a file that is no report is refused before the work begins
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
@@ -112,14 +95,14 @@ def run(arguments: argparse.Namespace) -> int:
             play(replace(loaded, spread=position_error.BARE), networks, recording, known)
         )
         options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
-    goal = Goal(arguments.lost, arguments.alarm, arguments.wait, arguments.latest, arguments.alarms)
+    goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
     on = f"{count(found.sessions, 'recording')} with {count(found.events, 'event')}"
     idle = count(round(found.idle_minutes), "idle minute")
     print(f"{on} and {idle}; {found.tried} points, {len(found.front)} of them on the front")
     print(terminal_plot.draw(found))
-    print(terminal_plot.table([("before", found.before), ("chosen", found.chosen)]))
+    print(markdown.table(tables.thresholds(found)))
     print(found.goal)
     if (far := spread(streams)) is not None:
         print(f"places are {far.floor:.3f} grid units off without noise, and "
@@ -128,13 +111,11 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
               "record more before you make it faster")  # fmt: skip
     if arguments.json:
-        user_files.write_text(arguments.json, f"{found.text()}\n")
+        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
     if page_of:
-        from models.reports.data import ReportData
-
-        page.write(page_of, ReportData(tuning=found))
+        page.write(page_of, page.ReportData(tuning=found))
     if arguments.out:
         said = f"on {on}; {found.goal}"
-        made = write(arguments.out, arguments.bundle, settings_of(found.chosen), said, far)
+        made = write(arguments.out, arguments.bundle, found.chosen.settings, said, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

@@ -1,4 +1,4 @@
-"""Symmetry and noise: more examples from each one, without a single new recording.
+"""Data augmentation: symmetries of gestures, drift, noise, and dead taxels.
 
 Symmetries are declared by each gesture, never assumed, and an example is turned or mirrored only
 as its own gesture declares: a swipe to the left stays one, while a press beside it is turned. Null
@@ -8,15 +8,17 @@ A hand comes from where its owner sits, so few examples are turned: with all of 
 random, networks name fewer frames rightly. Left hands mirror right ones, so half are mirrored.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
+from torch.nn import functional
 
 from controller.bundles.vocabulary import NO_MIRROR, SELF, Vocabulary
+from models.data.recipe import Augmentation, UserAugmentation
 
 QUARTERS: Final = {"none": (0,), "half": (0, 2), "all": (0, 1, 2, 3)}
 DEAD_TAXELS: Final = 0.06  # of an example that has some
@@ -54,10 +56,11 @@ class Symmetry:
             (all(shifts), *shifts) if any(shifts) else (),
         )
 
-    def of_class(self, number: int) -> "Symmetry":
-        """Return what may be done to one class, as if it were the only one."""
-        own = self.mirror[number] == number
-        return Symmetry((self.turns[number],), (0 if own else -1,))
+    def common(self, classes: Iterable[int]) -> "Symmetry":
+        """Return what may be done to each of some classes, as the symmetry of one class."""
+        some = list(classes)
+        turns = tuple(k for k in range(4) if all(k in self.turns[i] for i in some))
+        return Symmetry((turns,), (0 if all(self.mirror[i] == i for i in some) else -1,))
 
     def sentences(self, labels: Sequence[str]) -> list[str]:
         """Return what will be done, a sentence for each kind."""
@@ -83,123 +86,160 @@ class Symmetry:
 PLAIN: Final = Symmetry(((0,),), (-1,))
 
 
-@dataclass(frozen=True, slots=True)
-class Augmentation:
-    """How much examples are varied.
-
-    Attributes:
-        turned: Share of examples that are turned by quarters, as far as their gestures declare.
-        mirrored: Share of examples that are mirrored, likewise.
-        shifted: Greatest distance that windows are shifted in each direction, taxels, likewise.
-        gain: Deviation of the signal's strength, relative.
-        offset: Deviation of a constant error of each taxel (rest that is not quite true).
-        noise: Deviation of white noise of each reading.
-        dropout: Probability that an example has dead taxels.
-        electrode: Probability that an example has a dead row or column.
-    """
-
-    turned: float = 0.2
-    mirrored: float = 0.5
-    shifted: int = 1
-    gain: float = 0.15
-    offset: float = 0.004
-    noise: float = 0.003
-    dropout: float = 0.15
-    electrode: float = 0.2
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether any example is turned or mirrored."""
-        return self.turned > 0.0 or self.mirrored > 0.0
-
-    def windows(
-        self, windows: Tensor, labels: Tensor, symmetry: Symmetry, generator: torch.Generator
-    ) -> tuple[Tensor, Tensor]:
-        """Vary windows (batch, window, rows, columns) and their labels (batch,)."""
-        if self.symmetric:
-            mirrored, turns = self._symmetries(labels, symmetry, generator)
-            image = torch.tensor(symmetry.mirror, device=labels.device)[labels]
-            labels = torch.where(mirrored, image, labels)
-            windows = _moved(windows, mirrored, turns)
-        if self.shifted and symmetry.shifts:
-            windows = _shifted(windows, self._ways_off(labels, symmetry, generator), self.shifted)
-        return self._disturb(windows, generator), labels
-
-    def images(
-        self, images: Tensor, touches: Tensor, symmetry: Symmetry, generator: torch.Generator
-    ) -> tuple[Tensor, Tensor]:
-        """Vary press images (batch, rows, columns) and their touches (batch, 2), grid units.
-
-        Args:
-            images: z.
-            touches: Where they are touched.
-            symmetry: Of the one class that they are of.
-            generator: Draws.
-        """
-        columns, rows = images.shape[-1], images.shape[-2]
-        images = images.unsqueeze(1)
-        if self.symmetric:
-            own = torch.zeros(len(images), dtype=torch.long, device=images.device)
-            mirrored, turns = self._symmetries(own, symmetry, generator)
-            images = _moved(images, mirrored, turns)
-            other = torch.stack([columns - 1 - touches[:, 0], touches[:, 1]], dim=1)
-            touches = torch.where(mirrored[:, None], other, touches)
-            for turn, height in enumerate((rows, columns, rows)):  # quarters, counterclockwise
-                other = torch.stack([height - 1 - touches[:, 1], touches[:, 0]], dim=1)
-                touches = torch.where(turns[:, None] > turn, other, touches)
-        return self._disturb(images, generator).squeeze(1), touches
-
-    def _symmetries(
-        self, labels: Tensor, symmetry: Symmetry, generator: torch.Generator
-    ) -> tuple[Tensor, Tensor]:
-        """Draw which examples are mirrored, and by how many quarters each is turned then."""
-        batch, device = len(labels), labels.device
-        chance = torch.rand(2, batch, generator=generator, device=device)
-        image = torch.tensor(symmetry.mirror, device=device)[labels]
-        mirrored = (chance[0] < self.mirrored) & (image >= 0)
+def vary_windows(
+    how: Augmentation,
+    windows: Tensor,
+    labels: Tensor,
+    symmetry: Symmetry,
+    generator: torch.Generator,
+) -> tuple[Tensor, Tensor]:
+    """Return varied z windows (batch, window, rows, columns) and their labels (batch,)."""
+    if how.symmetric:
+        mirrored, turns = _symmetries(how, labels, symmetry, generator)
+        image = torch.tensor(symmetry.mirror, device=labels.device)[labels]
         labels = torch.where(mirrored, image, labels)
-        turns = torch.randint(0, 4, (batch,), generator=generator, device=device)
-        allowed = torch.tensor([[k in own for k in range(4)] for own in symmetry.turns])
-        may = (chance[1] < self.turned) & allowed.to(device)[labels, turns]
-        return mirrored, torch.where(may, turns, 0)
-
-    def _ways_off(self, labels: Tensor, symmetry: Symmetry, generator: torch.Generator) -> Tensor:
-        """Draw how far each example is shifted: a number of `_places`, (batch,)."""
-        side = 2 * self.shifted + 1
-        ways = torch.randint(
-            0, side * side, (len(labels),), generator=generator, device=labels.device
-        )
+        windows = _moved(windows, mirrored, turns)
+    if how.shifted and symmetry.shifts:
+        side = 2 * how.shifted + 1
+        ways = torch.randint(0, side**2, (len(labels),), generator=generator, device=labels.device)
         may = torch.tensor(symmetry.shifts, device=labels.device)[labels]
-        return torch.where(may, ways, side * side // 2)  # the middle one stays where it is
+        ways = torch.where(may, ways, side**2 // 2)  # the middle one stays where it is
+        windows = _shifted(windows, ways, how.shifted)
+    return _disturb(how, windows, generator), labels
 
-    def _disturb(self, windows: Tensor, generator: torch.Generator) -> Tensor:
-        """Vary strength, rest and noise, and kill taxels, each example on its own."""
-        batch, _, rows, columns = windows.shape
-        device = windows.device
 
-        def normal(*shape: int) -> Tensor:
-            return torch.randn(*shape, generator=generator, device=device)
+def vary_images(
+    how: Augmentation,
+    images: Tensor,
+    touches: Tensor,
+    symmetry: Symmetry,
+    generator: torch.Generator,
+) -> tuple[Tensor, Tensor]:
+    """Return varied z images (batch, rows, columns) and their touches (batch, 2), grid units.
 
-        def chance(*shape: int) -> Tensor:
-            return torch.rand(*shape, generator=generator, device=device)
+    Args:
+        how: How much they are varied.
+        images: z.
+        touches: Where they are touched.
+        symmetry: Of the one class that they are of.
+        generator: Draws.
+    """
+    columns, rows = images.shape[-1], images.shape[-2]
+    images = images.unsqueeze(1)
+    if how.symmetric:
+        own = torch.zeros(len(images), dtype=torch.long, device=images.device)
+        mirrored, turns = _symmetries(how, own, symmetry, generator)
+        images = _moved(images, mirrored, turns)
+        other = torch.stack([columns - 1 - touches[:, 0], touches[:, 1]], dim=1)
+        touches = torch.where(mirrored[:, None], other, touches)
+        for turn, height in enumerate((rows, columns, rows)):  # quarters, counterclockwise
+            other = torch.stack([height - 1 - touches[:, 1], touches[:, 0]], dim=1)
+            touches = torch.where(turns[:, None] > turn, other, touches)
+    return _disturb(how, images, generator).squeeze(1), touches
 
-        signal = windows - 1.0
-        if self.gain:
-            signal.mul_(torch.exp(self.gain * normal(batch, 1, 1, 1)))
-        if self.offset:
-            signal.add_(self.offset * normal(batch, 1, rows, columns))
-        if self.noise:
-            signal.add_(normal(*windows.shape), alpha=self.noise)
-        if self.dropout:
-            ill = chance(batch, 1, 1, 1) < self.dropout
-            signal.mul_(~(ill & (chance(batch, 1, rows, columns) < DEAD_TAXELS)))
-        if self.electrode:
-            ill = chance(batch, 1, 1, 1) < self.electrode
-            which = torch.floor(chance(batch, 1, 1, 1) * (rows + columns))
-            row = torch.arange(rows, device=device)[:, None]
-            column = torch.arange(columns, device=device)[None, :]
-            signal.mul_(~(ill & ((which == row) | (which == rows + column))))
-        return signal.add_(1.0)
+
+def vary_user_windows(
+    how: UserAugmentation, windows: Tensor, images: int, generator: torch.Generator
+) -> Tensor:
+    """Return varied z windows (batch, images, rows, columns), of one user on another day.
+
+    Args:
+        how: How much they are varied.
+        windows: z, (batch, images or more, rows, columns).
+        images: In a window.
+        generator: Draws.
+    """
+    signal = _played(how, windows - 1.0, images, generator)
+    if how.turned or how.moved or how.wider:
+        signal = _placed(how, signal, generator)
+    batch, _, rows, columns = signal.shape
+
+    def normal(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=generator, device=signal.device)
+
+    signal = signal * torch.exp(how.firm * normal(batch, 1, 1, 1))
+    signal = signal + how.offset * normal(batch, 1, rows, columns)
+    return signal + how.noise * normal(*signal.shape) + 1.0
+
+
+def _symmetries(
+    how: Augmentation, labels: Tensor, symmetry: Symmetry, generator: torch.Generator
+) -> tuple[Tensor, Tensor]:
+    """Draw which examples are mirrored, and by how many quarters each is turned, both (batch,)."""
+    batch, device = len(labels), labels.device
+    chance = torch.rand(2, batch, generator=generator, device=device)
+    image = torch.tensor(symmetry.mirror, device=device)[labels]
+    mirrored = (chance[0] < how.mirrored) & (image >= 0)
+    labels = torch.where(mirrored, image, labels)
+    turns = torch.randint(0, 4, (batch,), generator=generator, device=device)
+    allowed = torch.tensor([[k in own for k in range(4)] for own in symmetry.turns])
+    may = (chance[1] < how.turned) & allowed.to(device)[labels, turns]
+    return mirrored, torch.where(may, turns, 0)
+
+
+def _disturb(how: Augmentation, windows: Tensor, generator: torch.Generator) -> Tensor:
+    """Vary strength, rest and noise, and kill taxels, each example on its own.
+
+    Takes and returns z windows (batch, window, rows, columns).
+    """
+    batch, _, rows, columns = windows.shape
+    device = windows.device
+
+    def normal(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=generator, device=device)
+
+    def chance(*shape: int) -> Tensor:
+        return torch.rand(*shape, generator=generator, device=device)
+
+    signal = windows - 1.0
+    if how.gain:
+        signal.mul_(torch.exp(how.gain * normal(batch, 1, 1, 1)))
+    if how.offset:
+        signal.add_(how.offset * normal(batch, 1, rows, columns))
+    if how.noise:
+        signal.add_(normal(*windows.shape), alpha=how.noise)
+    if how.dropout:
+        ill = chance(batch, 1, 1, 1) < how.dropout
+        signal.mul_(~(ill & (chance(batch, 1, rows, columns) < DEAD_TAXELS)))
+    if how.electrode:
+        ill = chance(batch, 1, 1, 1) < how.electrode
+        which = torch.floor(chance(batch, 1, 1, 1) * (rows + columns))
+        row = torch.arange(rows, device=device)[:, None]
+        column = torch.arange(columns, device=device)[None, :]
+        signal.mul_(~(ill & ((which == row) | (which == rows + column))))
+    return signal.add_(1.0)
+
+
+def _played(
+    how: UserAugmentation, signal: Tensor, images: int, generator: torch.Generator
+) -> Tensor:
+    """Return the newest images of windows (batch, images or more, rows, columns), sped up."""
+    batch, length = signal.shape[:2]
+    if not how.tempo or length == images:
+        return signal[:, -images:]
+    slower = torch.randn(batch, 1, generator=generator, device=signal.device)
+    back = torch.arange(images - 1, -1, -1, device=signal.device)
+    place = (length - 1 - back * torch.exp(how.tempo * slower)).clamp(0.0, length - 1.0)
+    before = place.floor().long().clamp(max=length - 2)
+    share = (place - before)[:, :, None, None]
+    own = torch.arange(batch, device=signal.device)[:, None]
+    return signal[own, before] * (1.0 - share) + signal[own, before + 1] * share
+
+
+def _placed(how: UserAugmentation, signal: Tensor, generator: torch.Generator) -> Tensor:
+    """Return windows (batch, images, rows, columns) as if the dome lay a little otherwise."""
+    batch, _, rows, columns = signal.shape
+    drawn = torch.randn(4, batch, generator=generator, device=signal.device)
+    angle, size = how.turned * drawn[0], torch.exp(how.wider * drawn[1])
+    # The grid's coordinates go from -1 to 1 along each axis.
+    x = 2.0 * how.moved * drawn[2] / max(1, columns - 1)
+    y = 2.0 * how.moved * drawn[3] / max(1, rows - 1)
+    cos, sin = size * torch.cos(angle), size * torch.sin(angle)
+    way = torch.stack([cos, -sin, x, sin, cos, y], dim=1).view(batch, 2, 3)
+    grid = functional.affine_grid(way, [batch, 1, rows, columns], align_corners=True)
+    return functional.grid_sample(
+        signal, grid, mode="bicubic", padding_mode="border", align_corners=True
+    )
 
 
 def _moved(windows: Tensor, mirrored: Tensor, turns: Tensor) -> Tensor:
@@ -213,7 +253,7 @@ def _moved(windows: Tensor, mirrored: Tensor, turns: Tensor) -> Tensor:
 def _shifted(windows: Tensor, ways: Tensor, far: int) -> Tensor:
     """Shift each window (batch, window, rows, columns) its own way; what comes in is untouched."""
     source = _places(windows.shape[-2], windows.shape[-1], far).to(windows.device)
-    flat = nn.functional.pad(windows.flatten(2), (0, 1), value=1.0)
+    flat = functional.pad(windows.flatten(2), (0, 1), value=1.0)
     taken = source[ways][:, None, :].expand(-1, windows.shape[1], -1)
     return flat.gather(2, taken).view_as(windows)
 

@@ -1,16 +1,13 @@
-"""Examples from sessions, through the very preprocessing that runs on the device.
+"""Examples from sessions, through the preprocessing that runs on the device.
 
-A data set may be larger than memory: its recordings are surveyed first, loaded one at a time, and
-what becomes of them is kept in a file if a folder is given for it.
+Recordings are surveyed first and loaded one at a time: a data set may be larger than memory.
 """
 
 import hashlib
-import tempfile
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import IO, Any, Final, Generic, Literal, TypeVar, overload
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +19,11 @@ from controller.recordings.reader import Survey
 from controller.recordings.recording import UNKNOWN, Provenance, Recording, RecordingError
 from controller.simulator.session import TEST_SEEDS
 
-# What truly happened, and what the label button, the keyboard and the cues said.
-Labels = Literal["true", "button", "key", "cue"]
+Labels = Literal["true", "button", "key", "cue"]  # the simulator's truth, or a labeller's
+Choice = Literal["auto", "true", "button", "key", "cue"]
 COLUMNS: Final[dict[Labels, str]] = {
     "true": "label", "button": "button", "key": "key", "cue": "cue"
 }  # fmt: skip
-_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +48,26 @@ class Examples:
     idle: NDArray[np.float32]
     window: int
 
+    @classmethod
+    def joined(cls, parts: "Sequence[Examples]") -> "Examples":
+        """Return the frames of several; `ends` and `session` are those of the whole already."""
+        names = [field.name for field in fields(cls) if field.name != "window"]
+        arrays = {n: np.concatenate([getattr(part, n) for part in parts]) for n in names}
+        return cls(**arrays, window=parts[0].window)
+
+    def begins(self, ends: NDArray[np.int64], gap: int = 0) -> NDArray[np.bool_]:
+        """Return which windows begin a run of one class in one session, (windows,).
+
+        Args:
+            ends: Last frame of each window, in order, (windows,).
+            gap: Frames from one to the next in a run, at most; 0: any number.
+        """
+        found = np.ones(len(ends), dtype=np.bool_)
+        found[1:] = (np.diff(self.label[ends]) != 0) | (np.diff(self.session[ends]) != 0)
+        if gap:
+            found[1:] |= np.diff(ends) > gap
+        return found
+
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
         """Cut windows, (len(ends), window, rows, columns), oldest image first."""
         index = ends[:, None] + np.arange(1 - self.window, 1)
@@ -68,7 +84,7 @@ class Source:
         label: Class of each frame, -1 unknown, (n,).
         touch: Where a press truly is, grid units, NaN elsewhere, (n, 2).
         sequence: Number of each frame; None: none is missing, (n,).
-        excluded: Frames that nobody shall learn from; None: there are none, (n,).
+        excluded: Frames that are not learned from; None: there are none, (n,).
     """
 
     frames: NDArray[np.float32]
@@ -93,11 +109,7 @@ class Source:
         """
         label: NDArray[np.int16] = getattr(recorded, COLUMNS[labels])
         if (label == UNKNOWN).all():
-            others = [
-                name
-                for name, column in COLUMNS.items()
-                if (getattr(recorded, column) != UNKNOWN).any()
-            ]
+            others = [n for n, c in COLUMNS.items() if (getattr(recorded, c) != UNKNOWN).any()]
             instead = f"learn from {' or '.join(others)} labels, or leave it out"
             raise ValueError(
                 f"a recording of {recorded.origin.device_id} lacks {labels} labels; "
@@ -124,37 +136,34 @@ def refuse_test_seed(seed: int | None, what: str) -> None:
         )
 
 
-@dataclass(frozen=True)
-class Recordings(Sequence[Recording]):
-    """Recordings of one kind, in files; each is loaded when it is asked for, and not kept.
+@dataclass(frozen=True, slots=True)
+class Recordings:
+    """Recordings of one kind, in files; each is loaded on access, and not kept.
 
     Attributes:
-        surveys: What each says of itself.
+        surveys: Header of each.
     """
 
     surveys: tuple[Survey, ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The labels of the one that knows most, "null" first."""
+        """The labels of the recording that has most, "null" first."""
         return max((survey.origin.labels for survey in self.surveys), key=len)
 
     def __len__(self) -> int:
         return len(self.surveys)
 
-    @overload
-    def __getitem__(self, index: int) -> Recording: ...
-    @overload
-    def __getitem__(self, index: slice) -> "Recordings": ...
-    def __getitem__(self, index: int | slice) -> "Recording | Recordings":
-        """Load one, or choose some.
+    def __iter__(self) -> Iterator[Recording]:
+        return (self[number] for number in range(len(self)))
+
+    def __getitem__(self, number: int) -> Recording:
+        """Load one.
 
         Raises:
-            RecordingError: It cannot be read, or is another than at first.
+            RecordingError: It cannot be read, or has changed since it was surveyed.
         """
-        if isinstance(index, slice):
-            return Recordings(self.surveys[index])
-        survey = self.surveys[index]
+        survey = self.surveys[number]
         loaded = reader.load(survey.path)
         if (loaded.origin, len(loaded.frames)) != (survey.origin, survey.frames):
             raise RecordingError(f"{survey.path} has changed meanwhile; begin again")
@@ -226,9 +235,7 @@ def _kind(origin: Provenance) -> str:
     return f"{origin.rows}×{origin.columns} taxels at {origin.rate_hz:g} Hz in {origin.unit}"
 
 
-def prepare(
-    sources: Iterable[Source], settings: PreprocessSettings, folder: Path | None = None
-) -> Examples:
+def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples:
     """Run every session through the device's preprocessing and join what is usable.
 
     Every frame goes through, as on the device; those before the rest image exists and those that
@@ -238,42 +245,34 @@ def prepare(
     Args:
         sources: One after the other; none is kept.
         settings: How images and windows are made.
-        folder: Where the examples are kept, in a file without a name that goes when they go;
-            None: in memory.
 
     Raises:
-        ValueError: No session has frames enough for one window.
+        ValueError: No session has frames enough for one window, or grids differ.
     """
-    with ExitStack() as stack:
-
-        def column(kind: type[_Scalar]) -> _Column[_Scalar]:
-            if folder is None:
-                return _Column(kind, None)
-            return _Column(kind, stack.enter_context(tempfile.TemporaryFile(dir=folder)))
-
-        images, touches, idle = column(np.float32), column(np.float32), column(np.float32)
-        labels, ends, sessions = column(np.int64), column(np.int64), column(np.int32)
-        for number, source in enumerate(sources):
-            stage = Preprocessor(settings, *source.frames.shape[1:])
-            prepared = [stage.step(frame) for frame in source.frames]
-            use, last = _usable([p.ready for p in prepared], source, settings.window)
-            if not len(last):
-                continue
-            label = source.label[use].astype(np.int64)
-            touch = source.touch[use].astype(np.float32)
-            touch[label == UNKNOWN] = np.nan
-            ends.add(last + images.rows)
-            images.add(np.stack([prepared[i].image for i in use]))
-            labels.add(label)
-            touches.add(touch)
-            sessions.add(np.full(len(use), number, dtype=np.int32))
-            idle.add(np.array([prepared[i].idle for i in use], dtype=np.float32))
-        if not images.rows:
+    parts: list[Examples] = []
+    frames = 0
+    for number, source in enumerate(sources):
+        stage = Preprocessor(settings, *source.frames.shape[1:])
+        prepared = [stage.step(frame) for frame in source.frames]
+        use, last = _usable([p.ready for p in prepared], source, settings.window)
+        if not len(last):
+            continue
+        images = np.stack([prepared[i].image for i in use])
+        if parts and images.shape[1:] != (grid := parts[0].images.shape[1:]):
             raise ValueError(
-                "no session has a quiet second and a whole labelled window; record more"
+                f"sessions of {grid} and of {images.shape[1:]} taxels; train on one kind"
             )
-        joined = images.join(), labels.join(), touches.join(), ends.join(), sessions.join()
-        return Examples(*joined, idle.join(), settings.window)
+        label = source.label[use].astype(np.int64)
+        touch = source.touch[use].astype(np.float32)
+        touch[label == UNKNOWN] = np.nan
+        session = np.full(len(use), number, dtype=np.int32)
+        idle = np.array([prepared[i].idle for i in use], dtype=np.float32)
+        window = settings.window
+        parts.append(Examples(images, label, touch, frames + last, session, idle, window))
+        frames += len(use)
+    if not parts:
+        raise ValueError("no session has a quiet second and a whole labelled window; record more")
+    return Examples.joined(parts)
 
 
 def _usable(
@@ -292,36 +291,3 @@ def _usable(
     length = place - np.maximum.accumulate(np.where(begins, place, 0)) + 1
     last = np.flatnonzero((length >= window) & (source.label[use] != UNKNOWN))
     return use.astype(np.int64), last.astype(np.int64)
-
-
-class _Column(Generic[_Scalar]):
-    """Arrays that are joined along their first axis in the end: in memory, or in a file."""
-
-    def __init__(self, kind: type[_Scalar], file: IO[bytes] | None) -> None:
-        self.rows = 0
-        self._kind = kind
-        self._file = file
-        self._parts: list[NDArray[_Scalar]] = []
-        self._shape: tuple[int, ...] = ()
-
-    def add(self, part: NDArray[_Scalar]) -> None:
-        """Append some rows."""
-        if self.rows and part.shape[1:] != self._shape:
-            raise ValueError(
-                f"sessions of {self._shape} and of {part.shape[1:]} taxels; train on one kind"
-            )
-        self._shape = part.shape[1:]
-        self.rows += len(part)
-        if self._file is None:
-            self._parts.append(part)
-        else:
-            self._file.write(np.ascontiguousarray(part).tobytes())
-
-    def join(self) -> NDArray[_Scalar]:
-        """Return all rows; of a file only those that are looked at are in memory."""
-        if self._file is None:
-            return np.concatenate(self._parts)
-        self._file.flush()
-        # Copy on write: whoever changes an array does not change the file.
-        shape: Any = (self.rows, *self._shape)
-        return np.asarray(np.memmap(self._file, dtype=self._kind, mode="c", shape=shape))

@@ -1,26 +1,27 @@
 """Ground truth of a recording's frames: gestures, places and users, independent of any network."""
 
 import itertools
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bundles import vocabulary
+from controller.bundles import vocabulary as vocabularies
+from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.event_metric import Event
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data import label_repair
-from models.data.examples import COLUMNS, Labels
-from models.data.true_positions import places
+from models.data.examples import COLUMNS, Choice, Labels
 
-Choice = Literal["auto", "true", "button", "key", "cue"]
+_PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's mark
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """What is known of a recording's n frames, whatever a network says.
+    """Ground truth of a recording's n frames.
 
     Attributes:
         name: Of the recording.
@@ -28,7 +29,7 @@ class Known:
         t: End of each scan, seconds, (n,).
         label: Class of each frame, -1 unknown, (n,).
         events: True gestures, in order.
-        contact_s: When something first touched for each of them, to a frame; NaN: nobody knows.
+        contact_s: When something first touched for each of them, to a frame; NaN: unknown.
         place: Where a touch is, grid units, NaN elsewhere, (n, 2).
         excluded: Frames that do not count, (n,).
     """
@@ -47,7 +48,7 @@ def know(recording: Recording, labels: Sequence[str], name: str, choice: Choice 
     """Return what is known of a recording.
 
     Args:
-        recording: With truth, or with what people said; their labels are moved to the touches.
+        recording: With truth, or with labels of people, which are moved to the touches.
         labels: The bundle's, "null" first.
         name: Of the recording.
         choice: Whose labels count; "auto": the truth, else button, keys, cues.
@@ -55,17 +56,7 @@ def know(recording: Recording, labels: Sequence[str], name: str, choice: Choice 
     Raises:
         ValueError: There are no labels, or one is of a gesture that the bundle does not know.
     """
-    own = recording.origin.labels
-    column = labels_of(recording, choice)
-    used = set(np.unique(column[column != UNKNOWN]).tolist())
-    odd = [own[i] for i in sorted(used) if own[i] not in labels]
-    if odd:
-        raise ValueError(
-            f"{name} has the gesture {odd[0]!r}, the bundle {', '.join(labels[1:])}; "
-            "choose another bundle"
-        )
-    number = np.array([labels.index(one) if one in labels else UNKNOWN for one in own])
-    label = np.where(column == UNKNOWN, UNKNOWN, number[column])
+    label = classes_of(recording, labels, name, choice)
     events = events_of(recording, choice)
     events = tuple(event for event in events if not _excluded(recording, event))
     user = f"{recording.origin.seed} {recording.origin.user}" if recording.origin.user else ""
@@ -73,12 +64,31 @@ def know(recording: Recording, labels: Sequence[str], name: str, choice: Choice 
         name,
         user,
         recording.t,
-        label.astype(np.int64),
+        label,
         events,
         _contacts(recording, events),
-        places(recording, column, vocabulary.of(own)),
+        true_places(recording, label, vocabularies.of(labels)),
         recording.excluded,
     )
+
+
+def classes_of(
+    recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
+) -> NDArray[np.int64]:
+    """Return the class of each frame by a bundle's labels, -1 unknown, (n,).
+
+    Raises:
+        ValueError: There are no labels, or one is of a gesture that the bundle does not have.
+    """
+    own, column = recording.origin.labels, labels_of(recording, choice)
+    odd = [i for i in np.unique(column[column != UNKNOWN]).tolist() if own[i] not in labels]
+    if odd:
+        raise ValueError(
+            f"{name} has the gesture {own[odd[0]]!r}, the bundle {', '.join(labels[1:])}; "
+            "choose another bundle"
+        )
+    number = [*(labels.index(one) if one in labels else UNKNOWN for one in own), UNKNOWN]
+    return np.array(number, dtype=np.int64)[column]  # unknown takes the last one
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
@@ -88,13 +98,13 @@ def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16
         ValueError: There are no labels.
     """
     listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
-    for least in (1, 0):  # who named a gesture, else who said that there was none
+    for least in (1, 0):  # labels with a gesture, else labels of null alone
         named = [n for n in listed if (getattr(recording, COLUMNS[n]) >= least).any()]
         if named:
             break
     else:
-        whose = "" if choice == "auto" else f"{choice} "
-        raise ValueError(f"a recording has no {whose}labels; label it first, or leave it out")
+        kind = "" if choice == "auto" else f"{choice} "
+        raise ValueError(f"a recording has no {kind}labels; label it first, or leave it out")
     return recording.label if named[0] == "true" else label_repair.repair(recording, named[0])[0]
 
 
@@ -116,6 +126,38 @@ def events_of(recording: Recording, choice: Choice = "auto") -> tuple[Event, ...
             begin_s, end_s = recording.t[clear[first]], recording.t[clear[end - 1]]
             events.append(Event(float(begin_s) - half_s, float(end_s) + half_s, own[kind]))
     return tuple(events)
+
+
+def true_places(
+    recording: Recording, label: NDArray[np.integer], vocabulary: Vocabulary
+) -> NDArray[np.float32]:
+    """Return the places of located gestures, grid units, NaN elsewhere, (n, 2).
+
+    They are the simulation's, else those that cues asked for.
+
+    Args:
+        recording: Of n frames.
+        label: Class of each frame, by the vocabulary, (n,).
+        vocabulary: Names the gestures that are located.
+    """
+    located = [vocabulary.labels.index(name) for name in vocabulary.located]
+    if recording.truth is not None:
+        where = recording.truth.touch.astype(np.float32)
+        return np.where(np.isin(label, located)[:, None], where, np.float32(np.nan))
+    place = np.full((len(label), 2), np.nan, dtype=np.float32)
+    cued = [
+        (mark.t_s, match) for mark in recording.marks
+        if mark.kind == "cue" and (match := _PLACE.fullmatch(mark.text))
+    ]  # fmt: skip
+    for number, (begin_s, match) in enumerate(cued):
+        if match[1] not in vocabulary.located:
+            continue
+        # The touch may last into the rest that follows, but not into the next cue.
+        end_s = cued[number + 1][0] if number + 1 < len(cued) else np.inf
+        inside = (recording.t >= begin_s) & (recording.t < end_s)
+        own = inside & (label == vocabulary.labels.index(match[1]))
+        place[own] = (float(match[2]), float(match[3]))
+    return place
 
 
 def _contacts(recording: Recording, events: Sequence[Event]) -> tuple[float, ...]:

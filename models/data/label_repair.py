@@ -1,8 +1,8 @@
-"""Labels as people give them: how late they are, where the touch truly was, and what is unclear.
+"""Label repair: estimate a labeller's delay, and move labels to the touches.
 
 A person presses the label button (or a key, or follows a cue) too late, lets go too late, forgets.
-The sensor felt the touch itself: where its energy rises and falls is where the label belongs.
-Frames too close to such an edge could be either, and nobody learns from them.
+The label belongs where the sensor's response rises and falls. Frames too close to such an edge
+could be either, and are masked.
 """
 
 from dataclasses import dataclass, replace
@@ -37,15 +37,15 @@ Column = NDArray[np.int16]
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Where the gesture that a label names was made.
+    """Frames of the gesture that a label names.
 
     Attributes:
         first: Its first frame.
         end: The frame after its last.
         begin_s: When it begins, seconds of the recording.
         end_s: When it ends.
-        strength: How much the sensor shows of it: norm of the mean image, z - 1.
-        noise: What noise does to it, relative.
+        strength: Its response: norm of the mean image, z - 1.
+        noise: Deviation of the response without a touch, relative.
     """
 
     first: int
@@ -56,64 +56,81 @@ class Found:
     noise: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Label:
+    """One label as it was given, and the gesture that it names.
+
+    Attributes:
+        name: Class.
+        first: Its first frame.
+        end: The frame after its last.
+        found: The gesture; None: there is no response.
+    """
+
+    name: int
+    first: int
+    end: int
+    found: Found | None = None
+
+
 def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     """Return a labeller's labels moved to where the touches were, and how late they were.
 
-    Each label's own frames say what its gesture looks like, and the frames around it that look
-    so are when it was made.
+    The frames of each label show its gesture's image, and the frames around them with such an
+    image are the gesture.
 
     Args:
-        recording: With its frames; what is noise is found out from them.
-        labeller: Who said it.
+        recording: Frames and labels; its noise is estimated from the frames.
+        labeller: Which labels.
 
     Returns:
         The label of each frame, -1 where it is unknown or unclear, (n,); and what was done.
     """
-    said: Column = getattr(recording, COLUMNS[labeller])
+    given: Column = getattr(recording, COLUMNS[labeller])
     response, t = respond(recording), recording.t
     breaks = np.diff(recording.sequence, prepend=recording.sequence[0]) > 1
-    given = spans(np.where(recording.excluded, 0, said).astype(np.int16), breaks)
-    found = _felt(given, _search(t, response, given, (0.0, 0.0)))
-    begins, ends = _lags(t, given, found)
+    used = np.where(recording.excluded, 0, given).astype(np.int16)
+    labels = [_Label(*span) for span in spans(used, breaks)]
+    labels = _search(t, response, labels, (0.0, 0.0))
+    begins, ends = _lags(t, labels)
     if begins:  # now that it is known how late labels are, look where they should have been
         lags = float(np.median(begins)), float(np.median(ends))
-        found = _felt(given, _search(t, response, given, lags))
-        begins, ends = _lags(t, given, found)
-    label = np.where(said > 0, 0, said).astype(np.int16)  # as if nobody had touched it
-    masked = np.zeros(len(t), dtype=np.bool_)
-    named = np.zeros(len(t), dtype=np.bool_)
-    for (name, first, end), one in zip(given, found, strict=True):
-        named[first:end] = True
-        if one is None:
-            masked[first:end] = True  # nothing was felt, so nobody knows what it was
-            continue
+        labels = _search(t, response, labels, lags)
+        begins, ends = _lags(t, labels)
+    label = np.where(given > 0, 0, given).astype(np.int16)  # as if nothing had touched it
+    masked, named = np.zeros(len(t), dtype=np.bool_), np.zeros(len(t), dtype=np.bool_)
+    for one in labels:
         named[one.first : one.end] = True
-        label[(t >= one.begin_s) & (t < one.end_s)] = name
-        unclear_s = AMBIGUOUS_S * (2.0 if one.noise > NOISY else 1.0)
-        for edge_s in (one.begin_s, one.end_s):
+        if (found := one.found) is None:
+            masked[one.first : one.end] = True  # without a response it could be anything
+            continue
+        named[found.first : found.end] = True
+        label[(t >= found.begin_s) & (t < found.end_s)] = one.name
+        unclear_s = AMBIGUOUS_S * (2.0 if found.noise > NOISY else 1.0)
+        for edge_s in (found.begin_s, found.end_s):
             masked |= np.abs(t - edge_s) < unclear_s
     label[masked] = UNKNOWN
     runs = np.diff(np.flatnonzero(np.diff(response.touched & ~named, prepend=False, append=False)))
-    return label, _lateness(
-        recording, said, label, given, begins, ends,
-        moved=sum(
-            one is not None and (one.first, one.end) != (first, end)
-            for (_, first, end), one in zip(given, found, strict=True)
-        ),
-        masked=int(masked.sum()),
-        unfelt=found.count(None),
-        unlabelled=int((runs[::2] >= UNNAMED).sum()),
-    )  # fmt: skip
+    felt = [one for one in labels if one.found is not None]
+    counts: dict[str, Any] = {
+        "moved": sum((f.first, f.end) != (one.first, one.end) for one in felt if (f := one.found)),
+        "masked": int(masked.sum()),
+        "unfelt": len(labels) - len(felt),
+        "unlabelled": int((runs[::2] >= UNNAMED).sum()),
+    }
+    begin, end = _medians(begins), _medians(ends)
+    counts |= _true_lags(recording, given, label, labels)
+    return label, Lateness(begin[0], begin[1], end[0], end[1], len(begins), **counts)
 
 
-def with_labels(recording: Recording, labeller: Labels, said: Column) -> Recording:
-    """Return a recording in which a labeller said something else."""
-    columns: dict[str, Any] = {COLUMNS[labeller]: said}
+def with_labels(recording: Recording, labeller: Labels, given: Column) -> Recording:
+    """Return a recording with other labels of one labeller, (n,)."""
+    columns: dict[str, Any] = {COLUMNS[labeller]: given}
     return replace(recording, **columns)
 
 
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
-    """Return how often each gesture was made; frames of nobody knows what do not part it."""
+    """Return how often each gesture was made, from labels (n,); unknown frames do not part it."""
     known = label[label != UNKNOWN]
     begins = np.flatnonzero(np.diff(known, prepend=0) != 0)
     count = np.bincount(known[begins].astype(np.int64), minlength=len(labels))
@@ -121,33 +138,37 @@ def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, i
 
 
 def _search(
-    t: NDArray[np.float64],
-    response: Response,
-    given: list[tuple[int, int, int]],
-    lags: tuple[float, float],
-) -> list[Found | None]:
-    """Return where each label's gesture was made; None where nothing can be found.
+    t: NDArray[np.float64], response: Response, labels: list[_Label], lags: tuple[float, float]
+) -> list[_Label]:
+    """Return labels with their gestures; without those far weaker than the label's usually are.
 
     Args:
         t: Time of each frame, (n,).
-        response: What the sensor felt.
-        given: Label, first frame and frame after the last, in order.
+        response: Of the sensor.
+        labels: In order.
         lags: How late labels usually begin and end, seconds.
     """
     change = response.change.reshape(len(t), -1).astype(np.float64)
     idle = change[response.idle]
-    begin = [t[first] - lags[0] for _, first, _ in given]
-    end = [max(t[e - 1] - lags[1], b) for (_, _, e), b in zip(given, begin, strict=True)]
-    found: list[Found | None] = []
-    for i in range(len(given)):
+    begin = [t[one.first] - lags[0] for one in labels]
+    end = [max(t[one.end - 1] - lags[1], b) for one, b in zip(labels, begin, strict=True)]
+    made = []
+    for i, one in enumerate(labels):
         # No farther than half way to the labels before and after it.
         low_s = max(begin[i] - REACH_S, (end[i - 1] + begin[i]) / 2 if i else -np.inf)
-        last = i + 1 == len(given)
+        last = i + 1 == len(labels)
         high_s = min(end[i] + REACH_S, np.inf if last else (end[i] + begin[i + 1]) / 2)
         low, high = np.searchsorted(t, (low_s, high_s)).tolist()
         inner = np.searchsorted(t, (begin[i] - 1e-9, end[i] + 1e-9)) - low
-        found.append(_made(t[low:high], change[low:high], inner.tolist(), idle, low))
-    return found
+        found = _made(t[low:high], change[low:high], inner.tolist(), idle, low)
+        made.append(replace(one, found=found))
+    strengths: dict[int, list[float]] = {}
+    for one in made:
+        if one.found is not None:
+            strengths.setdefault(one.name, []).append(one.found.strength)
+    least = {name: WEAK * float(np.median(values)) for name, values in strengths.items()}
+    weak = [one.found is not None and one.found.strength < least[one.name] for one in made]
+    return [replace(one, found=None) if out else one for one, out in zip(made, weak, strict=True)]
 
 
 def _made(
@@ -203,71 +224,44 @@ def _edge(t: NDArray[np.float64], share: NDArray[np.float64], frame: int, level:
     return float(t[frame] + min(1.0, max(0.0, part)) * (t[frame + 1] - t[frame]))
 
 
-def _felt(given: list[tuple[int, int, int]], found: list[Found | None]) -> list[Found | None]:
-    """Return what was found, without what is far weaker than its label usually is."""
-    usual = {
-        name: np.median([
-            one.strength for (n, _, _), one in zip(given, found, strict=True) if n == name and one
-        ] or [0.0])
-        for name, _, _ in given
-    }  # fmt: skip
-    return [
-        one if one is not None and one.strength >= WEAK * usual[name] else None
-        for (name, _, _), one in zip(given, found, strict=True)
-    ]
-
-
-def _lags(
-    t: NDArray[np.float64], given: list[tuple[int, int, int]], found: list[Found | None]
-) -> tuple[list[float], list[float]]:
+def _lags(t: NDArray[np.float64], labels: list[_Label]) -> tuple[list[float], list[float]]:
     """Return how late each label begins and ends, seconds."""
-    pairs = [(first, end, one) for (_, first, end), one in zip(given, found, strict=True) if one]
+    pairs = [(one, one.found) for one in labels if one.found is not None]
     return (
-        [float(t[first] - one.begin_s) for first, _, one in pairs],
-        [float(t[min(end, len(t) - 1)] - one.end_s) for _, end, one in pairs],
+        [float(t[one.first] - found.begin_s) for one, found in pairs],
+        [float(t[min(one.end, len(t) - 1)] - found.end_s) for one, found in pairs],
     )
 
 
-def _lateness(
-    recording: Recording,
-    said: Column,
-    repaired: Column,
-    given: list[tuple[int, int, int]],
-    begins: list[float],
-    ends: list[float],
-    **counts: int,
-) -> Lateness:
-    """Return what is known about a labeller, beside the truth where that is known."""
-    begin_s, begin_spread_s = _middle(begins)
-    end_s, end_spread_s = _middle(ends)
-    plain = Lateness(begin_s, begin_spread_s, end_s, end_spread_s, len(begins), **counts)
+def _true_lags(
+    recording: Recording, given: Column, repaired: Column, labels: list[_Label]
+) -> dict[str, Any]:
+    """Return the fields of `Lateness` that the simulator's truth gives; {} if there is none."""
     if recording.truth is None:
-        return plain
+        return {}
     true = recording.label
     used = ~recording.excluded & (true != UNKNOWN)
-    before, after = used & (said != UNKNOWN), used & (repaired != UNKNOWN)
+    before, after = used & (given != UNKNOWN), used & (repaired != UNKNOWN)
     names, t = recording.origin.labels, recording.t
-    late_begin, late_end = [], []
-    for name, first, end in given:
+    begins, ends = [], []
+    for one in labels:
         over = [
             e for e in recording.truth.events
-            if e.kind == names[name] and e.onset_s < t[end - 1] and e.release_s > t[first]
+            if e.kind == names[one.name] and e.onset_s < t[one.end - 1]
+            and e.release_s > t[one.first]
         ]  # fmt: skip
         if len(over) == 1:
-            late_begin.append(t[first] - over[0].onset_s)
-            late_end.append(t[min(end, len(t) - 1)] - over[0].release_s)
-    return Lateness(
-        begin_s, begin_spread_s, end_s, end_spread_s, len(begins), **counts,
-        true_begin_s=_middle(late_begin)[0],
-        true_end_s=_middle(late_end)[0],
-        wrong=float((said != true)[before].mean()) if before.any() else np.nan,
-        wrong_after=float((repaired != true)[after].mean()) if after.any() else np.nan,
-    )  # fmt: skip
+            begins.append(t[one.first] - over[0].onset_s)
+            ends.append(t[min(one.end, len(t) - 1)] - over[0].release_s)
+    return {
+        "true_begin_s": _medians(begins)[0],
+        "true_end_s": _medians(ends)[0],
+        "wrong": float((given != true)[before].mean()) if before.any() else np.nan,
+        "wrong_after": float((repaired != true)[after].mean()) if after.any() else np.nan,
+    }
 
 
-def _middle(lags_s: list[float]) -> tuple[float, float]:
-    """Return the median and the range of the middle half."""
-    if not lags_s:
-        return np.nan, np.nan
-    early, median, late = np.quantile(lags_s, (0.25, 0.5, 0.75)).tolist()
+def _medians(lags_s: list[float]) -> tuple[float, float]:
+    """Return the median and the range of the middle half; NaN if there are none."""
+    early, median, late = np.quantile(lags_s or [np.nan], (0.25, 0.5, 0.75)).tolist()
     return median, late - early

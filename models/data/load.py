@@ -1,11 +1,11 @@
-"""From folders of recordings to examples: every one checked, its labels chosen, its group known."""
+"""Load folders of recordings as examples: check each, choose its labels, find its group."""
 
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, 
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
+    Choice,
     Examples,
     Labels,
     Recordings,
@@ -29,11 +30,10 @@ from models.data.examples import (
     prepare,
     read_training,
 )
+from models.data.ground_truth import true_places
 from models.data.recipe import Recipe
-from models.data.true_positions import places
 from models.results.training import Lateness, SessionRow
 
-Choice = Literal["auto", "true", "button", "key", "cue"]
 Say = Callable[[str], None]
 
 WINDOW_S: Final = 1.0  # paper, section 5: a buffer of one second
@@ -54,7 +54,7 @@ class Data:
         examples: Of all sessions; `examples.session` counts `rows`.
         rows: What is known of each recording, held out or not.
         session: Group of each recording: parts of one session are one.
-        user: Likewise for users.
+        user: Group of each recording: those of one user are one.
         vocabulary: Its gestures.
         settings: How images and windows are made.
         pitch_mm: Of the sensor.
@@ -77,7 +77,7 @@ class Data:
 
 @dataclass(slots=True)
 class _Found:
-    """What is found out while recordings go by."""
+    """Facts on the recordings, collected while they are read."""
 
     rows: list[SessionRow] = field(default_factory=list)
     session: list[str] = field(default_factory=list)
@@ -93,7 +93,6 @@ def read(
     say: Say,
     *,
     window: int = 0,
-    folder: Path | None = None,
     every: bool = False,
 ) -> Data:
     """Read data sets, and make examples of them.
@@ -104,7 +103,6 @@ def read(
         choice: Whose labels are learned.
         say: Takes lines of progress.
         window: Images in a window; 0: those of a second.
-        folder: Where examples are kept; None: in memory.
         every: Recordings that fail the check are taken too.
 
     Raises:
@@ -120,7 +118,7 @@ def read(
     found = _Found()
     sources = _sources(recordings, recipe, choice, vocabulary, found, say, every=every)
     try:
-        examples = prepare(sources, settings, folder)
+        examples = prepare(sources, settings)
     except ValueError as error:
         raise ValueError(_nothing(found, len(recordings), str(error))) from None
     return Data(
@@ -147,7 +145,7 @@ def _sources(
     *,
     every: bool,
 ) -> Iterator[Source]:
-    """Yield what is learned from each recording, and note what is known about it."""
+    """Yield each recording as it is learned from, and note what is known about it."""
     for number, survey in enumerate(recordings.surveys):
         recording = recordings[number]
         report = check.examine(survey.path, recording)
@@ -163,16 +161,15 @@ def _sources(
         lateness = None
         if labeller != "true":
             repaired, lateness = label_repair.repair(recording, labeller)
-            said = repaired if recipe.repair else getattr(recording, COLUMNS[labeller])
-            if choice == "auto" and recipe.truth:  # what somebody knows better
-                said = np.where(recording.label != UNKNOWN, recording.label, said)
-            recording = label_repair.with_labels(recording, labeller, said)
-            if (said == UNKNOWN).all():
+            labels = repaired if recipe.repair else getattr(recording, COLUMNS[labeller])
+            if choice == "auto" and recipe.truth:  # the truth is better where it is known
+                labels = np.where(recording.label != UNKNOWN, recording.label, labels)
+            recording = label_repair.with_labels(recording, labeller, labels)
+            if (labels == UNKNOWN).all():
                 found.notes.append(f"{survey.path} is left out: {_vanished(lateness, labeller)}")
                 continue
         source = Source.of(recording, labeller, vocabulary.labels)
-        place = places(recording, source.label, vocabulary)
-        source = replace(source, touch=place)
+        source = replace(source, touch=true_places(recording, source.label, vocabulary))
         origin = recording.origin
         found.rows.append(
             SessionRow(
@@ -188,9 +185,9 @@ def _sources(
                 lateness=lateness,
             )
         )
-        who = f"{origin.seed} {origin.user}" if origin.user else str(survey.path)
-        found.user.append(who)
-        found.session.append(f"{who} {origin.session}" if origin.session else str(survey.path))
+        user = f"{origin.seed} {origin.user}" if origin.user else str(survey.path)
+        found.user.append(user)
+        found.session.append(f"{user} {origin.session}" if origin.session else str(survey.path))
         found.copies.add(recording)
         if (number + 1) % 20 == 0:
             say(f"read {number + 1} of {len(recordings)} recordings")
@@ -231,7 +228,7 @@ def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
 
 
 def _labeller(recording: Recording, choice: Choice, recipe: Recipe) -> Labels | None:
-    """Return whose labels are learned; None: nobody named a gesture."""
+    """Return which labels are learned; None if none of them names a gesture."""
     listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
     if choice != "auto":
         listed = (choice,)
@@ -252,8 +249,8 @@ def _nothing(found: _Found, recordings: int, error: str) -> str:
 
 def _unlabelled(recording: Recording, choice: Choice) -> str:
     """Return why no labels of a recording can be learned."""
-    said = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
-    other = f"; it has {' and '.join(said)} labels" if said else ""
+    labels = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
+    other = f"; it has {' and '.join(labels)} labels" if labels else ""
     return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
 
 
@@ -296,18 +293,10 @@ def _scale(recordings: Recordings) -> float:
 
 def _join(groups: Sequence[str], shared: dict[int, dict[int, int]]) -> NDArray[np.int64]:
     """Return a number for each group; recordings that share frames are of one."""
-    root = list(range(len(groups)))
-
-    def find(one: int) -> int:
-        while root[one] != one:
-            one = root[one]
-        return one
-
-    first: dict[str, int] = {}
-    for number, group in enumerate(groups):
-        root[find(number)] = find(first.setdefault(group, number))
+    first = {group: number for number, group in reversed(list(enumerate(groups)))}
+    root = np.array([first[group] for group in groups], dtype=np.int64)
     for one, others in shared.items():
         for other in others:
-            low, high = sorted((find(one), find(other)))
-            root[high] = low
-    return np.array([find(number) for number in range(len(groups))], dtype=np.int64)
+            low, high = sorted((root[one], root[other]))
+            root[root == high] = low
+    return root

@@ -4,8 +4,41 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from controller.recognition.preprocess import PreprocessSettings
-from models.data.augment import Augmentation
-from models.data.defaults import STEPS
+
+STEPS: Final = 15_000  # batches that CNN-3D learns from by the default recipe
+NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
+
+
+@dataclass(frozen=True, slots=True)
+class Augmentation:
+    """How much examples are varied.
+
+    Attributes:
+        turned: Share of examples that are turned by quarters, as far as their gestures declare.
+        mirrored: Share of examples that are mirrored, as far as their gestures declare.
+        shifted: Greatest distance that windows are shifted in each direction, taxels, as
+            far as their gestures declare.
+        gain: Deviation of the signal's strength, relative.
+        offset: Deviation of a constant error of each taxel (rest that is not quite true).
+        noise: Deviation of white noise of each reading.
+        dropout: Probability that an example has dead taxels.
+        electrode: Probability that an example has a dead row or column.
+    """
+
+    turned: float = 0.2
+    mirrored: float = 0.5
+    shifted: int = 1
+    gain: float = 0.15
+    offset: float = 0.004
+    noise: float = 0.003
+    dropout: float = 0.15
+    electrode: float = 0.2
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether any example is turned or mirrored."""
+        return self.turned > 0.0 or self.mirrored > 0.0
+
 
 VARIED: Final = Augmentation()
 UNTOUCHED: Final = Augmentation(
@@ -18,11 +51,41 @@ UNTOUCHED: Final = Augmentation(
     dropout=0.0,
     electrode=0.0,
 )
-NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class UserAugmentation:
+    """How much an example of the user network is varied; deviations of normal distributions.
+
+    Symmetries are left out: which hand a user has, and from where it comes, identifies the
+    user. What differs from day to day in one user is varied instead, so that the network cannot
+    learn one day's values by heart.
+
+    Attributes:
+        turned: Of the dome under the hand, radians.
+        moved: Of the dome under the hand, grid units along each axis.
+        wider: Of the hand's or the dome's size, relative.
+        tempo: Of the speed of a gesture, relative.
+        firm: Of the signal's strength, relative.
+        offset: Of a constant error of each taxel (rest that is not quite true).
+        noise: Of each reading.
+    """
+
+    turned: float = 0.14
+    moved: float = 0.15
+    wider: float = 0.03
+    tempo: float = 0.06
+    firm: float = 0.08
+    offset: float = 0.004
+    noise: float = 0.003
+
+
+VARIED_USER: Final = UserAugmentation()
+UNVARIED_USER: Final = UserAugmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkRecipe:
     """How one network is trained.
 
     Attributes:
@@ -50,7 +113,7 @@ class Course:
         augmentation: How examples are varied.
     """
 
-    epochs: int
+    epochs: int = 0
     steps: int = 0
     limits: tuple[int, int] = (1, 1)
     batch: int = 150
@@ -66,7 +129,7 @@ class Course:
     label_noise: float = 0.0
     robust: float = 0.0
     channels: tuple[int, int] = (12, 24)
-    hidden: tuple[int, int] = (64, 32)
+    hidden: tuple[int, ...] = (64, 32)
     strides: bool = True
     normalised: bool = False
     coarse: bool = False
@@ -79,11 +142,15 @@ class Course:
         least, most = self.limits
         return min(most, max(least, -(-self.steps * self.batch // max(1, examples))))
 
-    def of_people(self, count: int) -> "Course":
-        """Return the course for recordings of so many people.
+    def lasting(self, epochs: int) -> "NetworkRecipe":
+        """Return the recipe with so many epochs; 0: as many as it has."""
+        return replace(self, epochs=epochs or self.epochs)
 
-        Of one person nothing tells how others' hands come, so every example is turned: others'
-        gestures are recognised better then, and on a noisy orb that person's own as well.
+    def of_people(self, count: int) -> "NetworkRecipe":
+        """Return the recipe for recordings of so many people.
+
+        One person's recordings do not show from where others' hands come, so every example is
+        turned: others' gestures are recognised better then, and on a noisy orb one's own as well.
         """
         varied = self.augmentation
         if count > 1 or not varied.symmetric:
@@ -102,14 +169,14 @@ class Recipe:
         averaged: CNN-2D sees the image of a touch so far
             (controller/recognition/touch_position.py), not each frame's.
         repair: Labels that people gave are moved to where the touch was.
-        truth: The truth is learned from where it is known; else what the label button said.
+        truth: The truth is learned from where it is known; else the label button's.
         scaled: Probabilities are calibrated on held-out sessions.
         tracked: Rest is followed while nothing touches; else it is the first ten seconds' mean.
     """
 
     name: str
-    gesture: Course
-    location: Course
+    gesture: NetworkRecipe
+    location: NetworkRecipe
     averaged: bool = True
     repair: bool = True
     truth: bool = True
@@ -131,14 +198,15 @@ class Recipe:
             f"rest: {rest}",
             f"labels of people: {'moved to the touch' if self.repair else 'as they were given'}",
         ]
-        asked = (("CNN-3D", self.gesture, gesture), ("CNN-2D", self.location, location))
-        for name, course in ((name, course) for name, course, wanted in asked if wanted):
-            much = f"{course.epochs} epochs" if course.epochs else f"{course.steps} steps"
-            how = "Nesterov" if course.nesterov else "Adam"
-            varied = "no augmentation" if course.augmentation == UNTOUCHED else "augmented"
+        networks = (("CNN-3D", self.gesture, gesture), ("CNN-2D", self.location, location))
+        for name, own in ((name, own) for name, own, wanted in networks if wanted):
+            much = f"{own.epochs} epochs" if own.epochs else f"{own.steps} steps"
+            how = "Nesterov" if own.nesterov else "Adam"
+            varied = "no augmentation" if own.augmentation == UNTOUCHED else "augmented"
+            maps, dense = ("/".join(map(str, widths)) for widths in (own.channels, own.hidden))
             lines.append(
-                f"{name}: {course.channels[0]}/{course.channels[1]} maps, {course.hidden[0]}/"
-                f"{course.hidden[1]} dense, {how}, {much} of batches of {course.batch}, {varied}"
+                f"{name}: {maps} maps, {dense} dense, {how}, {much} of batches of {own.batch}, "
+                f"{varied}"
             )
         return lines
 
@@ -146,8 +214,7 @@ class Recipe:
 DEFAULT: Final = Recipe(
     "default",
     # Normalised layers are as good after 12 epochs as others after 30.
-    gesture=Course(
-        epochs=0,
+    gesture=NetworkRecipe(
         steps=STEPS,
         limits=(8, 100),
         batch=256,
@@ -156,8 +223,7 @@ DEFAULT: Final = Recipe(
         coarse=True,
     ),
     # Images of touches are few and small, so they may come by often; noise would hide the place.
-    location=Course(
-        epochs=0,
+    location=NetworkRecipe(
         steps=30000,
         limits=(40, 200),
         batch=256,
@@ -176,7 +242,7 @@ DEFAULT: Final = Recipe(
 # Paper, section 4.2. Learning rate and widths are not stated: 1e-3 and docs/paper.md's.
 PAPER: Final = Recipe(
     "paper",
-    gesture=Course(
+    gesture=NetworkRecipe(
         epochs=500,
         batch=150,
         rate=1e-3,
@@ -191,7 +257,7 @@ PAPER: Final = Recipe(
         strides=False,
         augmentation=UNTOUCHED,
     ),
-    location=Course(
+    location=NetworkRecipe(
         epochs=2000,
         batch=128,
         nesterov=True,
@@ -212,6 +278,20 @@ PAPER: Final = Recipe(
     truth=False,
     scaled=False,
     tracked=False,
+)
+
+# The user network: like CNN-3D, but varied only as one user varies.
+USER: Final = NetworkRecipe(
+    steps=2_400,
+    limits=(5, 40),
+    batch=128,
+    rate=8e-3,
+    l2=(1e-4, 1e-4),
+    channels=(16, 32),
+    hidden=(96, 48),
+    patience=0.0,
+    keep_best=False,  # nothing is held out from a network that learns from every session
+    normalised=True,
 )
 
 RECIPES: Final = {recipe.name: recipe for recipe in (DEFAULT, PAPER)}

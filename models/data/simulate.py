@@ -1,16 +1,15 @@
 """Data sets of simulated sessions: users times sessions, one recording each (docs/data.md).
 
-A session hangs on the data set's settings, its user and its number, and on nothing else: any
+A session depends on the data set's settings, its user and its number, and on nothing else: any
 number of processes writes the same bytes, in any order, at once or in several goes.
 """
 
 import hashlib
 import json
-import time
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -23,16 +22,16 @@ from controller.simulator.gesture_file import Repertoire, load
 from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
-from controller.simulator.session import DATA, Protocol, simulate
+from controller.simulator.session import DATA, Protocol, Session, simulate
 from controller.simulator.user_style import UserStyle, person
-from models import processes, text, user_files
+from models import formatting, processes, user_files
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
-_ORB: Final = 78  # tag of the orb that everybody touches
-_DAYS: Final = 100_000  # more than anybody's
+ORB: Final = 78  # tag of the orb that everybody touches
+_DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
 Say = Callable[[str], None]
@@ -108,19 +107,28 @@ class DataSet:
             for path in self.files
         }
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
-        if not self.one_orb:  # as it was said before there was such a setting
+        if not self.one_orb:  # as it was before there was such a setting
             del settings["one_orb"]
         return json.dumps({**settings, "software": recording.software()}, indent=2) + "\n"
 
-    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
-        """Simulate one session; users and sessions count from 0, faults are there throughout."""
-        model, repertoire = self.model(), self.repertoire()
-        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
-        which = f"{self.seed}-{user + 1}-{number + 1}"
-        if self.one_orb:
-            orb = np.random.SeedSequence([DATA, self.seed, _ORB])
-            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
-        played = simulate(
+    def played(
+        self,
+        seeds: np.random.SeedSequence,
+        user: int,
+        day: int,
+        model: OrbModel,
+        faults: Iterable[Fault] = (),
+    ) -> Session:
+        """Simulate the frames and the truth of one session.
+
+        Args:
+            seeds: Of orb, people, order, placement and button.
+            user: From 0.
+            day: Of a shared orb; 0: the orb is the session's own.
+            model: The orb.
+            faults: They are there throughout.
+        """
+        return simulate(
             seeds,
             self.minutes,
             style=self.style(user),
@@ -130,10 +138,21 @@ class DataSet:
             protocol=self.protocol,
             inflation=_INFLATION,
             gestures=self.gestures,
-            repertoire=repertoire,
+            repertoire=self.repertoire(),
             faults=faults,
-            day=1 + user * _DAYS + number if self.one_orb else 0,
+            day=day,
         )
+
+    def session(self, user: int, number: int, faults: Iterable[Fault] = ()) -> recording.Recording:
+        """Simulate one session; users and sessions count from 0, faults are there throughout."""
+        seeds = np.random.SeedSequence([DATA, self.seed], spawn_key=(user, number))
+        which, day = f"{self.seed}-{user + 1}-{number + 1}", 0
+        if self.one_orb:
+            orb = np.random.SeedSequence([DATA, self.seed, ORB])
+            seeds, which = Given([orb, *seeds.spawn(5)[1:]]), f"{self.seed}"
+            day = 1 + user * _DAYS + number
+        model = self.model()
+        played = self.played(seeds, user, day, model, faults)
         origin = recording.Provenance(
             device_id=f"simulated-{which}",
             rows=model.rows,
@@ -191,7 +210,7 @@ def name(user: int, number: int) -> str:
 def generate(
     data: DataSet, out: Path, users: int, sessions: int, workers: int, say: Say
 ) -> list[Path]:
-    """Write the recordings that are not there yet, and return the paths of all.
+    """Write the recordings that are missing, and return the paths of all.
 
     Args:
         data: Their settings.
@@ -206,44 +225,34 @@ def generate(
             impossible.
         OSError: A recording cannot be written.
     """
-    data.model(), data.repertoire()  # what is impossible is told before anything is written
+    data.model(), data.repertoire()  # impossible settings are refused before anything is written
     user_files.folder_target(out)
     _claim(out, data.describe())
-    wanted = [(user, number) for user in range(users) for number in range(sessions)]
-    missing = [(u, n) for u, n in wanted if not _whole(out / name(u, n))]
+    wanted = {(u, n): out / name(u, n) for u in range(users) for n in range(sessions)}
+    missing = [key for key, path in wanted.items() if not _whole(path)]
     kept = len(wanted) - len(missing)
     if kept:
         say(f"{kept} of {len(wanted)} recordings are there already and are kept")
-    begun = time.monotonic()
-    for done, line in enumerate(_work(data, out, missing, workers), 1):
-        left_s = (time.monotonic() - begun) / done * (len(missing) - done)
-        say(f"{kept + done}/{len(wanted)} {line}; {text.duration(left_s)} left")
-    return [out / name(user, number) for user, number in wanted]
+    jobs = {key: partial(_write, data, wanted[key], *key) for key in missing}
+    for done, (_, line, left_s) in enumerate(processes.completed(jobs, workers), 1):
+        say(f"{kept + done}/{len(wanted)} {line}; {formatting.duration(left_s)} left")
+    return list(wanted.values())
 
 
-def _work(data: DataSet, out: Path, missing: list[tuple[int, int]], workers: int) -> Iterator[str]:
-    """Write these sessions, and yield a line for each that is done."""
-    if workers == 1 or len(missing) < 2:
-        for user, number in missing:
-            yield _write(data, out, user, number)
-        return
-    with processes.pool(min(workers, len(missing))) as pool:
-        jobs: list[Future[str]] = [pool.submit(_write, data, out, *who) for who in missing]
-        for job in as_completed(jobs):
-            yield job.result()
-
-
-def _write(data: DataSet, out: Path, user: int, number: int) -> str:
+def _write(data: DataSet, path: Path, user: int, number: int) -> str:
     """Simulate a session into its file, and return a line about it."""
     made = data.session(user, number)
-    path = out / name(user, number)
     files.atomic_write(path, writer.pack(made), replace=False)
     assert made.truth is not None
     return f"{path.name}: {len(made.frames)} frames, {len(made.truth.events)} touches"
 
 
 def _claim(out: Path, description: str) -> None:
-    """Say in the folder how its recordings are made, or check that it says the same."""
+    """Write the folder's description, or check that it is the same.
+
+    Raises:
+        ValueError: It is another one, or recordings are there without any.
+    """
     path = out / DESCRIPTION
     if not path.exists():
         if any(out.glob("[!.]*.npz")):
@@ -258,8 +267,6 @@ def _claim(out: Path, description: str) -> None:
 
 def _whole(path: Path) -> bool:
     """Whether a recording is there; a damaged one is refused rather than replaced."""
-    if not path.exists():
-        return False
-    if not zipfile.is_zipfile(path):
-        raise ValueError(f"{path} is damaged; remove it, and the same command makes it anew")
-    return True
+    if path.exists() and not zipfile.is_zipfile(path):
+        raise ValueError(f"{path} is damaged; remove it, and the same command makes it again")
+    return path.exists()

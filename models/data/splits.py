@@ -1,21 +1,34 @@
-"""Splits that cannot leak: by session, by user, or by blocks of time with gaps between them.
+"""Hold-out rules: by session, by user, by blocks of time, or by place; none of them leaks.
 
 Windows slide by one frame, so neighbours share nine of ten. Split at random, nearly every window
-of the test set has its twin in the training set, and the score says how well a network
-remembers. The paper states no split (docs/paper.md); `random_windows` shows what that is worth,
-and nothing chooses it for anything else.
+of the test set has its twin in the training set, and the score is that of memory. The paper states
+no split (docs/paper.md); `random_windows` measures what that is worth, and nothing else uses it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.data.examples import Examples
+from models.data.load import Data
+from models.data.touch_images import Touches
+
 Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 SPLITS: Final = ("session", "user", "time", "site")
-RANDOM: Final = ("windows", "random")  # what somebody may ask for, and is told why not
+RANDOM: Final = ("windows", "random")  # refused, with the reason
+SHARE: Final = 1 / 6  # of sessions, users or sites, held out
+MOST: Final = 16  # sessions held out
+FEW: Final = 4  # sessions: of fewer, one would be too many to do without
+BLOCKS: Final = 6  # of a session, if time is split; the last one is held out
+# The paper's protocol is measured on so many windows drawn at random, which are not learned from.
+RANDOM_SHARE: Final = 0.02
+RANDOM_LEAST: Final = 500
+RANDOM_MOST: Final = 0.1  # share; of very few windows fewer are taken
 
 
 class LeakError(ValueError):
@@ -37,13 +50,50 @@ class Fold:
     test: Index
 
 
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The parts of a training's examples, by their positions.
+
+    Attributes:
+        train: To learn from.
+        check: Held out.
+        random: Taken from among those to learn from, as the paper does.
+        words: The rule, if it is another one than the whole split's.
+    """
+
+    train: Index
+    check: Index
+    random: Index
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """How a training's examples are split.
+
+    Attributes:
+        words: The rule, a sentence.
+        held: Recordings held out as a whole, (recordings,).
+        windows: Positions in `ends`.
+        sites: Touches are held out by the taxel that is nearest, not with their recordings.
+    """
+
+    words: str
+    held: Mask
+    windows: Parts
+    sites: bool = False
+
+
+# --- folds of windows -----------------------------------------------------------------------------
+
+
 def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 0) -> list[Fold]:
     """Test on whole groups, sessions or users, each once.
 
     Args:
         ends: Last frame of each window, (windows,).
         window: Frames in a window.
-        group: Session or user of each frame.
+        group: Session or user of each frame, (frames,).
         folds: How many; 0: one for each group.
 
     Raises:
@@ -53,13 +103,10 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
     names = np.unique(of)
     if len(names) < 2:
         raise ValueError("there is only one to split by; record another, or split by time")
-    parts = [[name] for name in names.tolist()] if not folds else np.array_split(names, folds)
-    made = []
-    for part in parts:
-        tested = np.isin(of, part)
-        title = ", ".join(str(name) for name in part)
-        made.append(_fold(title, ends, window, ~tested, tested))
-    return made
+    return [
+        _fold(", ".join(map(str, part)), ends, window, ~np.isin(of, part), np.isin(of, part))
+        for part in np.array_split(names, folds or len(names))
+    ]
 
 
 def by_time(
@@ -70,7 +117,7 @@ def by_time(
     Args:
         ends: Last frame of each window, (windows,).
         window: Frames in a window.
-        session: Session of each frame.
+        session: Session of each frame, (frames,).
         blocks: Of a session; 2 or more.
         gap: Frames between the last one trained on and the first one tested on.
     """
@@ -82,12 +129,36 @@ def by_time(
         block[frames] = np.arange(len(frames)) * blocks // len(frames)
     made = []
     for tested in range(blocks):
-        test_frame = block == tested
-        near = _reach(test_frame, gap)  # frames too close to the test block to be learned from
-        touches_test = _windows_with(near, ends, window)
-        inside = ~_windows_with(~test_frame, ends, window)
-        made.append(_fold(f"block {tested + 1}", ends, window, ~touches_test, inside))
+        inside = block == tested
+        train = ~_windows_near(inside, ends, window, gap)
+        test = ~_windows_near(~inside, ends, window)
+        made.append(_fold(f"block {tested + 1}", ends, window, train, test))
     return made
+
+
+def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
+    """Return a fold of a fold's training windows, whose test part is there to choose on.
+
+    Args:
+        fold: Of `by_group`.
+        ends: Last frame of each window, (windows,).
+        window: Frames in a window.
+        group: Session or user of each frame, (frames,).
+
+    Raises:
+        ValueError: It learns from fewer than two groups.
+    """
+    of = group[ends[fold.train]]
+    names = np.unique(of)
+    if len(names) < 2:
+        raise ValueError(
+            "a fold that learns from one person has nobody to choose on; record another, or ask "
+            "for more folds"
+        )
+    held = np.isin(of, spread(names, max(1, round(SHARE * len(names)))))
+    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
+    check(inner, ends, window)
+    return inner
 
 
 def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
@@ -98,7 +169,7 @@ def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
 
 
 def require(name: str) -> str:
-    """Return the name of a split that somebody asked for.
+    """Return the name of a split.
 
     Raises:
         LeakError: It would leak.
@@ -129,15 +200,140 @@ def check(fold: Fold, ends: Index, window: int) -> None:
         )
 
 
-def _fold(
-    name: str, ends: Index, window: int, train: NDArray[np.bool_], test: NDArray[np.bool_]
-) -> Fold:
+# --- hold-out of a training -----------------------------------------------------------------------
+
+
+def split_windows(data: Data, by: str, seed: int) -> Split:
+    """Hold sessions, users or the ends of sessions out.
+
+    Args:
+        data: Examples.
+        by: "session", "user" or "time"; "" is sessions if there are enough, else time. "site" is
+            the same for gestures, and holds out touches by their place.
+        seed: Of the windows at random.
+
+    Raises:
+        LeakError: It would leak.
+        ValueError: There is no such split, or too little to split.
+    """
+    if by == "site":
+        return replace(split_windows(data, "", seed), sites=True)
+    examples = data.examples
+    present = np.unique(examples.session)  # recordings that have a window
+    many = len(np.unique(data.session[present])) >= FEW
+    chosen = require(by) if by else "session" if many else "time"
+    held = np.zeros(len(data.rows), dtype=np.bool_)
+    if chosen == "time":
+        window, session = examples.window, examples.session
+        fold = by_time(examples.ends, window, session, BLOCKS, gap=window)[-1]
+        words = (
+            f"the last of {BLOCKS} blocks of every session is held out, a window's length apart; "
+            f"{FEW} sessions or more would say more about another day"
+        )
+    else:
+        groups = data.session if chosen == "session" else data.user
+        names = np.unique(groups[present])
+        if len(names) < 2:
+            raise ValueError(f"there is only one {chosen}; record another, or use --split time")
+        taken = spread(names, min(MOST, max(1, round(SHARE * len(names)))))
+        held = np.isin(groups, taken)
+        tested = held[examples.session[examples.ends]]
+        fold = _fold(chosen, examples.ends, examples.window, ~tested, tested)
+        paths = [Path(row.path) for row, out in zip(data.rows, held, strict=True) if out]
+        listed = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
+        more = ", ..." if len(paths) > 4 else ""
+        words = f"{len(taken)} of {len(names)} {chosen}s held out: {listed}{more}"
+    return Split(words, held, _parts(fold.train, fold.test, seed))
+
+
+def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
+    """Return the same split of images of touches, by whole touches; or by sites if it says so.
+
+    A touch is learned from if none of its frames is in a window held out, and held out if all
+    of them are. Where one side would have none, as where places were recorded in one session
+    only, the last touches of each session are held out.
+    """
+    count = int(found.touch.max(initial=-1)) + 1
+    if split.sites:
+        held, words = _sites(found, count)
+        learned = ~held
+    else:
+        ends = examples.ends[split.windows.check]
+        tested = _covered(ends, examples.window, len(examples.label))
+        tested |= split.held[examples.session]
+        frames = np.bincount(found.touch, minlength=count)
+        inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
+        learned, held, words = inside == 0, inside == frames, ""
+        if not (learned.any() and held.any()):
+            recording = np.zeros(count, dtype=np.int64)
+            recording[found.touch] = examples.session[found.frame]
+            held = last_events(recording)
+            learned = ~held
+            words = (
+                f"places are known in too few sessions to hold one out: of each, the last "
+                f"{1 / SHARE:.0f}th of the touches is held out"
+            )
+    train, test = np.flatnonzero(learned[found.touch]), np.flatnonzero(held[found.touch])
+    return replace(_parts(train, test, seed), words=words)
+
+
+def last_events(recording: Index) -> Mask:
+    """Return which events are in the last block of their recording, (events,).
+
+    The only event of a recording is not.
+
+    Args:
+        recording: Recording of each event, (events,).
+    """
+    held = np.zeros(len(recording), dtype=np.bool_)
+    for number in np.unique(recording):
+        events = np.flatnonzero(recording == number)
+        if len(events) > 1:
+            held[events[-max(1, len(events) // BLOCKS) :]] = True
+    return held
+
+
+def _parts(train: Index, test: Index, seed: int) -> Parts:
+    """Return the parts, with a few of the training examples for the paper's protocol."""
+    share = min(RANDOM_MOST, max(RANDOM_SHARE, RANDOM_LEAST / max(1, len(train))))
+    random = random_windows(len(train), share, np.random.default_rng((seed, 2)))
+    return Parts(train[random.train], test, train[random.test])
+
+
+def _sites(found: Touches, count: int) -> tuple[Mask, str]:
+    """Return which touches are held out, being nearest to a site held out, (touches,); in words.
+
+    Raises:
+        ValueError: All touches are at one site.
+    """
+    place = np.zeros((count, 2))
+    place[found.touch] = found.place  # of its last image, where they differ
+    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
+    if len(sites) < 2:
+        raise ValueError(
+            "all touches are at one site; record others with: controller teach --protocol locations"
+        )
+    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
+    listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
+    return np.isin(own.reshape(-1), taken), (
+        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
+        f"{listed}"
+    )
+
+
+def spread(names: Index, count: int) -> Index:
+    """Return so many names, evenly spread over the order in which they were recorded."""
+    return np.asarray(names[((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)])
+
+
+def _fold(name: str, ends: Index, window: int, train: Mask, test: Mask) -> Fold:
+    """Return a fold from which windows train, and which test, both (windows,); it is checked."""
     fold = Fold(name, np.flatnonzero(train), np.flatnonzero(test))
     check(fold, ends, window)
     return fold
 
 
-def _covered(ends: Index, window: int, size: int) -> NDArray[np.bool_]:
+def _covered(ends: Index, window: int, size: int) -> Mask:
     """Return which frames the windows are made of, (size,)."""
     change = np.zeros(size + 1, dtype=np.int64)
     np.add.at(change, ends - window + 1, 1)
@@ -145,15 +341,8 @@ def _covered(ends: Index, window: int, size: int) -> NDArray[np.bool_]:
     return np.asarray(np.cumsum(change[:-1]) > 0)
 
 
-def _windows_with(marked: NDArray[np.bool_], ends: Index, window: int) -> NDArray[np.bool_]:
-    """Return which windows have a marked frame, (windows,)."""
+def _windows_near(marked: Mask, ends: Index, window: int, gap: int = 0) -> Mask:
+    """Return which windows have a marked frame, or one within a gap of them, (windows,)."""
     total = np.concatenate([[0], np.cumsum(marked)])
-    return np.asarray(total[ends + 1] > total[ends - window + 1])
-
-
-def _reach(marked: NDArray[np.bool_], gap: int) -> NDArray[np.bool_]:
-    """Return the frames within `gap` of a marked one."""
-    total = np.concatenate([[0], np.cumsum(marked)])
-    index = np.arange(len(marked))
-    low, high = np.maximum(index - gap, 0), np.minimum(index + gap + 1, len(marked))
-    return np.asarray(total[high] > total[low])
+    last, first = np.minimum(ends + gap, len(marked) - 1), np.maximum(ends - window + 1 - gap, 0)
+    return np.asarray(total[last + 1] > total[first])

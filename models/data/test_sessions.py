@@ -1,4 +1,4 @@
-"""Sessions to judge a bundle on: recordings as they come, or people and orbs nobody trained on."""
+"""Test sessions: recordings, or simulated people and orbs that no training had."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from controller.recognition.touch_position import TouchImage
 from models.data.examples import Examples
 
-# Frames until the networks notice a touch; drawn anew for each, so that none is relied upon.
+# Frames until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAGS: Final = (0, 1, 2)
 WINDOWS: Final = 3  # of a touch's images are remembered, as in controller/recognition/pipeline.py
 
@@ -24,7 +24,7 @@ class Touches:
         frame: Frame of the examples that each ends at, (images,).
         touch: Number of its touch, (images,).
         last: It is the last of its touch, (images,).
-        blur: How noisy each image is against its strength; NaN: nobody knows, (images,).
+        blur: How noisy each image is against its strength; NaN: unknown, (images,).
     """
 
     images: NDArray[np.float32]

@@ -1,8 +1,11 @@
-"""Bootstrap intervals: 95 % by resampling whole sessions.
+"""Bootstrap intervals: 95 % by resampling whole sessions, or whole events.
 
-Events of one session share a hand, an orb and a mood, so they are not independent; sessions are.
-Where nothing was seen to fail, resampling would promise that nothing ever does; then the bound
-is the one below which so long a silence has a probability of 5 % (3 / n, the rule of three).
+Events of one session share a hand, an orb and a day, so they are not independent; sessions are.
+Without any failure resampling would give an interval of length zero; then the bound is the rate at
+which so long a run without one has a probability of 5 % (3 / n, the rule of three).
+
+Windows of one event are nearly one observation. The intervals of `event_mean` and `event_gain`
+resample events: they cover other touches of the same sessions, not other days or people.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,23 +18,26 @@ from models.results.figure import Figure
 
 LEVEL: Final = 0.95
 DRAWS: Final = 2000
-_Of = Callable[[NDArray[np.int64]], NDArray[np.float64]]
-_SILENT: Final = 3.0  # -ln 0.05, about: events of which a silence of one has p = 0.05
+EVENT_DRAWS: Final = 400
+_SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0.05
+
+Values = NDArray[np.float64]
+Index = NDArray[np.int64]
+Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 
 def rate(count: ArrayLike, amount: ArrayLike, seed: int = 0) -> Figure:
-    """Return what happens per amount, such as false alarms per idle minute.
+    """Return events per amount, such as false alarms per idle minute.
 
     Args:
-        count: How often in each session, (sessions,).
+        count: Events of each session, (sessions,).
         amount: Of each session, (sessions,).
         seed: Of the resampling.
     """
     hits, of = np.asarray(count, dtype=np.float64), np.asarray(amount, dtype=np.float64)
-    value = _ratio(hits.sum(), of.sum())
     if not hits.any():
-        return Figure(value, 0.0, _ratio(_SILENT, of.sum()))
-    return Figure(value, *_bounds(lambda pick: _ratios(hits[pick], of[pick]), len(hits), seed))
+        return Figure(_ratio(0.0, of.sum()), 0.0, _ratio(_SILENT, of.sum()))
+    return _ratio_figure(hits, of, seed)
 
 
 def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
@@ -43,60 +49,123 @@ def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
         seed: Of the resampling.
     """
     hits, of = np.asarray(right, dtype=np.float64), np.asarray(total, dtype=np.float64)
-    value = _ratio(hits.sum(), of.sum())
+    value, silent = _ratio(hits.sum(), of.sum()), _ratio(_SILENT, of.sum())
     if (hits == of).all():
-        return Figure(value, max(0.0, 1.0 - _ratio(_SILENT, of.sum())), value)
+        return Figure(value, max(0.0, 1.0 - silent), value)
     if not hits.any():
-        return Figure(value, value, min(1.0, _ratio(_SILENT, of.sum())))
-    return Figure(value, *_bounds(lambda pick: _ratios(hits[pick], of[pick]), len(hits), seed))
+        return Figure(value, value, min(1.0, silent))
+    return _ratio_figure(hits, of, seed)
 
 
 def f1(hits: ArrayLike, answers: ArrayLike, events: ArrayLike, seed: int = 0) -> Figure:
-    """Return the harmonic mean of precision and recall: 2 hits / (answers + events)."""
+    """Return 2 hits / (answers + events), the mean of precision and recall; each (sessions,)."""
     twice = 2.0 * np.asarray(hits, dtype=np.float64)
     both = np.asarray(answers, dtype=np.float64) + np.asarray(events, dtype=np.float64)
     return share(twice, both, seed)
 
 
 def median(values: Sequence[NDArray[np.floating]], seed: int = 0) -> Figure:
-    """Return the median of what the sessions measured, such as latencies: a list for each."""
+    """Return the median of measurements such as latencies, (measurements,) for each session."""
     return _pooled(values, np.median, seed)
 
 
 def mean(values: Sequence[NDArray[np.floating]], seed: int = 0) -> Figure:
-    """Return the mean of what the sessions measured, such as errors: a list for each."""
+    """Return the mean of measurements such as errors, (measurements,) for each session."""
     return _pooled(values, np.mean, seed)
 
 
+def event_mean(part: Values, event: Index, seed: int = 0) -> Figure:
+    """Return the mean of a measurement of windows, NaN left out, resampled by event.
+
+    Args:
+        part: Of each window, (windows,).
+        event: Number of the event that each is of, (windows,).
+        seed: Of the resampling.
+    """
+    known = np.isfinite(part)
+    if not known.any():
+        return Figure(np.nan, np.nan, np.nan)
+    sums, counts = _by_event(part[known], event[known])
+    drawn = weights(len(sums), seed, EVENT_DRAWS)
+    return Figure(float(part[known].mean()), *middle((drawn @ sums) / (drawn @ counts)))
+
+
+def event_gain(log_p: Values, y: Index, event: Index, seed: int = 0) -> Figure:
+    """Return H(y) - cross-entropy, nats, both of the same windows, resampled by event.
+
+    Args:
+        log_p: Logarithm of the probability given to the true class, (windows,).
+        y: The true class, (windows,).
+        event: Number of the event that each is of, (windows,).
+        seed: Of the resampling.
+    """
+    known = np.isfinite(log_p)
+    log_p, y, event = log_p[known], y[known], event[known]
+    if not len(y):
+        return Figure(np.nan, np.nan, np.nan)
+    sums, counts = _by_event(log_p, event)
+    classes = np.stack([_by_event(own, event)[0] for own in np.eye(int(y.max()) + 1)[:, y]], axis=1)
+
+    def gain(drawn: Values) -> Values:
+        total = drawn @ counts
+        p = (drawn @ classes) / total[:, None]
+        entropy = -np.where(p > 0, p * np.log(np.maximum(p, 1e-300)), 0.0).sum(axis=1)
+        return np.asarray((drawn @ sums) / total + entropy)
+
+    whole = gain(np.ones((1, len(sums))))
+    return Figure(float(whole[0]), *middle(gain(weights(len(sums), seed, EVENT_DRAWS))))
+
+
+def middle(values: Values) -> tuple[float, float]:
+    """Return the bounds of the middle 95 % of the finite values, (draws,)."""
+    edge = (1.0 - LEVEL) / 2.0
+    low, high = np.quantile(values[np.isfinite(values)], [edge, 1.0 - edge])
+    return float(low), float(high)
+
+
+def weights(units: int, seed: int = 0, draws: int = DRAWS) -> Values:
+    """Return how often each unit is in each resampling, (draws, units)."""
+    rng = np.random.default_rng(seed)
+    return rng.multinomial(units, np.full(units, 1.0 / units), draws).astype(np.float64)
+
+
 def _pooled(
-    values: Sequence[NDArray[np.floating]],
-    how: Callable[[NDArray[np.float64]], np.floating],
-    seed: int,
+    values: Sequence[NDArray[np.floating]], how: Callable[[Values], np.floating], seed: int
 ) -> Figure:
+    """Return a statistic of the measurements of all sessions, (measurements,) each."""
     lists = [np.asarray(v, dtype=np.float64) for v in values if len(v)]
     if not lists:
         return Figure(np.nan, np.nan, np.nan)
 
-    def of(picks: NDArray[np.int64]) -> NDArray[np.float64]:
+    def of(picks: Picks) -> Values:
         return np.array([how(np.concatenate([lists[i] for i in pick])) for pick in picks])
 
     return Figure(float(how(np.concatenate(lists))), *_bounds(of, len(lists), seed, DRAWS // 4))
 
 
-def _bounds(of: _Of, sessions: int, seed: int, draws: int = DRAWS) -> tuple[float, float]:
-    """Return the middle 95 % of a figure over resampled sessions."""
+def _bounds(
+    of: Callable[[Picks], Values], sessions: int, seed: int, draws: int = DRAWS
+) -> tuple[float, float]:
+    """Return the interval of a figure, (draws,), over resampled sessions; NaN of a single one."""
     if sessions < 2:
         return np.nan, np.nan
-    picks = np.random.default_rng(seed).integers(0, sessions, (draws, sessions))
-    figures = of(picks)
-    edge = (1.0 - LEVEL) / 2.0
-    low, high = np.quantile(figures[np.isfinite(figures)], [edge, 1.0 - edge])
-    return float(low), float(high)
+    return middle(of(np.random.default_rng(seed).integers(0, sessions, (draws, sessions))))
 
 
-def _ratios(top: NDArray[np.float64], bottom: NDArray[np.float64]) -> NDArray[np.float64]:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(top.sum(axis=1) / bottom.sum(axis=1))
+def _by_event(part: Values, event: Index) -> tuple[Values, Values]:
+    """Return the sum of each event's parts and their number, both (events,)."""
+    _, number = np.unique(event, return_inverse=True)
+    return np.bincount(number, part).astype(np.float64), np.bincount(number).astype(np.float64)
+
+
+def _ratio_figure(top: Values, bottom: Values, seed: int) -> Figure:
+    """Return the ratio of two sums over sessions, (sessions,) each, and its interval."""
+
+    def of(picks: Picks) -> Values:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(top[picks].sum(axis=1) / bottom[picks].sum(axis=1))
+
+    return Figure(_ratio(top.sum(), bottom.sum()), *_bounds(of, len(top), seed))
 
 
 def _ratio(top: float, bottom: float) -> float:

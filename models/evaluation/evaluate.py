@@ -11,10 +11,11 @@ from controller.console import count
 from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
 from models.data import faults
-from models.data.ground_truth import Choice, know
+from models.data.examples import Choice
+from models.data.ground_truth import know
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
-from models.evaluation.replay import Batched, answered, feel, refuse, run
+from models.evaluation.replay import Batched, run
 from models.results.evaluation import (
     Broken,
     Calibration,
@@ -37,29 +38,23 @@ def evaluate(
     *,
     located: bool = True,
 ) -> list[Tally]:
-    """Play named recordings through a bundle, and count.
+    """Replay named recordings through a bundle, and count.
 
     Args:
         bundle: The bundle.
         recordings: One after the other; none is kept.
         say: Takes a line for each.
-        choice: Whose labels count.
-        located: Places are asked for as well.
+        choice: Source of the labels that count.
+        located: Touch positions are estimated as well, which takes longer.
 
     Raises:
-        ValueError: A recording is of another sensor, or nobody said what happened in it.
+        ValueError: A recording is of another sensor, or has no labels.
     """
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
         known = know(recording, labels, name, choice)
-        if located:
-            stream = run(bundle, networks, recording, known)
-        else:
-            refuse(recording, bundle)
-            felt = feel(recording.frames, bundle.preprocess)
-            answers = networks.probabilities(felt.windows)
-            stream = answered(known, felt, answers, labels, bundle.debounce)
+        stream = run(bundle, networks, recording, known, located=located)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies
@@ -73,13 +68,9 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         labels: The bundle's, "null" first.
         tallies: One a session; at least one.
     """
-    answered = np.sum([t.answered for t in tallies], axis=0)
-    named = np.sum([t.named for t in tallies], axis=0)
     events, hits = [t.events for t in tallies], [t.hits for t in tallies]
-    spoken = [int(t.answers.sum()) for t in tallies]
-    recognised = [t.recognised for t in tallies]
+    answers = [int(t.answers.sum()) for t in tallies]
     idle = [t.idle_minutes for t in tallies]
-    missed = [int(t.answered[1:, 0].sum()) for t in tallies]
     latencies = [t.latencies_s for t in tallies]
     contacts = [t.contact_latencies_s for t in tallies]
     users = sorted({t.user for t in tallies})
@@ -92,26 +83,26 @@ def summarise(name: str, labels: Sequence[str], tallies: Sequence[Tally]) -> Res
         events=sum(events),
         minutes=sum(t.minutes for t in tallies),
         idle_minutes=sum(idle),
-        f1=bootstrap.f1(hits, spoken, events),
-        precision=bootstrap.share(hits, spoken),
+        f1=bootstrap.f1(hits, answers, events),
+        precision=bootstrap.share(hits, answers),
         recall=bootstrap.share(hits, events),
-        missed=bootstrap.share(missed, events),
+        missed=bootstrap.share([int(t.answered[1:, 0].sum()) for t in tallies], events),
         wrong=bootstrap.rate([t.wrong for t in tallies], events),
         duplicates=bootstrap.rate([t.duplicates for t in tallies], events),
         false_alarms_per_min=bootstrap.rate([t.false_alarms for t in tallies], idle),
         latency_s=bootstrap.median(latencies),
-        latency_p95_s=_quantile(latencies),
+        latency_p95_s=_p95(latencies),
         contact_latency_s=bootstrap.median(contacts),
-        contact_latency_p95_s=_quantile(contacts),
-        event_accuracy=bootstrap.share(recognised, events),
+        contact_latency_p95_s=_p95(contacts),
+        event_accuracy=bootstrap.share([t.recognised for t in tallies], events),
         new_user_accuracy=bootstrap.share(
             [sum(t.recognised for t in group) for group in groups],
             [sum(t.events for t in group) for group in groups],
         ),
         frame_accuracy=bootstrap.mean([np.array([_ratio(*t.frames)]) for t in tallies]),
         turn_accuracy=bootstrap.share(*np.array([t.turns for t in tallies]).T),
-        answered=_table(answered),
-        named=_table(named),
+        answered=_total([t.answered for t in tallies]),
+        named=_total([t.named for t in tallies]),
         classes=tuple(_class(i, label, tallies) for i, label in enumerate(labels) if i != NULL),
         calibration=_calibration(tallies),
         location=_location(tallies),
@@ -132,16 +123,11 @@ def summarise_broken(
         tallies: One a session; at least one.
     """
     found = summarise(on, labels, tallies)
+    error = found.location.error.value if found.location else np.nan
     return Broken(
-        on,
-        fault,
-        faults.meaning(fault),
-        found.events,
-        found.event_accuracy,
-        found.f1,
-        found.false_alarms_per_min,
-        found.location.error.value if found.location else np.nan,
-    )
+        on, fault, faults.meaning(fault), found.events, found.event_accuracy, found.f1,
+        found.false_alarms_per_min, error,
+    )  # fmt: skip
 
 
 def _class(number: int, label: str, tallies: Sequence[Tally]) -> ClassFigures:
@@ -164,22 +150,22 @@ def _calibration(tallies: Sequence[Tally]) -> Calibration:
 
 
 def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
-    each = [np.abs(t.places[:, 2:]).mean(axis=1) for t in tallies]
-    all_ = np.concatenate(each)
-    if not len(all_):
+    places = [t.places for t in tallies]
+    if not sum(map(len, places)):
         return None
-    off = [np.abs(t.places[:, :2] - np.rint(t.places[:, :2])) for t in tallies]
-    away = [one.max(axis=1) > ON_SITE for one in off]
-    half, most = np.quantile(all_, (0.5, 0.95)).tolist()
+    errors = [np.abs(one[:, 2:]).mean(axis=1) for one in places]
+    away = [np.abs(one[:, :2] - np.rint(one[:, :2])).max(axis=1) > ON_SITE for one in places]
+    half, most = np.quantile(np.concatenate(errors), (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
-    one, two = position_error.within(sigmas, np.concatenate([t.places[:, 2:] for t in tallies]))
+    touches = np.concatenate(places)
+    one, two = position_error.within(sigmas, touches[:, 2:])
     return LocationFigures(
-        bootstrap.mean(each),
-        bootstrap.mean([e[~a] for e, a in zip(each, away, strict=True)]),
-        bootstrap.mean([e[a] for e, a in zip(each, away, strict=True)]),
+        bootstrap.mean(errors),
+        bootstrap.mean([e[~a] for e, a in zip(errors, away, strict=True)]),
+        bootstrap.mean([e[a] for e, a in zip(errors, away, strict=True)]),
         half,
         most,
-        tuple((float(a), float(b), float(c), float(d)) for t in tallies for a, b, c, d in t.places),
+        tuple((x, y, off_x, off_y) for x, y, off_x, off_y in touches.tolist()),
         float(np.nanmedian(sigmas)) if np.isfinite(sigmas).any() else np.nan,
         one,
         two,
@@ -189,14 +175,14 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
 def _row(name: str, tallies: Sequence[Tally]) -> Row:
     """Return the same figures of some of the sessions, without intervals."""
     events, hits = sum(t.events for t in tallies), sum(t.hits for t in tallies)
-    spoken = sum(int(t.answers.sum()) for t in tallies)
+    answers = sum(int(t.answers.sum()) for t in tallies)
     latencies = np.concatenate([t.latencies_s for t in tallies])
     places = np.concatenate([t.places for t in tallies])
     return Row(
         name,
         len(tallies),
         events,
-        _ratio(2 * hits, spoken + events),
+        _ratio(2 * hits, answers + events),
         _ratio(sum(t.recognised for t in tallies), events),
         float(np.mean([_ratio(*t.frames) for t in tallies])),
         _ratio(sum(t.false_alarms for t in tallies), sum(t.idle_minutes for t in tallies)),
@@ -205,13 +191,15 @@ def _row(name: str, tallies: Sequence[Tally]) -> Row:
     )
 
 
-def _quantile(lists: Sequence[NDArray[np.float64]]) -> float:
+def _p95(lists: Sequence[NDArray[np.float64]]) -> float:
+    """Return the 95th percentile of the values of all sessions, (values,) each."""
     together = np.concatenate(lists)
     return float(np.quantile(together, 0.95)) if len(together) else np.nan
 
 
-def _table(matrix: Counts) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(int(count) for count in row) for row in matrix)
+def _total(matrices: Sequence[Counts]) -> tuple[tuple[int, ...], ...]:
+    """Return the sum of confusion matrices, (classes, classes)."""
+    return tuple(map(tuple, np.sum(matrices, axis=0).tolist()))
 
 
 def _ratio(top: float, bottom: float) -> float:

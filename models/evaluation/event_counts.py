@@ -1,6 +1,6 @@
-"""Count what was answered in one session: which events, how late, how surely, and where."""
+"""Counts of one session: events and answers, latencies, probabilities, and positions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,7 +21,7 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tally:
-    """What is counted in one session.
+    """Counts of one session.
 
     Attributes:
         name: Of the session.
@@ -39,7 +39,7 @@ class Tally:
         turns: The same inside twists.
         sure: Probabilities of the frames whose class is known, and that class.
         places: x, y, error in x, error in y of each press.
-        sigmas: Deviation that was told with each of them, grid units, NaN where none was.
+        sigmas: Standard deviation given with each of them, grid units, NaN where none was.
     """
 
     name: str
@@ -61,17 +61,17 @@ class Tally:
 
     @property
     def events(self) -> int:
-        """How many gestures were made."""
+        """Number of true gestures."""
         return int(self.answered[1:].sum())
 
     @property
     def hits(self) -> int:
-        """How many were answered rightly."""
+        """Number of them that were answered rightly."""
         return int(np.trace(self.answered[1:, 1:]))
 
     @property
     def recognised(self) -> int:
-        """How many the mean probability names rightly."""
+        """Number of them that the mean probability names rightly."""
         return int(np.trace(self.named[1:, 1:]))
 
     @property
@@ -96,31 +96,11 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
     known, classes = stream.known, len(labels)
     number = {label: i for i, label in enumerate(labels)}
     answers = [a for a in stream.answers if not known.excluded[_frame(known, a.time_s)]]
-    answered = np.zeros((classes, classes), dtype=np.int64)
-    got = [0] * len(known.events)
-    wrong = duplicates = 0
-    latencies, contacts = [], []
-    for answer, owner in zip(answers, attach(known.events, answers), strict=True):
-        kind = number[answer.kind]
-        if owner < 0:
-            answered[0, kind] += 1
-            continue
-        event = known.events[owner]
-        if answer.kind != event.kind:
-            wrong += 1
-            got[owner] = got[owner] or kind
-        elif got[owner] == kind:
-            duplicates += 1
-        else:
-            got[owner] = kind
-            latencies.append(answer.time_s - event.onset_s)
-            contacts.append(answer.time_s - known.contact_s[owner])
+    answered, named = np.zeros((2, classes, classes), dtype=np.int64)
+    got, counts = _matched(known, answers, answered, number)
     for event, kind in zip(known.events, got, strict=True):
         answered[number[event.kind], kind] += 1
-    named = np.zeros((classes, classes), dtype=np.int64)
-    for event in known.events:
         named[number[event.kind], _name(stream, event)] += 1
-    spoken = np.bincount([number[a.kind] for a in answers], minlength=classes)
     use = (known.label != UNKNOWN) & ~known.excluded
     right = stream.probabilities.argmax(axis=1) == known.label
     inside = use & _inside_turns(known)
@@ -134,16 +114,43 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         int(idle.sum()) * step_min,
         answered,
         named,
-        spoken.astype(np.int64),
-        wrong,
-        duplicates,
-        np.array(latencies),
-        np.array([c for c in contacts if np.isfinite(c)]),
+        np.bincount([number[a.kind] for a in answers], minlength=classes).astype(np.int64),
+        *counts,
         (int(right[use].sum()), int(use.sum())),
         (int(right[inside].sum()), int(inside.sum())),
         (stream.probabilities[sure], known.label[sure]),
         *_places(stream),
     )
+
+
+_Matches = tuple[int, int, NDArray[np.float64], NDArray[np.float64]]
+
+
+def _matched(
+    known: Known, answers: Sequence[Answer], answered: Counts, number: Mapping[str, int]
+) -> tuple[list[int], _Matches]:
+    """Return the answer to each event, and counts: wrong, duplicates, latencies, after contact.
+
+    False alarms are added to the first row of `answered`, (classes, classes).
+    """
+    got = [0] * len(known.events)
+    wrong = duplicates = 0
+    latencies, contacts = [], []
+    for answer, owner in zip(answers, attach(known.events, answers), strict=True):
+        kind = number[answer.kind]
+        if owner < 0:
+            answered[0, kind] += 1
+        elif answer.kind != known.events[owner].kind:
+            wrong += 1
+            got[owner] = got[owner] or kind
+        elif got[owner] == kind:
+            duplicates += 1
+        else:
+            got[owner] = kind
+            latencies.append(answer.time_s - known.events[owner].onset_s)
+            contacts.append(answer.time_s - known.contact_s[owner])
+    after = np.array([late for late in contacts if np.isfinite(late)])
+    return got, (wrong, duplicates, np.array(latencies), after)
 
 
 def _frame(known: Known, time_s: float) -> int:
@@ -173,6 +180,7 @@ def _attached(known: Known) -> NDArray[np.bool_]:
 
 
 def _inside_turns(known: Known) -> NDArray[np.bool_]:
+    """Return the frames inside twists, away from their edges, (n,)."""
     within = np.zeros(len(known.t), dtype=np.bool_)
     for event in known.events:
         if event.kind in TURNS:
@@ -181,10 +189,10 @@ def _inside_turns(known: Known) -> NDArray[np.bool_]:
     return within
 
 
-def told(stream: Stream) -> NDArray[np.float64]:
-    """Return what was told of places in every frame of every press, (frames, 3).
+def position_errors(stream: Stream) -> NDArray[np.float64]:
+    """Return the errors of positions in every frame of every press, (frames, 3).
 
-    The deviation that was told, and the errors in x and in y, grid units.
+    The standard deviation given, and the errors in x and in y, grid units.
     """
     rows = [
         np.column_stack([stream.sigmas[frames], stream.touches[frames] - place])
@@ -194,19 +202,17 @@ def told(stream: Stream) -> NDArray[np.float64]:
 
 
 def _places(stream: Stream) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return x, y, error in x and in y of each press, and the deviation that was told.
-
-    It is the press's last estimate, of all its frames.
-    """
-    rows, sigmas = [], []
-    for place, frames in _presses(stream):
-        rows.append([*place, *(stream.touches[frames[-1]] - place)])
-        sigmas.append(stream.sigmas[frames[-1]])
-    return np.array(rows).reshape(-1, 4), np.array(sigmas, dtype=np.float64)
+    """Return the last estimate of each press: x, y and errors, (presses, 4); sigma, (presses,)."""
+    rows = [
+        (*place, *(stream.touches[frames[-1]] - place), stream.sigmas[frames[-1]])
+        for place, frames in _presses(stream)
+    ]
+    found = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    return found[:, :4], found[:, 4]
 
 
 def _presses(stream: Stream) -> Iterator[tuple[NDArray[np.float64], Counts]]:
-    """Yield where each press truly was, and the frames in which its place was told."""
+    """Yield the true position of each press, (2,), and the frames with an estimate, (frames,)."""
     for event in stream.known.events:
         frames = _between(stream.known, event)
         truth = stream.known.place[frames]

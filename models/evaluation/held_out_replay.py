@@ -1,7 +1,7 @@
-"""Sessions held out of a training, replayed through its bundle, and what the device would answer.
+"""Replay of the sessions held out of a training through its bundle, debouncing included.
 
-A network may name every gesture rightly and the device may miss some all the same: it answers only
-where the probability rises high enough, and soon enough.
+A network may name every gesture rightly while the device misses some: it answers only where the
+probability rises high enough, and soon enough.
 """
 
 from collections.abc import Iterator
@@ -14,11 +14,12 @@ import numpy as np
 from controller.bundles.bundle import Bundle
 from controller.recordings import reader
 from controller.recordings.recording import Recording
-from models.data.ground_truth import Choice, know
+from models.data.examples import Choice
+from models.data.ground_truth import know
 from models.data.load import Data
-from models.data.training_split import Split
+from models.data.splits import Split
 from models.evaluation.event_counts import tally
-from models.evaluation.replay import Batched, answered, feel
+from models.evaluation.replay import Batched, debounced_stream, network_inputs
 
 
 def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], ...]:
@@ -37,9 +38,11 @@ def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], .
         if any(count for label, count in row.examples.items() if label not in labels):
             continue
         known = know(recording, labels, row.path, cast(Choice, row.labeller))
-        felt = feel(recording.frames, loaded.preprocess)
-        said = networks.probabilities(felt.windows)
-        total += tally(answered(known, felt, said, labels, loaded.debounce), labels).answered
+        inputs = network_inputs(recording.frames, loaded.preprocess)
+        said = networks.probabilities(inputs.windows)
+        total += tally(
+            debounced_stream(known, inputs, said, labels, loaded.debounce), labels
+        ).answered
     return tuple(tuple(counts) for counts in total.tolist())
 
 

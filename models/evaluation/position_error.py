@@ -1,9 +1,8 @@
 """Calibration of a bundle's position error: measured once, reported with every touch.
 
-A place is the less sure the noisier the image is that it was told from, and how noisy that is the
-device knows (controller/recognition/touch_position.py). Two figures make a deviation in grid units
-of it; they are those under which the errors that were measured are most likely, were they normal
-ones.
+The error of a position grows with the noise of its image, which the device estimates
+(controller/recognition/touch_position.py). Two parameters turn that into a standard deviation in
+grid units: the maximum-likelihood ones of normal errors.
 """
 
 from typing import Final
@@ -13,20 +12,20 @@ from numpy.typing import NDArray
 
 from controller.recognition.touch_position import PositionSpread
 
-FEWEST: Final = 20  # presses that tell anything
-BARE: Final = PositionSpread(0.0, 1.0)  # of a bundle that is measured: it tells the blur itself
+FEWEST: Final = 20  # presses for an estimate
+BARE: Final = PositionSpread(0.0, 1.0)  # of a bundle that is measured: it reports the blur itself
 _ROUNDS: Final = 20
-_LEAST: Final = 1e-6  # variance: no place is surer than a thousandth
+_LEAST: Final = 1e-6  # variance: no standard deviation is below a thousandth
 
 Values = NDArray[np.float64]
 
 
 def measure(blur: Values, errors: Values) -> PositionSpread | None:
-    """Return how far off places are; None: there are too few of them to tell.
+    """Return the error of positions; None: there are too few for an estimate.
 
     Args:
         blur: `TouchImage.blur` of each image, (n,).
-        errors: How far off its place was, grid units, (n, 2).
+        errors: Error of its position, grid units, (n, 2).
     """
     known = np.isfinite(blur) & np.isfinite(errors).all(axis=1)
     if known.sum() < FEWEST:
@@ -34,7 +33,7 @@ def measure(blur: Values, errors: Values) -> PositionSpread | None:
     squares = np.square(errors[known]).mean(axis=1)
     causes = np.stack([np.ones(known.sum()), np.square(blur[known])], axis=1)
     share = np.array([squares.mean(), 0.0])
-    for _ in range(_ROUNDS):  # scoring: what is surer counts more
+    for _ in range(_ROUNDS):  # scoring: precise positions weigh more
         variance = np.maximum(causes @ share, _LEAST)
         share = _least_squares(causes / variance[:, None], squares / variance)
     floor, noise = np.sqrt(np.maximum(share, 0.0)).tolist()
@@ -45,8 +44,8 @@ def within(sigma: Values, errors: Values) -> tuple[float, float]:
     """Return the shares of errors within one and two deviations, over both axes; NaN: none.
 
     Args:
-        sigma: What was told of each place, grid units, (n,).
-        errors: How far off it was, (n, 2).
+        sigma: Standard deviation reported with each position, grid units, (n,).
+        errors: Its error, (n, 2).
     """
     known = np.isfinite(sigma)
     if not known.any():
@@ -56,7 +55,7 @@ def within(sigma: Values, errors: Values) -> tuple[float, float]:
 
 
 def _least_squares(causes: Values, effect: Values) -> Values:
-    """Return what each cause contributes, none of them negatively."""
+    """Return the share of each cause, (2,), none below zero; causes (n, 2), effect (n,)."""
     found, *_ = np.linalg.lstsq(causes, effect, rcond=None)
     if (found >= 0.0).all():
         return np.asarray(found)

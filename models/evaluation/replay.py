@@ -1,34 +1,34 @@
-"""Recordings played through a bundle, many windows at once, as the device would frame by frame.
+"""Replay of recordings through a bundle, with its networks run on many windows at once.
 
-The stages are the device's own. Only the networks are asked differently: all windows of a session
-first, and then the very `Pipeline` runs with their answers at hand.
+The stages are the device's own. The networks' outputs for all windows of a session are computed
+first; then the device's `Pipeline` runs with these outputs in place of the networks.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
-from controller.recognition.debounce import NULL, DebounceSettings
+from controller.recognition.debounce import NULL, DebounceSettings, Probabilities, fire, smooth
 from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline, Touch
 from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
 from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
 from models.data.ground_truth import Known
 
-AT_ONCE: Final = 64  # windows that a network is asked together: more are no faster
+BATCH: Final = 64  # windows in a run of a network: more are no faster
 _NOWHERE: Final = (float("nan"), float("nan"))
 
 Windows = NDArray[np.float32]  # (windows, images, rows, columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Felt:
-    """What the sensor's frames became.
+class NetworkInputs:
+    """Windows that the device's preprocessing makes of a recording.
 
     Attributes:
         windows: Every whole window, oldest first.
@@ -41,14 +41,14 @@ class Felt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """What was made of a recording, frame by frame.
+    """Output of the pipeline for a recording, frame by frame.
 
     Attributes:
-        known: What is known of it.
-        ready: A whole window was there, (n,).
-        probabilities: One per class, (n, classes); certainly null where no window was there.
+        known: Ground truth of the recording.
+        ready: The frame ends a whole window, (n,).
+        probabilities: One per class, (n, classes); 1 for null where no window ends.
         touches: Where the present touch is, grid units, NaN at rest, (n, 2).
-        sigmas: Deviation that the bundle gives it, grid units, NaN where it gives none, (n,).
+        sigmas: Standard deviation of it, grid units, NaN where the bundle gives none, (n,).
         answers: Gestures that fired, in order.
     """
 
@@ -60,18 +60,8 @@ class Stream:
     answers: tuple[Answer, ...]
 
 
-class Networks(Protocol):
-    """What answers many questions at once."""
-
-    def probabilities(self, windows: Windows) -> NDArray[np.float32]:
-        """Return the probability of each class, (windows, classes)."""
-
-    def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
-        """Return where images (images, rows, columns) are touched, (images, 2); None: unknown."""
-
-
 class Batched:
-    """The networks of a bundle, asked many questions at once."""
+    """The networks of a bundle, run in batches."""
 
     def __init__(self, bundle: Bundle) -> None:
         self._gesture = onnxruntime_engine.session(bundle.gesture_onnx)
@@ -81,32 +71,43 @@ class Batched:
 
     def probabilities(self, windows: Windows) -> NDArray[np.float32]:
         """Return the probability of each class, (windows, classes)."""
-        return _ask(self._gesture, windows)
+        return _outputs(self._gesture, windows)
 
     def touches(self, images: NDArray[np.float32]) -> NDArray[np.float32] | None:
-        """Return where images are touched, (images, 2); None where the bundle locates nothing."""
-        return None if self._location is None else _ask(self._location, images)
+        """Return touch positions in images, (images, 2); None if the bundle has no positions."""
+        return None if self._location is None else _outputs(self._location, images)
 
 
-def run(bundle: Bundle, networks: Networks, recording: Recording, known: Known) -> Stream:
-    """Play a recording through a bundle's stages.
+def run(
+    bundle: Bundle,
+    networks: Batched,
+    recording: Recording,
+    known: Known,
+    *,
+    located: bool = True,
+) -> Stream:
+    """Replay a recording through a bundle's stages.
 
     Args:
-        bundle: Names the stages' settings.
-        networks: Its own (`Batched`), or others in their place.
+        bundle: Settings of the stages.
+        networks: Its own, or others in their place.
         recording: Its frames.
-        known: What is known of them.
+        known: Ground truth of the recording.
+        located: Touch positions are estimated as well, which takes longer.
 
     Raises:
         RecordingError: The bundle is for another sensor or rate.
     """
     refuse(recording, bundle)
-    felt = feel(recording.frames, bundle.preprocess)
-    return replay(bundle, networks, recording, known, felt)
+    inputs = network_inputs(recording.frames, bundle.preprocess)
+    if located:
+        return replay(bundle, networks, recording, known, inputs)
+    outputs = networks.probabilities(inputs.windows)
+    return debounced_stream(known, inputs, outputs, bundle.labels, bundle.debounce)
 
 
-def feel(frames: NDArray[np.float32], settings: PreprocessSettings) -> Felt:
-    """Take frames (n, rows, columns) through the device's preprocessing."""
+def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
+    """Return the windows of frames (n, rows, columns), by the device's preprocessing."""
     stage = Preprocessor(settings, *frames.shape[1:])
     windows: list[Window] = []
     last: list[int] = []
@@ -115,102 +116,87 @@ def feel(frames: NDArray[np.float32], settings: PreprocessSettings) -> Felt:
             windows.append(window)
             last.append(number)
     empty = np.empty((0, settings.window, *frames.shape[1:]), dtype=np.float32)
-    return Felt(np.stack(windows) if windows else empty, np.array(last, dtype=np.int64))
+    return NetworkInputs(np.stack(windows) if windows else empty, np.array(last, dtype=np.int64))
 
 
 def replay(
-    bundle: Bundle, networks: Networks, recording: Recording, known: Known, felt: Felt
+    bundle: Bundle,
+    networks: Batched,
+    recording: Recording,
+    known: Known,
+    inputs: NetworkInputs,
 ) -> Stream:
-    """Let the device's pipeline make of a recording what these networks say."""
-    answers = networks.probabilities(felt.windows)
-    spoken = _Spoken(answers, len(known.t))
-    pipeline = Pipeline(bundle, spoken, bundle.mapping)
+    """Replay a recording whose windows are known."""
+    outputs = networks.probabilities(inputs.windows)
+    computed = _ComputedOutputs(outputs)
+    pipeline = Pipeline(bundle, computed, bundle.mapping)
     fired = []
     sigmas = np.full(len(known.t), np.nan)
     for frame, t_s in zip(recording.frames, known.t.tolist(), strict=True):
         step = pipeline.step(frame, t_s)
-        sigmas[spoken.frame] = np.nan if step.sigma is None else step.sigma
-        spoken.frame += 1
+        sigmas[computed.frame] = np.nan if step.sigma is None else step.sigma
+        computed.frame += 1
         if step.gesture is not None:
             fired.append(Answer(t_s, step.gesture))
-    ready, probabilities = spread(answers, felt, len(known.t), len(bundle.labels))
     touches = np.full((len(known.t), 2), np.nan)
-    if spoken.images and (places := networks.touches(np.stack(spoken.images))) is not None:
-        touches[spoken.asked] = places
-    return Stream(known, ready, probabilities, touches, sigmas, tuple(fired))
+    if computed.images and (places := networks.touches(np.stack(computed.images))) is not None:
+        touches[computed.touched] = places
+    return Stream(
+        known, *spread(outputs, inputs, len(known.t), len(bundle.labels)), touches, sigmas,
+        tuple(fired),
+    )  # fmt: skip
 
 
-def answered(
+def debounced_stream(
     known: Known,
-    felt: Felt,
-    answers: NDArray[np.float32],
+    inputs: NetworkInputs,
+    outputs: NDArray[np.float32],
     labels: Sequence[str],
     settings: DebounceSettings,
 ) -> Stream:
-    """Return what a debouncer makes of answers to all windows; nobody asks where touches are.
+    """Return the stream of a recording without touch positions: debouncing only.
 
     Args:
-        known: What is known of the recording.
-        felt: Its windows.
-        answers: Probabilities of each window, (windows, classes).
+        known: Ground truth of the recording.
+        inputs: Its windows.
+        outputs: Probabilities of each window, (windows, classes).
         labels: The classes, "null" first.
         settings: When a gesture counts.
     """
-    ready, probabilities = spread(answers, felt, len(known.t), len(labels))
+    ready, probabilities = spread(outputs, inputs, len(known.t), len(labels))
     nowhere = np.full((len(known.t), 3), np.nan)
-    fired = fire(
-        smoothed(probabilities, settings.smoothing), known.t, labels, settings.on, settings.off
-    )
-    where, sigmas = nowhere[:, :2], nowhere[:, 2]
-    return Stream(known, ready, probabilities, where, sigmas, tuple(fired))
+    fired = debounced(probabilities, known.t, labels, settings)
+    return Stream(known, ready, probabilities, nowhere[:, :2], nowhere[:, 2], fired)
 
 
 def spread(
-    answers: NDArray[np.float32], felt: Felt, frames: int, classes: int
+    outputs: NDArray[np.float32], inputs: NetworkInputs, frames: int, classes: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Return which frames end a window, and the probabilities of every frame, (n, classes)."""
+    """Return which frames end a window, (n,), and every frame's probabilities, (n, classes)."""
     probabilities = np.zeros((frames, classes), dtype=np.float32)
     probabilities[:, NULL] = 1.0
-    probabilities[felt.last] = answers
+    probabilities[inputs.last] = outputs
     ready = np.zeros(frames, dtype=np.bool_)
-    ready[felt.last] = True
+    ready[inputs.last] = True
     return ready, probabilities
 
 
-def smoothed(probabilities: NDArray[np.float32], smoothing: float) -> NDArray[np.float64]:
-    """Return the debouncer's running mean after every frame, (n, classes)."""
-    means = np.empty(probabilities.shape)
-    mean = np.zeros(probabilities.shape[1])
-    mean[NULL] = 1.0
-    for number, newest in enumerate(probabilities.astype(np.float64)):
-        mean += smoothing * (newest - mean)
-        means[number] = mean
-    return means
+def debounced(
+    probabilities: Probabilities,
+    t: NDArray[np.float64],
+    labels: Sequence[str],
+    settings: DebounceSettings,
+) -> tuple[Answer, ...]:
+    """Return the gestures that the debouncer fires.
 
-
-def fire(
-    means: NDArray[np.float64], t: NDArray[np.float64], labels: Sequence[str], on: float, off: float
-) -> list[Answer]:
-    """Return what a debouncer answers to these running means: `Debouncer`, but all at once."""
-    best = NULL + 1 + means[:, NULL + 1 :].argmax(axis=1)
-    rises = np.flatnonzero(means[np.arange(len(means)), best] >= on)
-    falls = np.flatnonzero(1.0 - means[:, NULL] < off)
-    answers = []
-    at = 0
-    while at < len(rises):
-        frame = int(rises[at])
-        answers.append(Answer(float(t[frame]), labels[int(best[frame])]))
-        place = int(np.searchsorted(falls, frame, side="right"))
-        if place == len(falls):
-            break
-        at = int(np.searchsorted(rises, falls[place], side="right"))
-    return answers
-
-
-def debounced(stream: Stream, labels: Sequence[str], settings: DebounceSettings) -> list[Answer]:
-    """Return what a debouncer of other settings answers to a stream."""
-    means = smoothed(stream.probabilities, settings.smoothing)
-    return fire(means, stream.known.t, labels, settings.on, settings.off)
+    Args:
+        probabilities: Of every frame, (n, classes).
+        t: Time of every frame, seconds, (n,).
+        labels: The classes, "null" first.
+        settings: When a gesture counts.
+    """
+    fired = fire(smooth(probabilities, settings.smoothing), settings)
+    return tuple(Answer(float(t[frame]), labels[kind]) for frame, kind in fired)
 
 
 def refuse(recording: Recording, bundle: Bundle) -> None:
@@ -224,31 +210,31 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
     refuse_misfit(recording, bundle)
 
 
-class _Spoken:
-    """Networks for the pipeline that have answered already."""
+class _ComputedOutputs:
+    """Networks of a pipeline whose outputs are computed already."""
 
-    def __init__(self, answers: NDArray[np.float32], frames: int) -> None:
-        self._answers = iter(answers)
+    def __init__(self, outputs: NDArray[np.float32]) -> None:
+        self._outputs = iter(outputs)
         self.frame = 0
-        self.asked: list[int] = []  # frames in which something touched
+        self.touched: list[int] = []  # frames with a touch
         self.images: list[Image] = []  # and their images
 
     def probabilities(self, window: Window) -> NDArray[np.float32]:
-        """Return the answer to the next window."""
-        return next(self._answers)
+        """Return the output for the next window."""
+        return next(self._outputs)
 
     def touch(self, image: Image) -> Touch | None:
-        """Keep the image: its place is asked for later, and meanwhile is nowhere."""
-        self.asked.append(self.frame)
+        """Keep the image, whose position is computed later; until then it is nowhere."""
+        self.touched.append(self.frame)
         self.images.append(image)
         return _NOWHERE
 
 
-def _ask(session: Any, questions: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Ask in batches; an empty list of questions has an empty list of answers."""
+def _outputs(session: Any, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a network's outputs, (inputs, values), computed in batches."""
     (entry,), (leave,) = session.get_inputs(), session.get_outputs()
     parts = [
-        session.run([leave.name], {entry.name: questions[i : i + AT_ONCE]})[0]
-        for i in range(0, len(questions), AT_ONCE)
+        session.run([leave.name], {entry.name: inputs[i : i + BATCH]})[0]
+        for i in range(0, len(inputs), BATCH)
     ]
     return np.concatenate(parts) if parts else np.empty((0, leave.shape[1]), dtype=np.float32)

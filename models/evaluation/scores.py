@@ -1,4 +1,4 @@
-"""Scores of a freshly trained network: figures with intervals, confusion, calibration."""
+"""Scores of a trained network: accuracy with intervals, confusion, calibration."""
 
 import math
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ BINS: Final = 10  # of confidence
 _HOTTEST: Final = 3.0  # logarithm of the temperature, either way
 _NARROW: Final = (math.sqrt(5.0) - 1.0) / 2.0  # golden section
 
-Matrix = NDArray[np.int64]
-Probabilities = NDArray[np.float64]
+Matrix = NDArray[np.int64]  # (classes, classes)
+Probabilities = NDArray[np.float64]  # (n, classes)
 
 
 def softmax(logits: NDArray[np.floating], temperature: float = 1.0) -> Probabilities:
@@ -28,9 +28,9 @@ def softmax(logits: NDArray[np.floating], temperature: float = 1.0) -> Probabili
 
 
 def temperature(logits: NDArray[np.floating], label: NDArray[np.integer]) -> float:
-    """Return what to divide logits by so that probabilities mean what they say.
+    """Return the temperature that calibrates logits, (n, classes), for labels, (n,).
 
-    It is the one under which the labels are least surprising; 1 where there are none.
+    It minimises the cross-entropy; 1 where there are no labels.
     """
     if not len(label):
         return 1.0
@@ -52,14 +52,14 @@ def temperature(logits: NDArray[np.floating], label: NDArray[np.integer]) -> flo
 def calibration(
     logits: NDArray[np.floating], label: NDArray[np.integer], hot: float
 ) -> Calibration:
-    """Return how much probabilities mean before and after the temperature."""
+    """Return the calibration of logits, (n, classes), before and after a temperature."""
     before, _ = _expected(softmax(logits), label)
     after, bins = _expected(softmax(logits, hot), label)
     return Calibration(hot, before, after, bins)
 
 
 def confusion(named: NDArray[np.integer], label: NDArray[np.integer], classes: int) -> Matrix:
-    """Return how often each true class (rows) was given each name (columns)."""
+    """Return the confusion matrix of classes named, (n,), and true ones, (n,)."""
     count = np.bincount(label * classes + named, minlength=classes * classes)
     return count.reshape(classes, classes).astype(np.int64)
 
@@ -78,7 +78,7 @@ class Events:
 
 
 def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabilities) -> Events:
-    """Return the gestures among windows, and what they are taken for.
+    """Return the events among windows, and the classes that they are named.
 
     Args:
         examples: Where the windows are from.
@@ -109,9 +109,9 @@ def honest_share(
 
     Args:
         examples: Where the windows are from.
-        check: Last frames of the windows held out, and what they were named.
-        random: Of the windows at random, likewise.
-        classes: How many there are.
+        check: Last frames of the windows held out, (n,), and the classes named, (n,).
+        random: The same of the windows at random.
+        classes: Number of classes.
     """
     right = [named == examples.label[ends] for ends, named in (check, random)]
     session = examples.session[check[0]]
@@ -141,8 +141,8 @@ def honest_error(
 
     Args:
         session: Of each image held out, (n,).
-        check: How far off each of them is, (n, 2).
-        random: How far off each image at random is, (m, 2).
+        check: Error of each of them, (n, 2).
+        random: Error of each image at random, (m, 2).
     """
     each = np.abs(check).mean(axis=1)
     figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
@@ -155,7 +155,7 @@ def honest_error(
 def _expected(
     probabilities: Probabilities, label: NDArray[np.integer]
 ) -> tuple[float, tuple[tuple[float, float, int], ...]]:
-    """Return the expected calibration error, and its bins."""
+    """Return the expected calibration error of labels, (n,), and its bins."""
     if not len(label):
         return math.nan, ()
     sure = probabilities.max(axis=1)

@@ -1,10 +1,8 @@
-"""Choose the debouncer's thresholds on labelled streams: what is lost, what is false, how late.
-
-How far off places are is measured on the way.
+"""Tuning of the debounce settings on labelled streams, and calibration of position errors.
 
 Every point of a grid is replayed. A point is on the front if no other is at least as good in
 recall, in false alarms and in latency, and better in one. Among these the cheapest is chosen, by
-what a lost gesture, a false alarm and a second cost. F1, not recall, is what is paid for: a wrong
+the costs of a lost gesture, a false alarm and a second. The cost counts F1, not recall: a wrong
 answer is worse than none.
 """
 
@@ -16,28 +14,29 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller import files
 from controller.bundles import bundle
 from controller.bundles.bundle import MANIFEST, Bundle
-from controller.recognition.debounce import DebounceSettings
-from controller.recognition.event_metric import Answer, judge
+from controller.recognition.debounce import DebounceSettings, Means, fire, smooth
+from controller.recognition.event_metric import Answer, Score, judge
 from controller.recognition.touch_position import PositionSpread
-from models.evaluation import bootstrap, position_error
-from models.evaluation.event_counts import tally, told
-from models.evaluation.replay import Stream, debounced, fire, smoothed
+from models.evaluation import position_error
+from models.evaluation.event_counts import position_errors, tally
+from models.evaluation.replay import Stream
 from models.results.evaluation import Point, Tuning
-from models.results.figure import Figure
 
-SMOOTHING: Final = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0)
-ON: Final = (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95)
-OFF: Final = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+# Values to try of each debounce setting; a setting that is not here keeps the bundle's value.
+GRID: Final = {
+    "smoothing": (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0),
+    "on": (0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.93, 0.95),
+    "off": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5),
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What a choice costs, and what it may not pass.
+    """Costs of a choice, and its limits.
 
     Attributes:
         lost: Cost of each per cent of F1 that is missing.
@@ -82,8 +81,8 @@ def tune(
         labels: Its labels, "null" first.
         now: Its present thresholds, which are tried as well.
         streams: Development streams; nothing that is reported is measured on them.
-        goal: What is chosen by.
-        command: What was typed.
+        goal: Costs and limits.
+        command: Command line.
 
     Raises:
         ValueError: There are no gestures in the streams.
@@ -92,12 +91,13 @@ def tune(
     if not events:
         raise ValueError("there are no gestures in these recordings; tune on labelled ones")
     idle = sum(tally(stream, labels).idle_minutes for stream in streams)
-    grid = {DebounceSettings(*one) for one in itertools.product(SMOOTHING, ON, OFF)} | {now}
-    points = [
-        _point(settings, answers, streams, idle)
-        for settings, answers in _replayed(streams, labels, grid)
-    ]
-    before = next(p for p in points if settings_of(p) == now)
+    grid = {
+        dataclasses.replace(now, **dict(zip(GRID, values, strict=True)))
+        for values in itertools.product(*GRID.values())
+    }
+    scores = _scores(streams, labels, grid | {now})
+    points = [_point(settings, score, idle) for settings, score in scores.items()]
+    before = next(point for point in points if point.settings == now)
     edge = front(points)
     chosen = choose(edge, points, goal, events)
     return Tuning(
@@ -110,14 +110,8 @@ def tune(
         front=tuple(edge),
         tried=len(points),
         goal=goal.sentence(),
-        figures=_figures(streams, labels, settings_of(chosen)),
         command=command,
     )
-
-
-def settings_of(point: Point) -> DebounceSettings:
-    """Return a point as the debouncer takes it."""
-    return DebounceSettings(point.smoothing, point.on, point.off)
 
 
 def front(points: Sequence[Point]) -> list[Point]:
@@ -130,7 +124,7 @@ def front(points: Sequence[Point]) -> list[Point]:
         key=lambda p: (p.latency_s, -p.recall, p.false_alarms_per_min, -p.f1),
     )
     kept: list[Point] = []
-    for point in ranked:  # whoever beats it is at least as fast, so it has been seen
+    for point in ranked:  # a point that beats it is at least as fast, so it came before
         if not any(
             k.recall >= point.recall and k.false_alarms_per_min <= point.false_alarms_per_min
             for k in kept
@@ -165,12 +159,12 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
 
 
 def spread(streams: Sequence[Stream]) -> PositionSpread | None:
-    """Return how far off places are in every frame of a press; None: there are too few to tell.
+    """Return the error of positions in every frame of a press; None: there are too few presses.
 
     Args:
-        streams: Of a bundle whose `spread` is `surely.BARE`.
+        streams: Of a bundle whose `spread` is `position_error.BARE`.
     """
-    found = np.concatenate([told(stream) for stream in streams])
+    found = np.concatenate([position_errors(stream) for stream in streams])
     return position_error.measure(found[:, 0], found[:, 1:])
 
 
@@ -187,8 +181,8 @@ def write(
         path: Where to.
         loaded: The other bundle's file.
         settings: The thresholds.
-        said: What its card says of them.
-        far: How far off places are; None: as the other says.
+        said: Line of its card about them.
+        far: Error of its positions; None: as in the other.
 
     Raises:
         BundleError: The other bundle cannot be used.
@@ -209,68 +203,35 @@ def write(
 
 
 def _near(one: Point, other: Point) -> bool:
-    """Whether two points of the grid differ by a step at most, in each of their thresholds."""
-    axes = (SMOOTHING, one.smoothing, other.smoothing), (ON, one.on, other.on), (
-        OFF, one.off, other.off)  # fmt: skip
+    """Whether two points of the grid differ by a step at most, in each of their settings."""
     return all(
-        abs(float(np.searchsorted(steps, a)) - float(np.searchsorted(steps, b))) <= 1
-        for steps, a, b in axes
+        abs(int(np.searchsorted(steps, a)) - int(np.searchsorted(steps, b))) <= 1
+        for name, steps in GRID.items()
+        for a, b in [(getattr(one.settings, name), getattr(other.settings, name))]
     )
 
 
-def _replayed(
+def _scores(
     streams: Sequence[Stream], labels: Sequence[str], grid: set[DebounceSettings]
-) -> list[tuple[DebounceSettings, list[list[Answer]]]]:
-    """Return what each point of the grid answers to each stream."""
-    ordered = sorted(grid, key=dataclasses.astuple)
-    answers: list[list[list[Answer]]] = [[] for _ in ordered]
+) -> dict[DebounceSettings, Score]:
+    """Return the score of each point of the grid, over all streams."""
+    scores = {settings: Score() for settings in sorted(grid, key=dataclasses.astuple)}
     for stream in streams:
-        means: dict[float, NDArray[np.float64]] = {}
-        for place, settings in enumerate(ordered):
-            share = settings.smoothing
-            if share not in means:
-                means = {share: smoothed(stream.probabilities, share)}  # one at a time is enough
-            given = fire(means[share], stream.known.t, labels, settings.on, settings.off)
-            answers[place].append(given)
-    return list(zip(ordered, answers, strict=True))
+        means: dict[float, Means] = {}
+        for settings, score in scores.items():
+            if settings.smoothing not in means:  # one at a time, since the grid is in order
+                means = {settings.smoothing: smooth(stream.probabilities, settings.smoothing)}
+            fired = fire(means[settings.smoothing], settings)
+            answers = [Answer(float(stream.known.t[at]), labels[kind]) for at, kind in fired]
+            score.add(judge(stream.known.events, answers))
+    return scores
 
 
-def _point(
-    settings: DebounceSettings,
-    answers: Sequence[Sequence[Answer]],
-    streams: Sequence[Stream],
-    idle_minutes: float,
-) -> Point:
-    found = [judge(s.known.events, a) for s, a in zip(streams, answers, strict=True)]
-    total = found[0]
-    for other in found[1:]:
-        total.add(other)
-    late = round(float(np.median(total.latencies_s)), 4) if total.latencies_s else float("nan")
+def _point(settings: DebounceSettings, score: Score, idle_minutes: float) -> Point:
     return Point(
-        settings.smoothing,
-        settings.on,
-        settings.off,
-        total.recall,
-        total.f1,
-        total.false_alarms / idle_minutes if idle_minutes else float("nan"),
-        late,
+        settings,
+        score.recall,
+        score.f1,
+        score.false_alarms / idle_minutes if idle_minutes else float("nan"),
+        round(float(np.median(score.latencies_s)), 4) if score.latencies_s else float("nan"),
     )
-
-
-def _figures(
-    streams: Sequence[Stream], labels: Sequence[str], settings: DebounceSettings
-) -> dict[str, Figure]:
-    """Return the chosen point's figures with intervals; they flatter, being chosen."""
-    tallies = [
-        tally(dataclasses.replace(s, answers=tuple(debounced(s, labels, settings))), labels)
-        for s in streams
-    ]
-    events, hits = [t.events for t in tallies], [t.hits for t in tallies]
-    return {
-        "recall": bootstrap.share(hits, events),
-        "f1": bootstrap.f1(hits, [int(t.answers.sum()) for t in tallies], events),
-        "false_alarms_per_min": bootstrap.rate(
-            [t.false_alarms for t in tallies], [t.idle_minutes for t in tallies]
-        ),
-        "latency_s": bootstrap.median([t.latencies_s for t in tallies]),
-    }

@@ -1,6 +1,6 @@
 """Metrics of user identification, by gestures seen and against people never enrolled.
 
-What is chosen by it as well: the temperature, and how probable somebody must be to be named.
+The temperature and the probability from which a user is named are chosen by them, too.
 """
 
 import math
@@ -21,19 +21,19 @@ from models.results.users import Open
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
 
-STAY: Final = 0.98  # the next gesture is made by who made the last one: turns are long
+STAY: Final = 0.98  # probability that two gestures in a row are of one user: turns are long
 FORGET_S: Final = 30.0  # pauses of the same player are shorter
 FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
-JUDGED: Final = 3  # after so many gestures
+JUDGED: Final = 3  # after this many gestures
 
 Said = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
-Index = NDArray[np.intp]
+Index = NDArray[np.intp]  # (events,)
 
 
 def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief, Index]:
-    """Return what is believed after so many gestures in a row, and the first of them.
+    """Return the belief after each row of gestures, (rows, users), and its first gesture, (rows,).
 
-    Each gesture is in one row; a row is within one recording.
+    A row has `seen` gestures of one recording; each gesture is in one row.
     """
     made, first = [], []
     for number in np.unique(session):
@@ -49,9 +49,16 @@ def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief
 
 
 def share(said: Said, who: Index, session: Index, users: Users, seen: int = 1) -> Figure:
-    """Return the share of rows of gestures for which the most probable person is right.
+    """Return the share of rows of gestures whose most probable user is the right one.
 
-    Among people only: the question is which of them it is. The interval is by whole sessions.
+    Among enrolled users only. The interval is by whole sessions.
+
+    Args:
+        said: Evidence, (events, outputs).
+        who: User of each event, (events,).
+        session: Recording of each event, (events,).
+        users: Temperature and acceptance.
+        seen: Gestures in a row.
     """
     belief, first = beliefs(said, session, users, seen)
     if not len(first):
@@ -67,11 +74,11 @@ def share(said: Said, who: Index, session: Index, users: Users, seen: int = 1) -
 def openly(
     own: tuple[Said, Index, Index], others: tuple[Said, Index], users: Users, seen: int
 ) -> Open:
-    """Return how well strangers are kept apart.
+    """Return the figures of identification against strangers.
 
     Args:
-        own: Evidence of enrolled people's gestures, who, and the recordings.
-        others: Evidence of strangers' gestures, and the recordings.
+        own: Evidence of enrolled users' gestures, (events, outputs), the users, the recordings.
+        others: Evidence of strangers' gestures, (events, outputs), and the recordings.
         users: Temperature and acceptance.
         seen: Gestures in a row.
     """
@@ -90,7 +97,7 @@ def openly(
 
 
 def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
-    """Return the probability that one of the first is above one of the second; ties are halves."""
+    """Return the probability that one of (n,) is above one of (m,); ties are halves."""
     if not (len(high) and len(low)):
         return math.nan
     ordered = np.sort(low)
@@ -100,7 +107,7 @@ def auroc(high: NDArray[np.float64], low: NDArray[np.float64]) -> float:
 
 
 def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GRID) -> float:
-    """Return the least probability at which no more strangers than that are taken for somebody."""
+    """Return the least probability that accepts no more strangers; beliefs are (rows, users)."""
     if not len(strange):
         return 0.9
     best = strange[:, 1:].max(axis=1)
@@ -112,7 +119,7 @@ def acceptance(strange: Belief, false_accepts: float, grid: Sequence[float] = GR
 
 
 def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users:
-    """Return so many people as a bundle knows them."""
+    """Return that many users as a bundle holds them."""
     names = tuple(f"{number + 1:02d}" for number in range(count))
     return Users(names, GESTURES, temperature, accept, STAY, FORGET_S)
 
@@ -120,13 +127,13 @@ def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users
 def tuned(
     said: tuple[NDArray[np.float64], NDArray[np.float64]], who: Index, session: Index, count: int
 ) -> Users:
-    """Return people with the temperature and the acceptance that fit what was held out.
+    """Return users with the temperature and the acceptance that fit the gestures held out.
 
     Args:
-        said: Evidence of enrolled people's gestures, and of strangers'.
-        who: Makers of the first.
-        session: Recordings of the second.
-        count: Of people.
+        said: Evidence of enrolled users' gestures, and of strangers', (events, outputs) each.
+        who: Users of the first, (events,).
+        session: Recordings of the second, (events,).
+        count: Number of users.
     """
     both = np.concatenate(said)
     label = np.concatenate([who, np.zeros(len(said[1]), dtype=np.int64)])
@@ -136,6 +143,7 @@ def tuned(
 
 
 def _named(belief: Belief, users: Users) -> Index:
+    """Return the user named for each row, (rows,), or `ANYBODY`."""
     best = belief.argmax(axis=1)
     sure = belief[np.arange(len(belief)), best] >= users.accept
     return np.where(sure, best, ANYBODY).astype(np.int64)

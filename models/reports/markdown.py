@@ -1,12 +1,23 @@
-"""Pages of Markdown of which a part, between two marks, is written anew by a command."""
+"""Markdown: tables, and pages of which a part between two marks is replaced by a command."""
 
 from pathlib import Path
 
 from models import user_files
+from models.reports.tables import Table
+
+
+def table(content: Table) -> str:
+    """Return a table as Markdown."""
+    lines = [content.head, ["---"] * len(content.head), *content.rows]
+    return "\n".join(f"|{'|'.join(map(_cell, line))}|" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return f" {text.replace('|', chr(92) + '|')} " if text else " "
 
 
 def check(path: Path, begin: str, end: str) -> None:
-    """Check that a page can take something between two marks.
+    """Check that a page has the two marks.
 
     Raises:
         UserFileError: It cannot be read.

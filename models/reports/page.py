@@ -1,54 +1,160 @@
-"""The page: all sections in one HTML file that needs no network, light and dark, on paper too."""
+"""Page writer: reports as one HTML file that needs no network, light and dark, on paper too.
 
-from html import escape
+Pages are Jinja2 templates in `templates/`, with autoescape. `render` fills one of them; `study` is
+the page of any experiment. A report page of trainings and evaluations keeps its data inside, so
+that a later command can add to it.
+"""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Any, Final
 
-from models import text, user_files
-from models.reports import evaluation_section, learning_section, store, training_section
-from models.reports.data import ReportData
-from models.results import missed_gestures
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from controller import config
+from controller.bundles.bundle import Bundle
+from models import formatting, json_values, user_files
+from models.reports import cards, figures, sections, tables
+from models.reports.sections import Matrix
+from models.reports.tables import Table
+from models.results.evaluation import Evaluation, Tuning
 from models.results.training import Training
+from models.results.users import Telling
 
-GRID = (5, 5)  # paper, section 3.2; where nothing says what the sensor is like
+OPENING: Final = '<script type="application/json" id="data">'
+CLOSING: Final = "</script>"
+MOST_TOUCHES: Final = 1000  # of a position map; more would make the page heavy, not clearer
+
+
+@dataclass(frozen=True, slots=True)
+class ReportData:
+    """Content of a report page.
+
+    Attributes:
+        training: Results of `models train`; None: nothing was trained.
+        tuning: Results of `models tune`; None: the debounce settings were not chosen.
+        evaluation: Results of `models evaluate`; None: nothing was judged.
+    """
+
+    training: Training | None = None
+    tuning: Tuning | None = None
+    evaluation: Evaluation | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the bundle."""
+        if self.training is not None:
+            return self.training.name
+        if self.tuning is not None:
+            return self.tuning.bundle
+        return self.evaluation.bundle if self.evaluation is not None else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A figure of a study's page: an SVG element of `figures.svg`, and its caption."""
+
+    svg: Markup
+    caption: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section of a study's page.
+
+    Attributes:
+        title: Its heading.
+        parts: What it shows: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
+    """
+
+    title: str
+    parts: Sequence[str | Table | Matrix | Drawing | Sequence[str]]
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a page.
+
+    Args:
+        template: A file in `templates/`.
+        values: Its variables.
+    """
+    return _environment().get_template(template).render(values)
+
+
+def study(
+    title: str,
+    content: Sequence[Section],
+    *,
+    lead: str = "",
+    headlines: Sequence[tuple[str, str, str]] = (),
+    command: str = "",
+) -> str:
+    """Return the page of an experiment.
+
+    Args:
+        title: Heading of the page.
+        content: Its sections; those without parts are left out.
+        lead: A sentence below the title.
+        headlines: The most important figures: value, meaning, and a remark.
+        command: What wrote it.
+    """
+    return render(
+        "study.html", title=title, content=content, lead=lead, headlines=headlines, command=command
+    )
 
 
 def html(data: ReportData) -> str:
-    """Return the page of what was trained, tuned and judged.
+    """Return the report page of what was trained, tuned and judged.
 
     Raises:
         ValueError: There is nothing to show.
     """
     if data == ReportData():
         raise ValueError("there is nothing to report; train, tune or evaluate first")
-    style = resources.files(__package__).joinpath("style.css").read_text(encoding="utf-8")
-    title = escape(data.name)
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{style}</style></head>\n<body><h1>{title}</h1>{_lead(data)}\n"
-        f"{chr(10).join(part for part in _sections(data) if part)}\n"
-        f"{_foot(data)}{store.pack(data)}</body></html>\n"
-    )
+    return render("report.html", data=data, packed=Markup(pack(data)))
 
 
-def write(path: Path, data: ReportData) -> ReportData:
-    """Write the page; what it shows already stays where `data` has nothing to replace it.
+def write(path: Path, data: ReportData) -> None:
+    """Write the report page; parts that `data` lacks are kept from the page that is there.
 
-    Returns:
-        What the page shows now.
+    A new training begins a new page, since no figure of an older bundle holds for it.
 
     Raises:
         ValueError: The file is there, and is no report of this version; or there is nothing.
     """
-    if (there := read(path)) is not None:
-        data = store.merged(there, data)
+    there = read(path)
+    if there is not None and data.training is None:
+        given = {f.name: part for f in fields(data) if (part := getattr(data, f.name)) is not None}
+        data = replace(there, **given)
     user_files.write_text(path, html(data))
-    return data
+
+
+def write_training(out: Path, loaded: Bundle, found: Training) -> None:
+    """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
+    user_files.write_text(out.with_suffix(".md"), f"{cards.training(loaded, found)}\n")
+    user_files.write_text(out.with_suffix(".json"), f"{json_values.text(found)}\n")
+    user_files.write_text(out.with_suffix(".html"), html(ReportData(training=found)))
+
+
+def write_users(out: Path, found: Telling) -> None:
+    """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb of identified users."""
+    user_files.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
+    user_files.write_text(out.with_suffix(".json"), f"{json_values.text(found)}\n")
+    about = f"Identified by {', '.join(found.gestures)}. {found.split}"
+    people = Section("People", [about, *found.notes, cards.USERS_WARNING, *tables.users(found)])
+    made = Section("How it was made", [Markup("<code>{}</code>").format(found.command)])
+    title = f"{found.name}: user identification"
+    user_files.write_text(out.with_suffix(".html"), study(title, [people, made]))
 
 
 def read(path: Path) -> ReportData | None:
-    """Return what a page shows; None: there is none.
+    """Return the content of a report page; None: there is none.
 
     Raises:
         ValueError: The file cannot be read or written, or is no report of this version.
@@ -57,79 +163,71 @@ def read(path: Path) -> ReportData | None:
         return None
     page = user_files.read_text(path)
     try:
-        return store.unpack(page)
+        return unpack(page)
     except ValueError as error:
         raise ValueError(f"{path}: {error}; remove it, or choose another name") from None
 
 
-def _lead(data: ReportData) -> str:
-    """Return what the page is about, and the headline figures."""
-    trained, found = data.training, data.evaluation
-    known = trained.labels if trained is not None else found.labels if found is not None else ()
-    names = text.joined([text.label(name) for name in known[1:]])
-    said = [f"Gestures: {names}." if names else ""]
-    if trained is not None and not trained.gesture:
-        said.append("Only where touches are was trained; the gestures are another bundle’s.")
-    cards = evaluation_section.cards(found) if found is not None else []
-    if data.tuning is not None and found is None:
-        cards = evaluation_section.tuned_cards(data.tuning)
-    if trained is not None:
-        own = training_section.cards(trained)
-        cards = own + cards if found is None else cards + own
-    return f'<p class="lead">{" ".join(said)}</p><div class="cards">{"".join(cards)}</div>'
+def pack(data: ReportData) -> str:
+    """Return the data as an element of the page; of many touches some, evenly spread."""
+    text = json.dumps(_thinned(json_values.plain(data)), allow_nan=False, ensure_ascii=False)
+    return OPENING + text.replace("<", "\\u003c") + CLOSING  # no text can end the element
 
 
-def _sections(data: ReportData) -> list[str]:
-    """Return all sections, the most useful first."""
-    trained, tuned, found = data.training, data.tuning, data.evaluation
-    grid = _grid(data)
-    parts = []
-    if trained is not None:
-        advised = missed_gestures.of_all(found.results) if found is not None else []
-        parts += [training_section.next_steps(trained, advised), training_section.honesty(trained)]
-    if found is not None:
-        parts.append(evaluation_section.play(found, _learned(trained)))
-    if trained is not None:
-        parts += [
-            learning_section.classes(trained),
-            learning_section.confusion(trained),
-            learning_section.labels(trained),
-        ]
-    if tuned is not None:
-        parts.append(evaluation_section.thresholds(tuned))
-    if trained is not None:
-        parts += [learning_section.calibration(trained), learning_section.places(trained, found)]
-    if found is not None:
-        parts += [evaluation_section.places(found, *grid), evaluation_section.broken(found, *grid)]
-    if trained is not None:
-        parts += [
-            training_section.data(trained),
-            training_section.progress(trained),
-            training_section.made(trained),
-        ]
-    if found is not None:
-        parts.append(evaluation_section.made(found))
-    return parts
+def unpack(page: str) -> ReportData:
+    """Return the data of a page.
+
+    Raises:
+        ValueError: It holds none, or that of another version.
+    """
+    found = re.search(re.escape(OPENING) + "(.*?)" + re.escape(CLOSING), page, re.DOTALL)
+    if found is None:
+        raise ValueError("it is no report of this program")
+    try:
+        made = json_values.read(ReportData, config.parse_json(found[1], len(found[1])))
+    except (TypeError, KeyError, ValueError, AttributeError):
+        raise ValueError("it is a report of another version") from None
+    assert isinstance(made, ReportData)
+    return made
 
 
-def _grid(data: ReportData) -> tuple[int, int]:
-    """Return rows and columns of the sensor: what the training says, or else what was broken."""
-    if data.training is not None:
-        return data.training.rows, data.training.columns
-    broken = data.evaluation.broken if data.evaluation is not None else ()
-    taxels = [place for one in broken if (place := evaluation_section.taxel(one))]
-    if not taxels:
-        return GRID
-    return 1 + max(row for row, _ in taxels), 1 + max(column for _, column in taxels)
+def _thinned(value: Any) -> Any:
+    """Return JSON with at most `MOST_TOUCHES` entries in each list of touches."""
+    if isinstance(value, dict):
+        return {
+            key: one[:: max(1, -(-len(one) // MOST_TOUCHES))] if key == "touches" else _thinned(one)
+            for key, one in value.items()
+        }
+    return [_thinned(one) for one in value] if isinstance(value, list) else value
 
 
-def _learned(trained: Training | None) -> set[str]:
-    """Return the names of the sessions that were learned from."""
-    rows = trained.sessions if trained is not None else ()
-    return {Path(row.path).stem for row in rows if not row.held_out}
+@cache
+def _environment() -> Environment:
+    """Return the templates with the filters and functions that they use."""
+    made = Environment(
+        loader=PackageLoader("models.reports"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    for function in (
+        formatting.label, formatting.percent, formatting.number, formatting.count,
+        formatting.seconds, formatting.duration, formatting.lateness, formatting.joined,
+        formatting.several,
+    ):  # fmt: skip
+        made.filters[function.__name__] = function
+    made.filters["interval"] = _interval
+    style = resources.files("models.reports").joinpath("style.css").read_text(encoding="utf-8")
+    made.globals.update(figures=figures, tables=tables, sections=sections, style=Markup(style))
+    return made
 
 
-def _foot(data: ReportData) -> str:
-    """Return what closes the page."""
-    by = f" {escape(data.training.software)}" if data.training is not None else ""
-    return f"<footer>Written by OrbTouch{by}. This file needs nothing else.</footer>"
+def _interval(cell: str) -> str:
+    """Return a table's cell with its interval, "(0.97–0.99)", in small print."""
+    if isinstance(cell, Markup):
+        return cell
+    parts = re.fullmatch(r"(\S.*) \((-?[\d.]+–-?[\d.]+)\)(.*)", cell)
+    if parts is None:
+        return cell
+    return Markup('{} <span class="interval">{}</span>{}').format(parts[1], parts[2], parts[3])

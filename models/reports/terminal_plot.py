@@ -1,4 +1,4 @@
-"""The Pareto front drawn in a terminal: to the right is slower, upwards fewer gestures are lost."""
+"""Pareto front of a tuning, drawn in a terminal: slower to the right, fewer losses upwards."""
 
 import math
 from collections.abc import Sequence
@@ -37,26 +37,12 @@ def draw(tuning: Tuning) -> str:
     return "\n".join(lines)
 
 
-def table(points: Sequence[tuple[str, Point]]) -> str:
-    """Return named points as a table."""
-    lines = [
-        f"{'':10}{'newest':>8}{'fires':>8}{'re-arms':>9}{'lost':>9}{'F1':>9}"
-        f"{'false/min':>11}{'latency':>10}"
-    ]
-    lines += [
-        f"{name:10}{p.smoothing:8g}{p.on:8g}{p.off:9g}{1.0 - p.recall:9.2%}{p.f1:9.4f}"
-        f"{p.false_alarms_per_min:11.3f}{p.latency_s:8.2f} s"
-        for name, p in points
-    ]
-    return "\n".join(lines)
-
-
 def _mark(point: Point) -> str:
     return next(mark for most, mark in MARKS if point.false_alarms_per_min <= most)
 
 
 def _scale(values: Sequence[float], size: int) -> list[int]:
-    """Return a place from 0 to size - 1 for each value; what is no number is at the far end."""
+    """Return a place from 0 to size - 1 for each value; NaN is at the far end."""
     known = [value for value in values if math.isfinite(value)]
     low, high = min(known), max(known)
     span = (high - low) or 1.0

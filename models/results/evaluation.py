@@ -1,21 +1,21 @@
 """Results of an evaluation and a tuning, as plain values for cards, reports and JSON.
 
 Figures carry 95 % intervals over whole sessions (models/evaluation/bootstrap.py). NaN is a figure
-that could not be had; in JSON it is null. Locations are in grid units, errors are means over the
+that is not known; in JSON it is null. Locations are in grid units, errors are means over the
 two axes.
 """
 
 import math
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import dataclass
 from typing import Any
 
-from models import json_values
+from controller.recognition.debounce import DebounceSettings
 from models.results.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)
 class ClassFigures:
-    """What becomes of one gesture, by the event metric (controller/recognition/event_metric.py).
+    """Figures of one gesture by the event metric (controller/recognition/event_metric.py).
 
     Attributes:
         label: Its name.
@@ -34,18 +34,18 @@ class ClassFigures:
 
 @dataclass(frozen=True, slots=True)
 class LocationFigures:
-    """How far off places are: one estimate per press, its last.
+    """Position errors: one estimate per press, its last.
 
     Attributes:
         error: Mean over the presses.
-        on_site: Of those within a quarter pitch of a taxel.
-        off_site: Of all others.
-        half_within: Half of the presses are closer than this.
-        most_within: 95 % are.
+        on_site: Mean over those within a quarter pitch of a taxel.
+        off_site: Mean over all others.
+        half_within: Median over the presses.
+        most_within: 95th percentile.
         touches: x, y, error in x, error in y of each press.
-        sigma: Median deviation that the bundle gives its places; NaN: it gives none.
-        within_one: Share of errors, over both axes, below the deviation given: 68 % is right.
-        within_two: Below twice that: 95 %.
+        sigma: Median standard deviation that the bundle gives; NaN: it gives none.
+        within_one: Share of errors, over both axes, below the deviation given; 68 % if calibrated.
+        within_two: Share below twice that; 95 % if calibrated.
     """
 
     error: Figure
@@ -88,7 +88,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """How much a probability means.
+    """Calibration of probabilities.
 
     Attributes:
         error: Expected calibration error, over frames.
@@ -101,7 +101,7 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a bundle does on one set of sessions.
+    """Figures of a bundle on one set of sessions.
 
     Attributes:
         name: Of the set: a preset, a folder.
@@ -120,8 +120,8 @@ class Result:
         false_alarms_per_min: Answers to nothing, per idle minute.
         latency_s: Median time of a right answer after the onset.
         latency_p95_s: 95 % are faster.
-        contact_latency_s: The same after the first contact, to a frame; NaN: nobody knows it.
-        contact_latency_p95_s: Likewise.
+        contact_latency_s: The same after the first contact, to a frame; NaN: not known.
+        contact_latency_p95_s: 95 % are faster.
         event_accuracy: Share of events that the mean probability names rightly, null aside.
         new_user_accuracy: The same, its interval over users instead of sessions.
         frame_accuracy: Share of frames named rightly, mean over the sessions.
@@ -130,7 +130,7 @@ class Result:
         named: Events by what the mean probability names.
         classes: Every gesture.
         calibration: Of the probabilities.
-        location: None where nothing tells places, or nobody knows the true ones.
+        location: None if the bundle gives no positions, or the true ones are not known.
         by_session: Every session.
         by_user: Every user.
     """
@@ -168,7 +168,7 @@ class Result:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """How a bundle does while something is broken.
+    """Figures of a bundle under a fault.
 
     Attributes:
         on: Name of the set of sessions.
@@ -193,18 +193,20 @@ class Broken:
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """All that `models evaluate` found out.
+    """Results of `models evaluate`.
 
     Attributes:
         bundle: Its file name.
         hash: SHA-256 of the bundle.
-        card: What its maker wrote into it.
-        command: What was typed.
+        card: Card inside the bundle.
+        command: Command line.
         labels: Classes, "null" first.
-        debounce: When a gesture counts, by name.
+        debounce: Debounce settings by name.
         results: One for each set of sessions.
         broken: One for each fault that was tried.
         notes: What else is worth knowing, in sentences.
+        rows: Of the sensor; 5 in files of older versions.
+        columns: Of the sensor.
     """
 
     bundle: str
@@ -216,29 +218,23 @@ class Evaluation:
     results: tuple[Result, ...]
     broken: tuple[Broken, ...] = ()
     notes: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
+    rows: int = 5
+    columns: int = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One choice of the debouncer's thresholds, and what it gives.
+    """Performance at one choice of the debouncer's settings.
 
     Attributes:
-        smoothing: Weight of the newest probabilities.
-        on: A gesture fires at this.
-        off: The latch re-arms below this.
+        settings: The choice.
         recall: Events that are answered rightly.
         f1: Of the event metric.
         false_alarms_per_min: Answers to nothing, per idle minute.
         latency_s: Median, from onset.
     """
 
-    smoothing: float
-    on: float
-    off: float
+    settings: DebounceSettings
     recall: float
     f1: float
     false_alarms_per_min: float
@@ -247,7 +243,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """All that `models tune` found out.
+    """Results of `models tune`.
 
     Attributes:
         bundle: File name of the bundle that was tuned.
@@ -260,7 +256,6 @@ class Tuning:
             the fastest first.
         tried: How many points.
         goal: How one was chosen, a sentence.
-        figures: Recall, F1, false alarms per minute and latency of the chosen point, by name.
         command: What was typed.
     """
 
@@ -273,16 +268,4 @@ class Tuning:
     front: tuple[Point, ...]
     tried: int
     goal: str
-    figures: dict[str, Figure] = field(default_factory=dict)
     command: str = ""
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return as_json(self)
-
-
-def as_json(found: Any) -> str:
-    """Return a result as JSON; what is no number becomes null."""
-    if not is_dataclass(found) or isinstance(found, type):
-        raise TypeError(f"{found!r} is no result")
-    return json_values.text(asdict(found))

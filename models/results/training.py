@@ -1,22 +1,22 @@
 """Results of a training, as plain values for the report and `NAME.json`.
 
-Lists of lists, numbers and texts only, so that JSON carries all of it. NaN is a figure that could
-not be had; in the file it is null.
+Lists of lists, numbers and texts only, so that JSON holds all of it. NaN is a figure that is not
+known; in the file it is null.
 """
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Final
 
 from controller.recognition.touch_position import PositionSpread
-from models import json_values
+from models.results.figure import Figure
 
 ENOUGH: Final = "there is enough of every gesture, and none is confused with another"  # advice
 
 
 @dataclass(frozen=True, slots=True)
 class Lateness:
-    """How late a labeller was in one session, seconds; below zero is early.
+    """Lateness of the labels of one session, seconds; below zero is early.
 
     Attributes:
         begin_s: The median over the labels' beginnings; NaN: there was nothing to compare.
@@ -25,12 +25,12 @@ class Lateness:
         end_spread_s: The same of their ends.
         edges: How many were compared.
         moved: Labels whose edges were moved to where the touch was.
-        masked: Frames too close to an edge to be told apart: nobody learns from them.
-        unfelt: Labels under which the sensor felt nothing; nobody learns from them.
+        masked: Frames too close to an edge to be labelled; they are left out of training.
+        unfelt: Labels without a touch; they are left out of training.
         unlabelled: Touches that no label names: taken for what is no gesture, and so for null.
-        true_begin_s: What a simulation knows of the beginnings; NaN: nobody knows.
+        true_begin_s: True lateness of the beginnings, from a simulation; NaN: not known.
         true_end_s: Of the ends.
-        wrong: Share of labelled frames that were wrong as they were said; NaN: nobody knows.
+        wrong: Share of labelled frames that were wrong before the repair; NaN: not known.
         wrong_after: The same after the repair, of the frames that are left.
     """
 
@@ -80,15 +80,15 @@ class SessionRow:
 
 @dataclass(frozen=True, slots=True)
 class ClassRow:
-    """What became of one class.
+    """Figures of one class.
 
     Attributes:
         label: Its name.
         examples: Times that it was made, in the sessions that were learned from; 0 for null.
-        seconds: How long, likewise.
+        seconds: Their length.
         recall: Share of its windows that are recognised, in sessions held out.
-        precision: Share of the windows so named that are it, likewise.
-        event_recall: Share of its events recognised, likewise; NaN for null.
+        precision: Share of the windows so named that are it, in sessions held out.
+        event_recall: Share of its events recognised, in sessions held out; NaN for null.
         curve: (examples, errors): share of its events that are not recognised after so many.
         more: How many more examples would be worth recording; 0: enough.
         advice: The same in words.
@@ -128,7 +128,7 @@ class Epoch:
 
 @dataclass(frozen=True, slots=True)
 class Honesty:
-    """What a network is worth, and what the paper's protocol says it is.
+    """Score of a network on unseen sessions, and by the paper's protocol.
 
     Attributes:
         unseen: Score on sessions (users, or blocks of time) that nothing was learned from.
@@ -152,13 +152,18 @@ class Honesty:
 
     @property
     def gap(self) -> float:
-        """What the paper's protocol promises too much."""
+        """Score by the paper's protocol above that on unseen sessions."""
         return self.random - self.unseen
+
+    @property
+    def figure(self) -> Figure:
+        """The score on unseen sessions and its interval."""
+        return Figure(self.unseen, self.low, self.high)
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """How much a probability means.
+    """Calibration of probabilities.
 
     Attributes:
         temperature: What the logits were divided by; folded into the last layer.
@@ -175,7 +180,7 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class GestureResult:
-    """What became of CNN-3D.
+    """Results of CNN-3D.
 
     Attributes:
         epochs: Its curve.
@@ -184,11 +189,11 @@ class GestureResult:
         honesty: Share of windows named rightly.
         event_accuracy: Share of events in sessions held out that the mean probability names.
         confusion: Windows of sessions held out: true class by named class.
-        event_confusion: Events, likewise; the first row and column are null's, and empty.
+        event_confusion: The same of events; the first row and column, of null, are empty.
         calibration: Of its probabilities.
         weights: How many it has.
         answered: Events of sessions held out by what the device would answer; row 0: nothing
-            happened, column 0: no answer. (): nobody tried.
+            happened, column 0: no answer. (): not measured.
     """
 
     epochs: tuple[Epoch, ...]
@@ -205,7 +210,7 @@ class GestureResult:
 
 @dataclass(frozen=True, slots=True)
 class LocationResult:
-    """What became of CNN-2D; errors are means over the axes, grid units.
+    """Results of CNN-2D; errors are means over the axes, grid units.
 
     Attributes:
         epochs: Its curve.
@@ -216,8 +221,8 @@ class LocationResult:
         on_site: Mean error of touches within a quarter pitch of a taxel.
         off_site: Of all others.
         weights: How many it has.
-        unseen: What was held out, where that is not what the whole split says.
-        spread: How far off its places are; None: too few are held out to tell.
+        unseen: What was held out, if it differs from the split of the training.
+        spread: Calibrated position error; None: too few touches are held out.
     """
 
     epochs: tuple[Epoch, ...]
@@ -234,7 +239,7 @@ class LocationResult:
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """All that a training found out.
+    """Results of a training.
 
     Attributes:
         name: File name of the bundle.
@@ -254,9 +259,9 @@ class Training:
         sessions: Every recording.
         classes: Every class.
         gesture: CNN-3D; None where it was not trained.
-        location: CNN-2D; likewise.
+        location: CNN-2D; None where it was not trained.
         advice: What to do next, in sentences, the most urgent first.
-        debounce: When a gesture counts, by name.
+        debounce: Debounce settings by name.
         notes: What else is worth knowing, in sentences.
     """
 
@@ -281,7 +286,3 @@ class Training:
     advice: tuple[str, ...] = ()
     debounce: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """Return it as JSON."""
-        return json_values.text(asdict(self))

@@ -7,14 +7,14 @@ from models.results.figure import Figure
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """How enrolled people and strangers are told apart after so many gestures.
+    """Figures of enrolled users against strangers after a number of gestures.
 
     Attributes:
         seen: Gestures in a row.
-        auroc: Probability that somebody enrolled is believed more than a stranger.
-        false_accepts: Share of strangers who are taken for somebody.
-        right: Share of enrolled people who are named, rightly.
-        wrong: Share of enrolled people who are taken for somebody else.
+        auroc: Probability that an enrolled user scores above a stranger.
+        false_accepts: Share of strangers taken for an enrolled user.
+        right: Share of enrolled users named rightly.
+        wrong: Share of enrolled users taken for another.
     """
 
     seen: int
@@ -29,7 +29,7 @@ class Enrolled:
     """One person.
 
     Attributes:
-        name: As the recordings say.
+        name: As in the recordings.
         sessions: That were recorded.
         gestures: That were made in them.
         right: Share of their gestures, in the session held out, that are theirs by far.
@@ -43,7 +43,7 @@ class Enrolled:
 
 @dataclass(frozen=True, slots=True)
 class Telling:
-    """What a user network is worth.
+    """Results of a user identification.
 
     Attributes:
         name: Of the bundle.
@@ -54,11 +54,11 @@ class Telling:
         random: Share of windows at random named rightly: the paper's protocol, which leaks.
         seen: Share of rows of so many gestures that are named rightly, in what was held out.
         events: Gestures held out.
-        strangers: People who were to be taken for nobody, and no training met.
+        strangers: Number of people who are not enrolled and in no training.
         open: Against them; empty where there are none.
         temperature: Of the evidence.
-        accept: Probability from which on somebody is named.
-        notes: What else there is to say.
+        accept: Probability from which a user is named.
+        notes: Further remarks, in sentences.
     """
 
     name: str

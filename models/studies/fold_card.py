@@ -1,76 +1,76 @@
 """Card of a cross-validation, as Markdown."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 
 from models.results.figure import Figure
-from models.studies.fold_statistics import TOUCHED, Crossed, Gain, Model
+from models.studies.fold_statistics import TOUCHED, CrossValidation, Model
 
 
-def text(found: Crossed) -> str:
+def text(found: CrossValidation) -> str:
     """Return the report."""
-    lines = [
-        f"{found.data}; folds: {len(found.held)}. Who knows nothing gets {found.majority:.3f} of "
-        "the windows right. Intervals are 95 %, by resampling people.",
-        "",
-        "| | windows | stretches | CPU minutes |",
-        "|---|---|---|---|",
-        *(
-            f"| {one.name} | {one.windows} | {one.stretches} | {one.cpu_s / 60.0:.1f} |"
-            for one in found.models
-        ),
-        *(_ahead(found, one) for one in found.gains),
-        "",
-        f"CPU time of all, {found.reading_cpu_s:.0f} s of reading included: "
-        f"{found.cpu_minutes:.1f} minutes.",
-        "",
-        *_table("fold", found.held, [(m.name, m.by_fold) for m in found.models], found.chosen),
-        "",
-        *_table("person", found.people, [(m.name, m.by_person) for m in found.models]),
-    ]
-    if found.kinds:
-        lines += ["", *_table("session", found.kinds, [(m.name, m.by_kind) for m in found.models])]
     touched = [f"{name}: {n} windows" for name, n in zip(TOUCHED, found.touched, strict=True)]
-    columns = [(m.name, m.by_touched) for m in found.models]
-    lines += ["", *_table("images of the window that are touched", touched, columns)]
-    for model in found.models:
-        lines += ["", *_confusion(found.labels, model)]
-    return "\n".join(lines)
-
-
-def _ahead(found: Crossed, gain: Gain) -> str:
-    return (
-        f"| ours more than {gain.name} | {_signed(gain.windows)} | {_signed(gain.stretches)} | "
-        f"better for {gain.ahead} of {len(found.people)} people |"
+    tables = [
+        _scores(found),
+        [
+            f"CPU time of all, {found.reading_cpu_s:.0f} s of reading included: "
+            f"{found.cpu_minutes:.1f} minutes."
+        ],
+        _shares("fold", found.held, found.models, "by_fold", found.chosen),
+        _shares("person", found.people, found.models, "by_person"),
+        *([_shares("session", found.kinds, found.models, "by_kind")] if found.kinds else []),
+        _shares("images of the window that are touched", touched, found.models, "by_touched"),
+        *(_confusion(found.labels, model) for model in found.models),
+    ]
+    head = (
+        f"{found.data}; folds: {len(found.held)}. Always naming the commonest class gets "
+        f"{found.majority:.3f} of the windows right. Intervals are 95 %, by resampling people."
     )
+    return "\n\n".join([head, *("\n".join(lines) for lines in tables)])
 
 
-def _signed(figure: Figure) -> str:
-    """Return a difference in points."""
+def _scores(found: CrossValidation) -> Iterator[str]:
+    yield from _head(["", "windows", "stretches", "CPU minutes"])
+    for model in found.models:
+        yield _row([model.name, model.windows, model.stretches, f"{model.cpu_s / 60.0:.1f}"])
+    for gain in found.gains:
+        ahead = f"better for {gain.ahead} of {len(found.people)} people"
+        leads = _points(gain.windows), _points(gain.stretches)
+        yield _row([f"ours more than {gain.name}", *leads, ahead])
+
+
+def _shares(
+    what: str,
+    names: Sequence[str],
+    models: Sequence[Model],
+    key: str,
+    chosen: Sequence[str] = (),
+) -> Iterator[str]:
+    """Yield a table of the share of windows named rightly, a row for each name."""
+    yield from _head([what, *(model.name for model in models), *(["chosen"] if chosen else [])])
+    for number, name in enumerate(names):
+        shares = [f"{getattr(model, key)[number]:.3f}" for model in models]
+        yield _row([name, *shares, *chosen[number : number + 1]])
+
+
+def _confusion(labels: Sequence[str], model: Model) -> Iterator[str]:
+    """Yield what each class was named, in per cent; classes that do not occur are left out."""
+    rows = [number for number, row in enumerate(model.confusion) if sum(row)]
+    yield from _head([f"{model.name}: done \\ named", *(labels[i] for i in rows)])
+    for number in rows:
+        row = model.confusion[number]
+        yield _row([f"**{labels[number]}**", *(f"{100.0 * row[i] / sum(row):.1f} %" for i in rows)])
+
+
+def _points(figure: Figure) -> str:
+    """Return a difference of shares in points."""
     value, low, high = (100.0 * one for one in (figure.value, figure.low, figure.high))
     return f"{value:+.1f} points ({low:+.1f} … {high:+.1f})"
 
 
-def _table(
-    what: str,
-    names: Sequence[str],
-    columns: Sequence[tuple[str, Sequence[float]]],
-    chosen: Sequence[str] = (),
-) -> Iterable[str]:
-    """Return the share of windows named rightly, a row for each name."""
-    more = " chosen |" if chosen else ""
-    yield f"| {what} | " + " | ".join(name for name, _ in columns) + " |" + more
-    yield "|---" * (1 + len(columns) + bool(chosen)) + "|"
-    for number, name in enumerate(names):
-        cells = " | ".join(f"{shares[number]:.3f}" for _, shares in columns)
-        yield f"| {name} | {cells} |" + (f" {chosen[number]} |" if chosen else "")
+def _head(cells: Sequence[object]) -> Iterator[str]:
+    yield _row(cells)
+    yield "|---" * len(cells) + "|"
 
 
-def _confusion(labels: Sequence[str], model: Model) -> Iterable[str]:
-    """Return what each class was taken for, in per cent; what nobody did is left out."""
-    rows = [number for number, row in enumerate(model.confusion) if sum(row)]
-    yield f"| {model.name}: done \\ named | " + " | ".join(labels[i] for i in rows) + " |"
-    yield "|---" * (1 + len(rows)) + "|"
-    for number in rows:
-        row = model.confusion[number]
-        cells = " | ".join(f"{100.0 * row[i] / sum(row):.1f} %" for i in rows)
-        yield f"| **{labels[number]}** | {cells} |"
+def _row(cells: Sequence[object]) -> str:
+    return f"| {' | '.join(map(str, cells))} |"

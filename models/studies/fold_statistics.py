@@ -1,92 +1,58 @@
-"""Cross-validation by whole people or sessions: who is judged when, and what came of it.
+"""Statistics of a cross-validation: shares of windows and stretches, by fold, person and session.
 
-Everybody is judged once, by a model that learned from others only. What a training may choose (how
-far to shift, how hot its probabilities are) it chooses within its own fold: `within` holds some of
-the people whom it learns from out again. Models are compared on the same windows, so the interval
-of a difference is over people who were judged by both.
+Every window is judged once, by a model that learned from others only. Models are compared on the
+same windows, so the interval of a difference is over people who were judged by both.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from models import json_values
-from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.results.figure import Figure
 
-BY: Final = ("user", "session")
-# How much of a window something touches: what it is judged by beside people and sessions.
-TOUCHED: Final = ("none", "less than half", "half or more", "all")
-INNER: Final = 1 / 6  # of those whom a fold learns from, held out again to choose on
+TOUCHED: Final = ("none", "less than half", "half or more", "all")  # of a window's images
 
-Index = NDArray[np.int64]
-Rows = NDArray[np.floating]
-
-
-def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
-    """Return a fold of what a fold learns from: its test part is there to choose on.
-
-    Args:
-        fold: Of `splits.by_group`.
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Person or session of each frame.
-
-    Raises:
-        ValueError: It learns from fewer than two people.
-    """
-    of = group[ends[fold.train]]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError(
-            "a fold that learns from one person has nobody to choose on; record another, or ask "
-            "for more folds"
-        )
-    count = max(1, round(INNER * len(names)))
-    places = ((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)
-    held = np.isin(of, names[places])
-    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
-    splits.check(inner, ends, window)
-    return inner
+Index = NDArray[np.int64]  # (windows,)
+Probabilities = NDArray[np.floating]  # (windows, classes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rowed:
-    """What is judged: every window, in the order of the recordings.
+class Windows:
+    """All windows, in the order of the recordings.
 
     Attributes:
-        label: Its class, (windows,).
-        stretch: Which run of windows of one class it is in, rising, (windows,).
-        person: Who, a number, (windows,).
-        kind: In which kind of session (its name in the recordings), a number, (windows,).
-        people: Their names, by number.
-        kinds: The sessions' names, by number.
-        touched: How many of its images are touched, a number of `TOUCHED`, (windows,).
-        labels: The classes' names.
+        label: Class, (windows,).
+        stretch: Number of the run of windows of one class, rising, (windows,).
+        person: Number of the person, (windows,).
+        kind: Number of the session's name, (windows,).
+        touched: Touched share of its images, a number of `TOUCHED`, (windows,).
+        labels: Names of the classes.
+        people: Names of the people.
+        kinds: Names of the sessions.
     """
 
     label: Index
     stretch: Index
     person: Index
     kind: Index
-    people: tuple[str, ...]
-    kinds: tuple[str, ...]
     touched: Index
     labels: tuple[str, ...]
+    people: tuple[str, ...]
+    kinds: tuple[str, ...]
 
 
 def stretches(ends: Index, label: Index, session: Index) -> Index:
-    """Return which run of windows each is in; one frame missed, or another class, parts two.
+    """Return the number of each window's run, (windows,); a missed frame ends a run.
 
     Args:
-        ends: Last frame of each window, in order, (windows,).
-        label: Class of each.
-        session: Recording of each.
+        ends: Last frame of each window, rising, (windows,).
+        label: Class of each window, (windows,).
+        session: Recording of each window, (windows,).
     """
     begins = np.ones(len(ends), dtype=np.bool_)
     begins[1:] = (np.diff(ends) > 1) | (np.diff(label) != 0) | (np.diff(session) != 0)
@@ -95,18 +61,18 @@ def stretches(ends: Index, label: Index, session: Index) -> Index:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What one model got right.
+    """Scores of one model.
 
     Attributes:
-        name: Which.
+        name: Name of the model.
         windows: Share of windows named rightly, with its interval over people.
-        stretches: Share of stretches that the mean probability over them names rightly, likewise.
-        confusion: Windows: true class by named class.
+        stretches: Share of stretches that their mean probability names rightly, likewise.
+        confusion: Number of windows, true class by named class.
         by_fold: Share of windows, for each fold.
-        by_person: Likewise, for each person.
-        by_kind: Likewise, for each kind of session.
-        by_touched: Likewise, by how much of the window something touches: `TOUCHED`.
-        cpu_s: What it cost to learn and to answer.
+        by_person: Share of windows, for each person.
+        by_kind: Share of windows, for each session's name.
+        by_touched: Share of windows, for each of `TOUCHED`.
+        cpu_s: CPU time of training and answers, seconds.
     """
 
     name: str
@@ -122,13 +88,13 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """How much more one model gets right than another, with the interval over people.
+    """Lead of our model over another, with its interval over people.
 
     Attributes:
-        name: The other one.
-        windows: Of windows.
-        stretches: Of stretches.
-        ahead: People of whom it names more windows rightly.
+        name: Name of the other model.
+        windows: Difference of the shares of windows.
+        stretches: Difference of the shares of stretches.
+        ahead: Number of people of whom ours names more windows rightly.
     """
 
     name: str
@@ -138,27 +104,27 @@ class Gain:
 
 
 @dataclass(frozen=True, slots=True)
-class Crossed:
-    """All that a cross-validation found out; plain values, as JSON has them.
+class CrossValidation:
+    """All results of a cross-validation, as its JSON file has them.
 
     Attributes:
-        command: What made it.
+        command: Command line.
         software: Version of this program.
-        data: What was judged, in a sentence.
-        how: How it was learned, in sentences.
-        labels: The classes.
-        majority: Share of the commonest class: what who knows nothing gets right.
-        windows: How many were judged.
-        stretches: Likewise.
+        data: The data set, a sentence.
+        how: The recipe, sentences.
+        labels: Names of the classes.
+        majority: Share of the commonest class.
+        windows: Number of windows.
+        stretches: Number of stretches.
         people: Their names.
-        held: Who was judged in each fold.
-        chosen: What each fold chose, in words; empty where there was nothing to choose.
-        kinds: Kinds of sessions; empty where there is but one.
-        touched: Windows by how much of them something touches: `TOUCHED`.
-        models: Ours first.
-        gains: Of ours over each of the others.
-        reading_cpu_s: What it cost to read and to prepare the recordings.
-        cpu_minutes: Of everything.
+        held: People judged in each fold.
+        chosen: Settings that each fold chose, in words; empty if they are given.
+        kinds: Names of the sessions; empty if there is one.
+        touched: Windows of each of `TOUCHED`.
+        models: Scores; ours first.
+        gains: Lead of ours over each of the others.
+        reading_cpu_s: CPU time of reading and preparing the recordings, seconds.
+        cpu_minutes: CPU time of everything, minutes.
     """
 
     command: str
@@ -179,74 +145,72 @@ class Crossed:
     reading_cpu_s: float
     cpu_minutes: float
 
-    def text(self) -> str:
-        """Return it as JSON; what is no number is null."""
-        return json_values.text(asdict(self))
-
 
 def judge(
-    rows: Rowed, folds: Sequence[Fold], name: str, answers: Rows, cpu_s: float, seed: int = 0
+    windows: Windows,
+    folds: Sequence[Fold],
+    name: str,
+    answers: Probabilities,
+    cpu_s: float,
+    seed: int = 0,
 ) -> Model:
-    """Return what a model got right.
+    """Return a model's scores.
 
     Args:
-        rows: What was judged.
-        folds: Who was judged when; their test parts are `rows` each once.
-        name: Of the model.
+        windows: What is judged.
+        folds: Their test parts hold each window once.
+        name: Name of the model.
         answers: Probability of each class, (windows, classes).
-        cpu_s: What it cost.
-        seed: Of the resampling.
+        cpu_s: CPU time of training and answers, seconds.
+        seed: Seed of the resampling.
     """
     named = answers.argmax(axis=1)
-    right = named == rows.label
-    of, whole = _stretches(rows, answers)
-    classes = len(rows.labels)
-    count = np.bincount(rows.label * classes + named, minlength=classes * classes)
+    right = named == windows.label
+    person, whole = _by_stretch(windows, answers)
+    confusion = np.zeros((len(windows.labels),) * 2, dtype=np.int64)
+    np.add.at(confusion, (windows.label, named), 1)
     return Model(
         name,
-        _share(right, rows.person, seed),
-        _share(whole, of, seed),
-        tuple(tuple(row) for row in count.reshape(classes, classes).tolist()),
+        bootstrap.share(*_sums(right, windows.person), seed),
+        bootstrap.share(*_sums(whole, person), seed),
+        tuple(tuple(row) for row in confusion.tolist()),
         tuple(float(right[fold.test].mean()) for fold in folds),
-        _each(right, rows.person, len(rows.people)),
-        _each(right, rows.kind, len(rows.kinds)),
-        _each(right, rows.touched, len(TOUCHED)),
+        _shares(right, windows.person, len(windows.people)),
+        _shares(right, windows.kind, len(windows.kinds)),
+        _shares(right, windows.touched, len(TOUCHED)),
         cpu_s,
     )
 
 
-def gain(rows: Rowed, ours: Rows, name: str, other: Rows, seed: int = 0) -> Gain:
-    """Return how much more ours gets right than another, both (windows, classes)."""
-    right = [(answers.argmax(axis=1) == rows.label).astype(np.float64) for answers in (ours, other)]
-    of, mine = _stretches(rows, ours)
-    _, theirs = _stretches(rows, other)
-    more = right[0] - right[1]
-    own = np.bincount(rows.person, more)
-    return Gain(
-        name,
-        _difference(more, rows.person, seed),
-        _difference(mine.astype(np.float64) - theirs, of, seed),
-        int((own > 0).sum()),
-    )
+def gain(
+    windows: Windows, ours: Probabilities, name: str, other: Probabilities, seed: int = 0
+) -> Gain:
+    """Return our lead over another model; both answer (windows, classes)."""
+    mine, theirs = (answers.argmax(axis=1) == windows.label for answers in (ours, other))
+    lead, count = _sums(mine.astype(np.int64) - theirs, windows.person)
+    person, whole = _by_stretch(windows, ours)
+    more = whole.astype(np.int64) - _by_stretch(windows, other)[1]
+    by_stretch = bootstrap.rate(*_sums(more, person), seed)
+    return Gain(name, bootstrap.rate(lead, count, seed), by_stretch, int((lead > 0).sum()))
 
 
-def _stretches(rows: Rowed, answers: Rows) -> tuple[Index, NDArray[np.bool_]]:
-    """Return whose each stretch is, and whether its mean probability names it, (stretches,)."""
-    total = np.zeros((int(rows.stretch[-1]) + 1, answers.shape[1]))
-    np.add.at(total, rows.stretch, answers)
-    _, first = np.unique(rows.stretch, return_index=True)
-    return rows.person[first], total.argmax(axis=1) == rows.label[first]
+def _by_stretch(windows: Windows, answers: Probabilities) -> tuple[Index, NDArray[np.bool_]]:
+    """Return each stretch's person, and whether its mean probability names it, (stretches,)."""
+    total = np.zeros((int(windows.stretch[-1]) + 1, answers.shape[1]))
+    np.add.at(total, windows.stretch, answers)
+    _, first = np.unique(windows.stretch, return_index=True)
+    return windows.person[first], total.argmax(axis=1) == windows.label[first]
 
 
-def _share(right: NDArray[np.bool_], person: Index, seed: int) -> Figure:
-    return bootstrap.share(np.bincount(person, right), np.bincount(person), seed)
+def _sums(
+    values: NDArray[np.integer] | NDArray[np.bool_], group: Index, groups: int = 0
+) -> tuple[NDArray[np.float64], Index]:
+    """Return the sum and the number of each group's values, (groups,)."""
+    total = np.bincount(group, values, groups)
+    return total.astype(np.float64), np.bincount(group, minlength=groups).astype(np.int64)
 
 
-def _difference(more: NDArray[np.float64], person: Index, seed: int) -> Figure:
-    return bootstrap.rate(np.bincount(person, more), np.bincount(person), seed)
-
-
-def _each(right: NDArray[np.bool_], group: Index, count: int) -> tuple[float, ...]:
-    of = np.bincount(group, minlength=count)
-    hits = np.bincount(group, right, minlength=count)
-    return tuple((hits / np.maximum(of, 1)).tolist())
+def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float, ...]:
+    """Return the share of windows named rightly, (windows,), in each group."""
+    hits, count = _sums(right, group, groups)
+    return tuple((hits / np.maximum(count, 1)).tolist())

@@ -1,28 +1,29 @@
-"""A plain model to beat: extremely randomised trees on where a touch is, window by window.
+"""Baseline of `models folds`: extremely randomised trees on the trajectory of the touch.
 
-Of each image: the centroid of what is touched, its spread and its sum; from them, over the window,
-displacement, steps and speed, and of each of these mean, deviation, least and greatest. It sees the
-very windows that the networks see, and places are told in grid units from the upper left taxel.
+Features of an image are centroid, spread and sum of the touch; features of a window are those of
+its images, displacement, steps and speed, and mean, deviation, minimum and maximum of each. The
+trees see the windows that the networks see; positions are in grid units from the upper left taxel.
 
-A centroid is at the mercy of single taxels that are read wrongly. `mended` is the same model
-without them: what one taxel alone feels, where a finger always covers several, is left out.
+A misread taxel moves the centroid. `mended` leaves out what a single taxel feels, since a finger
+always covers several.
 """
 
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from models.data.examples import Examples
 
 TREES: Final = 50
 LEAF: Final = 2  # windows; 1 and 5 are no better
-ASKED: Final = 0.4  # share of features that a node chooses from; their root is 2 points worse
+CHOSEN: Final = 0.4  # share of features that a node chooses from; their root is 2 points worse
 FAINT: Final = 0.05  # share of a firm touch's peak: a taxel that feels less is untouched
-LITTLE: Final = 0.15  # likewise: an image whose strongest taxel feels less is untouched
+LITTLE: Final = 0.15  # likewise, of an image's strongest taxel
 FIRM: Final = 0.9  # quantile of images' peaks, about that of a firm touch
-ALONE: Final = 0.35  # a taxel of which no neighbour feels such a share is read wrongly
-NOWHERE: Final = -1.0  # the place of what is not touched
+ALONE: Final = 0.35  # share that a neighbour of a touched taxel feels at least
+NOWHERE: Final = -1.0  # position of an untouched image
 
 Rows = NDArray[np.float32]
 
@@ -32,11 +33,11 @@ def features(examples: Examples, *, mended: bool = False) -> Rows:
 
     Args:
         examples: Images and windows.
-        mended: Taxels that are read wrongly are left out.
+        mended: Leave out misread taxels.
     """
-    where = _touches(examples.images, mended=mended)
+    touches = _touches(examples.images, mended=mended)
     index = examples.ends[:, None] + np.arange(1 - examples.window, 1)
-    x, y, spread, total = (where[:, i][index] for i in range(where.shape[1]))
+    x, y, spread, total = (touches[:, i][index] for i in range(touches.shape[1]))
     steps = np.diff(x, axis=1), np.diff(y, axis=1)
     speed = np.hypot(*steps)
     way = np.stack([x[:, -1] - x[:, 0], y[:, -1] - y[:, 0]], axis=1)
@@ -56,17 +57,17 @@ def touched(examples: Examples) -> NDArray[np.float64]:
     return np.asarray((there[last] - there[last - examples.window]) / examples.window)
 
 
-def learn(rows: Rows, label: NDArray[np.integer], seed: int) -> Any:
-    """Return trees that learned from rows (windows, features) and their classes (windows,)."""
+def train(rows: Rows, label: NDArray[np.integer], seed: int) -> Any:
+    """Return trees trained on rows (windows, features) and their classes (windows,)."""
     from sklearn.ensemble import ExtraTreesClassifier
 
     trees = ExtraTreesClassifier(
-        TREES, min_samples_leaf=LEAF, max_features=ASKED, random_state=seed
+        TREES, min_samples_leaf=LEAF, max_features=CHOSEN, random_state=seed
     )
     return trees.fit(rows, label)
 
 
-def ask(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
+def predict(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
     """Return the probability of each class, (windows, classes)."""
     answers = np.zeros((len(rows), classes), dtype=np.float32)
     answers[:, trees.classes_] = trees.predict_proba(rows)
@@ -74,24 +75,25 @@ def ask(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
 
 
 def mend(felt: NDArray[np.float32], least: float) -> NDArray[np.float32]:
-    """Return what is felt (images, rows, columns) without what only one taxel feels.
+    """Return the signal without what only one taxel feels, (images, rows, columns).
 
     Args:
-        felt: How much each taxel feels, 0 where untouched.
-        least: Less than this may be felt alone.
+        felt: Signal of each taxel, 0 where untouched, (images, rows, columns).
+        least: A smaller signal may be of one taxel.
     """
-    _, rows, columns = felt.shape
-    wide = np.pad(felt, ((0, 0), (1, 1), (1, 1)))
-    near = np.zeros_like(felt)
-    for down in range(3):
-        for right in range(3):
-            if (down, right) != (1, 1):
-                np.maximum(near, wide[:, down : down + rows, right : right + columns], out=near)
+    ring = np.ones((1, 3, 3), dtype=np.bool_)
+    ring[0, 1, 1] = False
+    near = ndimage.maximum_filter(felt, footprint=ring, mode="constant")
     return np.where((felt > least) & (near < ALONE * felt), np.float32(0.0), felt)
 
 
 def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
-    """Return x, y, spread (grid units) and sum of what each image feels, (images, 4)."""
+    """Return x, y, spread (grid units) and sum of the touch in each image, (images, 4).
+
+    Args:
+        images: Relative capacitance, (images, rows, columns).
+        mended: Leave out misread taxels.
+    """
     felt = np.maximum(images - 1.0, np.float32(0.0))
     peak = felt.reshape(len(felt), -1).max(axis=1)
     firm = float(np.quantile(peak, FIRM))

@@ -5,6 +5,7 @@ on a quarter, a half and all of the examples. If the errors of a gesture still f
 are added, more would help; how many more follows from how fast they fall.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -16,14 +17,13 @@ from numpy.typing import NDArray
 
 from models.data.augment import Symmetry
 from models.data.load import Data
-from models.data.recipe import Course
-from models.data.training_split import Parts, Split
+from models.data.recipe import NetworkRecipe
+from models.data.splits import Parts, Split
 from models.evaluation import scores
 from models.results import missed_gestures
 from models.results.training import ENOUGH, ClassRow, GestureResult, Training
-from models.training.loop import fit
-from models.training.tasks import Gestures
-from models.training.train_networks import Work
+from models.training.gesture_task import GestureTask
+from models.training.loop import TrainingJob, fit
 
 SHARES: Final = (0.25, 0.5, 1.0)  # of the examples
 STEPS: Final = 300  # batches for each: the curve's shape is there long before its end
@@ -57,26 +57,26 @@ def counts(data: Data, split: Split) -> tuple[ClassRow, ...]:
     )
 
 
-def advise(result: Training, work: Work, *, measured: bool, say: Say) -> Training:
+def advise(result: Training, job: TrainingJob, *, measured: bool, say: Say) -> Training:
     """Return a result with what is known of every class, and what to do next."""
     assert result.gesture is not None
     rows = [_scored(row, i, result.gesture) for i, row in enumerate(result.classes)]
     held = np.array(result.gesture.event_confusion).sum(axis=1)
     if measured and held.sum():
         say("measuring how much more examples would help")
-        rows = _with_curves(rows, work)
-    table, asks = result.gesture.answered, work.data.vocabulary.table
+        rows = _with_curves(rows, job)
+    table, commands = result.gesture.answered, job.data.vocabulary.table
     wrong = missed_gestures.failing(table)
     rows = [rows[0], *(_judged(row, int(held[i])) for i, row in enumerate(rows) if i)]
     for i in wrong:  # what is named rightly may not be answered all the same
         little = measured and not rows[i].more and 1.0 - rows[i].event_recall > GOOD
-        said = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
-        rows[i] = replace(rows[i], advice=said)
+        words = missed_gestures.advice(result.labels, table, i, more=rows[i].more, little=little)
+        rows[i] = replace(rows[i], advice=words)
     lines = [
         *(rows[i].advice for i in wrong),
         *(row.advice for i, row in enumerate(rows) if row.more and i not in wrong),
         *confused(result.labels, result.gesture.event_confusion),
-        *safest(result.labels, table or result.gesture.event_confusion, asks),
+        *safest(result.labels, table or result.gesture.event_confusion, commands),
     ]
     if not lines:
         lines = [ENOUGH]
@@ -112,22 +112,21 @@ def confused(labels: Sequence[str], table: Sequence[Sequence[int]]) -> list[str]
     """
     matrix = np.array(table)
     lines = []
-    for i in range(1, len(labels)):
-        for j in range(i + 1, len(labels)):
-            both = matrix[i].sum() + matrix[j].sum()
-            swapped = matrix[i, j] + matrix[j, i]
-            if swapped >= 2 and swapped > CONFUSED * both:
-                lines.append(
-                    f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
-                    "events: make them more different, or merge them into one gesture"
-                )
+    for i, j in itertools.combinations(range(1, len(labels)), 2):
+        both = matrix[i].sum() + matrix[j].sum()
+        swapped = matrix[i, j] + matrix[j, i]
+        if swapped >= 2 and swapped > CONFUSED * both:
+            lines.append(
+                f"{labels[i]} and {labels[j]} are taken for each other in {swapped} of {both} "
+                "events: make them more different, or merge them into one gesture"
+            )
     return lines
 
 
 def safest(
-    labels: Sequence[str], table: Sequence[Sequence[int]], asks: Mapping[str, object]
+    labels: Sequence[str], table: Sequence[Sequence[int]], commands: Mapping[str, object]
 ) -> list[str]:
-    """Return the advice to give what cannot be taken back to the most reliable gesture.
+    """Return the advice to map irrevocable commands to the most reliable gesture.
 
     A gesture is as reliable as the worse of two: how many of its events are recognised, and how
     many of the events that are taken for it are it.
@@ -135,7 +134,7 @@ def safest(
     Args:
         labels: "null" first.
         table: Events: true class by answered, or named, class.
-        asks: What each gesture asks for.
+        commands: Command of each gesture.
     """
     matrix = np.array(table)
     sure = {
@@ -149,7 +148,7 @@ def safest(
     return [
         f"{command} cannot be taken back: give it to {best} ({sure[best]:.1%} sure) rather than "
         f"to {label} ({sure[label]:.1%})"
-        for label, command in asks.items()
+        for label, command in commands.items()
         if command in RISKY and label in sure and sure[best] - sure[label] > SAFER
     ]
 
@@ -190,52 +189,45 @@ def slope_of(curve: Sequence[tuple[float, float]], held: int) -> float:
         return 0.0
     examples, errors = np.array(curve).T
     x, y = np.log(np.maximum(examples, 1.0)), np.log(np.maximum(errors, 0.5 / held))
-    x = x - x.mean()
-    spread = float((x * x).sum())
-    return min(0.0, float((x * y).sum()) / spread) if spread else 0.0
+    return min(0.0, float(np.polyfit(x, y, 1)[0])) if np.ptp(x) else 0.0
 
 
-def _with_curves(rows: list[ClassRow], work: Work) -> list[ClassRow]:
+def _with_curves(rows: list[ClassRow], job: TrainingJob) -> list[ClassRow]:
     """Return the classes with their learning curves."""
     points: list[list[tuple[float, float]]] = [[] for _ in rows]
     for share in SHARES:
-        wrong = _errors(work, share)
+        wrong = _errors(job, share)
         for number in range(1, len(rows)):
             if math.isfinite(wrong[number]):
                 points[number].append((share * rows[number].examples, wrong[number]))
     return [replace(row, curve=tuple(own)) for row, own in zip(rows, points, strict=True)]
 
 
-def _errors(work: Work, share: float) -> list[float]:
+def _errors(job: TrainingJob, share: float) -> list[float]:
     """Return the share of each class's events missed after a short training on some examples."""
-    data, examples = work.data, work.data.examples
+    data, examples = job.data, job.data.examples
     classes = len(data.vocabulary.labels)
-    train = _some(work, share)
-    course: Course = replace(
-        work.recipe.gesture, epochs=0, steps=STEPS, limits=PASSES, patience=0.0, falling=True
-    )
+    train = _some(job, share)
+    short = {"epochs": 0, "steps": STEPS, "limits": PASSES, "patience": 0.0, "falling": True}
+    recipe: NetworkRecipe = replace(job.recipe.gesture, **short)
     none = np.empty(0, dtype=np.int64)
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
-    torch.manual_seed(work.seed)
+    torch.manual_seed(job.seed)
     parts = Parts(train, none, none)
-    lesson = Gestures(examples, parts, classes, symmetry, course, work.device)
-    fit(lesson, course, work.seed, None, lambda _epochs, _share: None)
-    ends = examples.ends[work.split.windows.check][:JUDGED]
-    logits, _ = lesson.answers(ends)
+    task = GestureTask(examples, parts, classes, symmetry, recipe, job.device)
+    fit(task, job.seed)
+    ends = examples.ends[job.split.windows.check][:JUDGED]
+    logits, _ = task.answers(ends)
     events = scores.events(examples, ends, scores.softmax(logits.cpu().numpy()))
     wrong = [(events.named != i)[events.label == i] for i in range(classes)]
     return [float(of.mean()) if len(of) else math.nan for of in wrong]
 
 
-def _some(work: Work, share: float) -> NDArray[np.int64]:
+def _some(job: TrainingJob, share: float) -> NDArray[np.int64]:
     """Return the windows of some examples: each gesture is in or out as a whole."""
-    examples, train = work.data.examples, work.split.windows.train
-    ends = examples.ends[train]
-    label = examples.label[ends]
-    begins = np.ones(len(ends), dtype=np.bool_)
-    begins[1:] = (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
-    run = np.cumsum(begins) - 1
-    rank = np.random.default_rng((work.seed, 6)).permutation(int(run[-1]) + 1)
+    examples, train = job.data.examples, job.split.windows.train
+    run = np.cumsum(examples.begins(examples.ends[train])) - 1
+    rank = np.random.default_rng((job.seed, 6)).permutation(int(run[-1]) + 1)
     return np.asarray(train[rank[run] < share * len(rank)])
 
 

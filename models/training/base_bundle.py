@@ -1,10 +1,9 @@
-"""The other half: a bundle that lends the network that is not trained, and its mapping."""
+"""Base bundle: source of the network that is not trained, and of its mapping."""
 
-import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from controller import files
 from controller.bundles import bundle
 from controller.bundles.bundle import Bundle
 from controller.bundles.vocabulary import Vocabulary
@@ -12,28 +11,30 @@ from controller.recognition.mapping import NONE
 from models.data.load import Data
 
 
-def choose(path: Path | None, data: Data, *, gesture: bool, location: bool) -> Bundle | None:
-    """Return the bundle that lends what is not trained; None: nothing is lent.
+def choose(
+    base: Bundle, data: Data, *, gesture: bool, location: bool, named: Path | None
+) -> Bundle | None:
+    """Return the bundle of the network that is not trained; None if there is none.
 
     Args:
-        path: The one that somebody named; None: the one that ships, where it fits.
-        data: What the other network is trained on.
+        base: The one that was named, or the one that ships.
+        data: Examples that the other network is trained on.
         gesture: CNN-3D is trained.
         location: CNN-2D is trained.
+        named: The file that was named; None: none was.
 
     Raises:
         ValueError: The named one does not fit, or there is none for the gestures.
     """
     if gesture and location:
-        if path is not None:
+        if named is not None:
             raise ValueError("--with lends a network that is not trained, and here both are")
         return None
-    lender = bundle.read(path or bundle.default_path())
-    why = _misfit(lender, data, location=location)
+    why = _misfit(base, data, location=location)
     if not why:
-        return lender
-    if path is not None:
-        raise ValueError(f"{path} cannot lend its network: {why}")
+        return base
+    if named is not None:
+        raise ValueError(f"{named} cannot lend its network: {why}")
     if location:
         raise ValueError(
             f"the bundle that ships cannot lend its gesture network: {why}; name another with "
@@ -42,39 +43,30 @@ def choose(path: Path | None, data: Data, *, gesture: bool, location: bool) -> B
     return None
 
 
-def mapping(vocabulary: Vocabulary, lender: Bundle | None, *, located: bool) -> dict[str, Any]:
-    """Return what each gesture asks for: as the vocabulary says, else as the lender does.
+def mapping(vocabulary: Vocabulary, lent: dict[str, Any], *, located: bool) -> dict[str, Any]:
+    """Return the mapping of a new bundle: as the vocabulary has it, else as the base has it.
 
-    Where nothing tells a touch's place, gestures that ask for something by their place do
-    nothing, on purpose.
+    If the bundle does not locate touches, gestures whose command depends on the place do nothing.
+
+    Args:
+        vocabulary: The gestures.
+        lent: Mapping of the base; {} if there is none.
+        located: The bundle locates touches.
     """
-    lent = table_of(lender) if lender is not None else {}
     table = {label: lent[label] for label in vocabulary.labels if label in lent}
     table |= vocabulary.table
     if located:
         return table
     return {
-        label: NONE if isinstance(asks, list) and len(asks) > 1 else asks
-        for label, asks in table.items()
+        label: NONE if isinstance(rules, list) and len(rules) > 1 else rules
+        for label, rules in table.items()
     }
 
 
-def table_of(lender: Bundle) -> dict[str, Any]:
-    """Return a bundle's mapping as its TOML has it."""
-    table: dict[str, Any] = {}
-    for label, rules in lender.mapping.rules.items():
-        if len(rules) == 1 and rules[0].everywhere:
-            table[label] = rules[0].command
-        else:
-            table[label] = [
-                {
-                    key: value
-                    for key, value in asdict(rule).items()
-                    if isinstance(value, str) or math.isfinite(value)
-                }
-                for rule in rules
-            ]
-    return table
+def mapping_of(base: Path | None) -> dict[str, Any]:
+    """Return a bundle's mapping as its manifest has it; None is the bundle that ships."""
+    parts = bundle.unpack(files.read_bytes(base or bundle.default_path(), bundle.MAX_BYTES))
+    return dict(bundle.manifest(parts[bundle.MANIFEST])["mapping"])
 
 
 def _misfit(lender: Bundle, data: Data, *, location: bool) -> str:

@@ -1,7 +1,7 @@
 """Checkpoints of interrupted trainings: plain arrays and JSON in one `.npz`, never pickled.
 
-A checkpoint is taken after every epoch and holds the random generators too, so that a training
-that goes on gives the same bytes as one that was never interrupted.
+A checkpoint is taken after every epoch and holds the random generators too, so a resumed training
+gives the same bytes as an uninterrupted one.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
 from controller import files, npz
 from controller.errors import UserError
@@ -24,7 +24,7 @@ _WORDS: Final = "words"  # the JSON among the arrays
 
 
 class CheckpointError(UserError, ValueError):
-    """The folder holds what another training left; the message is one sentence."""
+    """A checkpoint is damaged or of another training; the message is one sentence."""
 
 
 def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
@@ -39,7 +39,7 @@ def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> 
 
 
 def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
-    """Return what a checkpoint holds; None: there is none.
+    """Return a checkpoint's arrays and JSON values; None if there is none.
 
     Raises:
         CheckpointError: It cannot be read.
@@ -55,21 +55,21 @@ def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
 
 
 def damaged(path: Path) -> CheckpointError:
-    """Return the error that a checkpoint does not hold what it should."""
-    return CheckpointError(f"{path} is damaged; remove it, and training begins anew")
+    """Return the error of a damaged checkpoint."""
+    return CheckpointError(f"{path} is damaged; remove it, and training begins again")
 
 
 def claim(folder: Path, name: str, of: object, what: str) -> Path:
-    """Return a folder of checkpoints: of this work, or new.
+    """Return a folder of checkpoints of one piece of work, made if it does not exist.
 
     Args:
         folder: Where they are kept.
-        name: Of the mark in it that says whose they are.
-        of: All that the work depends on; its representation tells it from others.
-        what: The work, for people.
+        name: File in it that identifies the work.
+        of: Everything that the work depends on; its representation identifies the work.
+        what: The work, in messages.
 
     Raises:
-        CheckpointError: They are another one's.
+        CheckpointError: The folder holds checkpoints of other work.
     """
     own = hashlib.sha256(repr(of).encode() + torch.__version__.encode()).hexdigest()
     mark = folder / name
@@ -99,24 +99,20 @@ def unpack(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Tensor]:
     }
 
 
-def optimizer_state(net: nn.Module, optimizer: torch.optim.Optimizer) -> dict[str, Tensor]:
-    """Return what an optimizer remembers of each parameter, by "PARAMETER-QUANTITY"."""
+def optimizer_state(optimizer: torch.optim.Optimizer) -> dict[str, Tensor]:
+    """Return an optimizer's state, by "PARAMETER-QUANTITY"."""
     return {
-        f"{name}-{quantity}": torch.as_tensor(value)
-        for name, parameter in net.named_parameters()
-        for quantity, value in optimizer.state[parameter].items()
+        f"{number}-{quantity}": torch.as_tensor(value)
+        for number, state in optimizer.state_dict()["state"].items()
+        for quantity, value in state.items()
         if value is not None
     }
 
 
-def restore_optimizer(
-    net: nn.Module, optimizer: torch.optim.Optimizer, state: dict[str, Tensor]
-) -> None:
-    """Let an optimizer remember what `optimizer_state` returned."""
-    parameters = dict(net.named_parameters())
+def restore_optimizer(optimizer: torch.optim.Optimizer, state: dict[str, Tensor]) -> None:
+    """Give an optimizer the state that `optimizer_state` returned."""
+    values: dict[int, dict[str, Tensor]] = {}
     for name, value in state.items():
-        owner, _, quantity = name.partition("-")
-        parameter = parameters[owner]
-        # Laid out in memory as the parameter is: fused optimisers go through both in one row.
-        like = value if quantity == "step" else torch.empty_like(parameter).copy_(value)
-        optimizer.state[parameter][quantity] = like.detach()
+        number, _, quantity = name.partition("-")
+        values.setdefault(int(number), {})[quantity] = value
+    optimizer.load_state_dict({**optimizer.state_dict(), "state": values})

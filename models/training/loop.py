@@ -1,50 +1,95 @@
-"""One network's training, whatever it learns: seeded, interruptible, the best epoch kept."""
+"""Training loop of one network: seeded, resumable, the best epoch kept."""
 
 import math
+import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from models.data.recipe import Course
+from models.data.load import Data
+from models.data.recipe import NetworkRecipe, Recipe
+from models.data.splits import Split
 from models.results.training import Epoch
-from models.training import checkpoint
+from models.training import checkpoint, progress
+from models.training.networks import Network
+from models.training.progress import Describe, Watch
 
 WARM_UP: Final = 0.1  # share of the steps in which the learning rate rises
 FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
+AT_ONCE: Final = 2000  # examples evaluated together
 
-Watch = Callable[[list[Epoch], float], None]  # epochs so far, and the share done of the next one
+Index = NDArray[np.int64]  # (examples,)
 
 
-class Lesson(Protocol):
-    """What one network learns from, and how well it does."""
+@dataclass(frozen=True, slots=True)
+class TrainingJob:
+    """Data and options that the trainings of one bundle share.
 
-    net: nn.Module
+    Attributes:
+        data: Examples.
+        split: Which of them are held out.
+        recipe: How networks are trained.
+        seed: Of everything random.
+        device: Runs PyTorch.
+        folder: Holds the checkpoints; None: there are none.
+        answers: Classes that the gesture network answers, the first ones; 0: all. The others are
+            auxiliary: learned beside them, so that the embedding keeps more.
+    """
 
-    def batches(self, rng: np.random.Generator) -> Iterator[NDArray[np.int64]]:
-        """Return one epoch's examples in batches, in an order drawn anew."""
+    data: Data
+    split: Split
+    recipe: Recipe
+    seed: int
+    device: torch.device
+    folder: Path | None
+    answers: int = 0
+
+
+class Task(ABC):
+    """Base class of the training tasks: a network, its examples, its loss and its scores.
+
+    Attributes:
+        net: Trained in place.
+        recipe: How.
+        train: Positions of the examples to learn from, (examples,).
+    """
+
+    def __init__(self, net: Network, recipe: NetworkRecipe, train: Index) -> None:
+        self.net, self.recipe, self.train = net, recipe, train
 
     def steps(self) -> int:
-        """Return how many batches an epoch has."""
+        """Return the number of batches of an epoch."""
+        return -(-len(self.train) // self.recipe.batch)
 
-    def loss(self, batch: NDArray[np.int64], generator: torch.Generator) -> tuple[Tensor, float]:
+    def batches(self, rng: np.random.Generator) -> Iterator[Index]:
+        """Yield one epoch's examples in batches of about one size, in a random order."""
+        # Of about one size: no layer can be normalised over a single example.
+        yield from np.array_split(rng.permutation(self.train), self.steps())
+
+    @abstractmethod
+    def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch, and its mean score."""
 
     def check(self) -> tuple[float, float]:
-        """Return loss and score on what is held out; NaN where nothing is."""
+        """Return loss and score on the examples held out; NaN if none are."""
+        return math.nan, math.nan
 
     def random(self) -> float:
-        """Return the score by the paper's protocol."""
+        """Return the score on examples at random, the paper's protocol; NaN if there are none."""
+        return math.nan
 
     def better(self, one: Epoch, other: Epoch) -> bool:
-        """Whether an epoch is better than another."""
+        """Whether one epoch's network is better than another's on the examples held out."""
+        return one.check_loss < other.check_loss
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,42 +107,63 @@ class Fitted:
     stopped: str
 
 
-def fit(lesson: Lesson, course: Course, seed: int, keep: Path | None, watch: Watch) -> Fitted:
-    """Train the lesson's network in place; it ends as it was in the epoch that is kept.
+def fit(task: Task, seed: int, keep: Path | None = None, watch: Watch | None = None) -> Fitted:
+    """Train a task's network in place; it ends with the weights of the epoch that is kept.
 
     Args:
-        lesson: What it learns.
-        course: How.
+        task: Network and examples.
         seed: Of order and augmentation.
-        keep: Where the checkpoint is; what is there is gone on from. None: nowhere.
-        watch: Sees the epochs, and from time to time the share done of the present one.
+        keep: The checkpoint, which an interrupted training resumes from; None: there is none.
+        watch: Takes the epochs and the share done of the present one, after every batch.
+
+    Raises:
+        CheckpointError: The checkpoint is damaged.
     """
-    run = _Run(lesson, course, seed)
+    run = _Run(task, seed)
     if keep is not None and (found := checkpoint.load(keep)) is not None:
         try:
             run.restore(*found)
         except (KeyError, ValueError, TypeError, AttributeError, RuntimeError, IndexError):
             raise checkpoint.damaged(keep) from None
     while not run.over():
-        run.epoch(watch)
+        run.epoch(watch or (lambda epochs, share: None))
         if keep is not None:
             checkpoint.save(keep, *run.state())
-    lesson.net.load_state_dict(run.best)
-    lesson.net.eval()
+    task.net.load_state_dict(run.best)
+    task.net.eval()
     return Fitted(tuple(run.epochs), run.best_epoch, run.stopped)
 
 
-class _Run:
-    """A training under way, and all that it remembers."""
+def fit_shown(task: Task, name: str, describe: Describe, seed: int, folder: Path | None) -> Fitted:
+    """Train as `fit` does, and show the progress on standard error.
 
-    def __init__(self, lesson: Lesson, course: Course, seed: int) -> None:
-        self.lesson, self.course, self.net = lesson, course, lesson.net
+    Args:
+        task: Network and examples.
+        name: Of the network.
+        describe: Returns an epoch's scores in words.
+        seed: Of order and augmentation.
+        folder: Holds the checkpoint; None: there is none.
+    """
+    passes = task.recipe.passes(task.steps() * task.recipe.batch)
+    keep = None if folder is None else folder / f"{name.lower()}.npz"
+    fitted = fit(task, seed, keep, progress.watch(name, passes, describe, sys.stderr))
+    if fitted.stopped:
+        end = "\n" if sys.stderr.isatty() else ""
+        print(f"{end}{name}: {fitted.stopped}; epoch {fitted.best} is kept", file=sys.stderr)
+    return fitted
+
+
+class _Run:
+    """A training under way, with its full state."""
+
+    def __init__(self, task: Task, seed: int) -> None:
+        self.task, self.recipe, self.net = task, task.recipe, task.net
         self.device = next(self.net.parameters()).device
         self.rng = np.random.default_rng(seed)
         self.generator = torch.Generator(self.device).manual_seed(seed)
-        self.optimizer = _optimizer(self.net, course)
-        self.each = lesson.steps()
-        self.passes = course.passes(self.each * course.batch)
+        self.optimizer = _optimizer(self.net, self.recipe)
+        self.each = task.steps()
+        self.passes = self.recipe.passes(self.each * self.recipe.batch)
         self.epochs: list[Epoch] = []
         self.best: dict[str, Tensor] = _copy(self.net)
         self.best_epoch = 0
@@ -112,16 +178,16 @@ class _Run:
         self.net.train()
         losses = scores = 0.0
         examples, begun = 0, len(self.epochs) * self.each
-        for step, batch in enumerate(self.lesson.batches(self.rng)):
-            rate = _rate(self.course, begun + step, self.passes * self.each)
+        for step, batch in enumerate(self.task.batches(self.rng)):
+            rate = _rate(self.recipe, begun + step, self.passes * self.each)
             for group in self.optimizer.param_groups:
                 group["lr"] = rate
-            with _products("medium" if self.course.coarse else "highest"):
-                loss, score = self.lesson.loss(batch, self.generator)
+            with _products("medium" if self.recipe.coarse else "highest"):
+                loss, score = self.task.loss(batch, self.generator)
                 self.optimizer.zero_grad()
                 loss.backward()  # type: ignore[no-untyped-call]
-            if self.course.clip:
-                nn.utils.clip_grad_norm_(self.net.parameters(), self.course.clip)
+            if self.recipe.clip:
+                nn.utils.clip_grad_norm_(self.net.parameters(), self.recipe.clip)
             self.optimizer.step()
             losses += float(loss.detach()) * len(batch)
             scores += score * len(batch)
@@ -130,8 +196,8 @@ class _Run:
         self.net.eval()
         number = len(self.epochs) + 1
         with torch.no_grad():
-            check = self.lesson.check()
-            this = Epoch(number, losses / examples, scores / examples, *check, self.lesson.random())
+            check = self.task.check()
+            this = Epoch(number, losses / examples, scores / examples, *check, self.task.random())
         self._note(this)
         self.epochs.append(this)
         watch(self.epochs, 0.0)
@@ -140,11 +206,11 @@ class _Run:
         """Keep the epoch if it is to be kept, and end the training if it has been enough."""
         known = math.isfinite(this.check_loss)
         best = self.epochs[self.best_epoch - 1] if self.best_epoch else None
-        if not (self.course.keep_best and known) or best is None or self.lesson.better(this, best):
+        if not (self.recipe.keep_best and known) or best is None or self.task.better(this, best):
             self.best, self.best_epoch = _copy(self.net), this.number
-        patience = max(4, round(self.course.patience * self.passes))
+        patience = max(4, round(self.recipe.patience * self.passes))
         waited = this.number - self.best_epoch
-        if self.course.patience and waited >= patience and this.number < self.passes:
+        if self.recipe.patience and waited >= patience and this.number < self.passes:
             self.stopped = (
                 f"no better on what is held out for {waited} epochs, so it stopped after "
                 f"{this.number} of {self.passes}"
@@ -155,7 +221,7 @@ class _Run:
         arrays = {
             **checkpoint.pack("net", self.net.state_dict()),
             **checkpoint.pack("best", self.best),
-            **checkpoint.pack("optimizer", checkpoint.optimizer_state(self.net, self.optimizer)),
+            **checkpoint.pack("optimizer", checkpoint.optimizer_state(self.optimizer)),
             "generator": self.generator.get_state().numpy(),
         }
         words = {
@@ -170,12 +236,24 @@ class _Run:
         """Go on from what `state` returned."""
         self.net.load_state_dict(checkpoint.unpack("net", arrays))
         self.best = checkpoint.unpack("best", arrays)
-        kept = checkpoint.unpack("optimizer", arrays)
-        checkpoint.restore_optimizer(self.net, self.optimizer, kept)
+        checkpoint.restore_optimizer(self.optimizer, checkpoint.unpack("optimizer", arrays))
         self.generator.set_state(torch.from_numpy(np.array(arrays["generator"])))
         self.rng.bit_generator.state = words["rng"]
         self.epochs = [Epoch(**epoch) for epoch in words["epochs"]]
         self.best_epoch, self.stopped = int(words["best"]), str(words["stopped"])
+
+
+def batched(net: nn.Module, inputs: Callable[[Index], Tensor], index: Index) -> Tensor:
+    """Return a network's outputs for many examples, (examples, outputs), without gradients.
+
+    Args:
+        net: The network.
+        inputs: Returns its inputs for some of the examples.
+        index: The examples.
+    """
+    starts = range(0, max(1, len(index)), AT_ONCE)
+    with torch.no_grad():
+        return torch.cat([net(inputs(index[start : start + AT_ONCE])) for start in starts])
 
 
 def prepare_torch(seed: int) -> torch.device:
@@ -201,31 +279,31 @@ def _products(precision: str) -> Iterator[None]:
         torch.set_float32_matmul_precision(before)
 
 
-def _optimizer(net: nn.Module, course: Course) -> torch.optim.Optimizer:
+def _optimizer(net: nn.Module, recipe: NetworkRecipe) -> torch.optim.Optimizer:
     """Return the optimiser; L2 is on weights, not on biases: paper, eq. (5) and (6)."""
     groups: dict[float, list[nn.Parameter]] = {}
     for name, parameter in net.named_parameters():
         convolution = parameter.ndim > 2
         # The gradient of l2 |w|² is 2 l2 w; optimisers add weight_decay x w.
-        decay = 0.0 if name.endswith("bias") else 2.0 * course.l2[0 if convolution else 1]
+        decay = 0.0 if name.endswith("bias") else 2.0 * recipe.l2[0 if convolution else 1]
         groups.setdefault(decay, []).append(parameter)
     each: list[dict[str, Any]] = [
         {"params": p, "weight_decay": decay} for decay, p in groups.items()
     ]
-    if course.nesterov:
-        return torch.optim.SGD(each, lr=course.rate, momentum=MOMENTUM, nesterov=True)
-    return torch.optim.Adam(each, lr=course.rate, fused=True)
+    if recipe.nesterov:
+        return torch.optim.SGD(each, lr=recipe.rate, momentum=MOMENTUM, nesterov=True)
+    return torch.optim.Adam(each, lr=recipe.rate, fused=True)
 
 
-def _rate(course: Course, step: int, steps: int) -> float:
+def _rate(recipe: NetworkRecipe, step: int, steps: int) -> float:
     """Return the learning rate of a step: along a cosine up, then down to zero."""
-    if not course.falling:
-        return course.rate
+    if not recipe.falling:
+        return recipe.rate
     rising = max(1, round(WARM_UP * steps))
     if step < rising:
         share = 0.5 - 0.5 * math.cos(math.pi * step / rising)
-        return course.rate * (FIRST_RATE + (1.0 - FIRST_RATE) * share)
-    return course.rate * (0.5 + 0.5 * math.cos(math.pi * (step - rising) / (steps - rising)))
+        return recipe.rate * (FIRST_RATE + (1.0 - FIRST_RATE) * share)
+    return recipe.rate * (0.5 + 0.5 * math.cos(math.pi * (step - rising) / (steps - rising)))
 
 
 def _copy(net: nn.Module) -> dict[str, Tensor]:

@@ -1,4 +1,4 @@
-"""The two networks: CNN-3D says what the hand does, CNN-2D where a press is.
+"""The two networks: CNN-3D classifies gestures, CNN-2D locates a press.
 
 Structure by the paper, section 4.1 and figure 6: two convolutions and two dense hidden
 layers, relu, *same* padding; softmax and tanh at the end. Kernel sizes and widths are only
@@ -12,197 +12,218 @@ earlier windows had in common has one place in time to convolve for a new image.
 convolution of CNN-2D goes by two taxels.
 """
 
-from typing import Final, Self
+from collections import OrderedDict
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import Final
 
 import torch
 from torch import Tensor, nn
+from torch.nn.modules.batchnorm import _BatchNorm
+from torch.nn.utils.fusion import fuse_conv_bn_eval, fuse_linear_bn_eval
 
-from models.training import matmul_convolution
+from models.data.recipe import NetworkRecipe
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
-CONVOLUTIONS: Final = 2  # layers before the dense ones
+KERNEL: Final = 3  # taxels, each way
+SMALL_GRID: Final = 36  # taxels: the matrices of a larger grid hold too many zeros
 
 
-class GestureNet(nn.Module):
-    """CNN-3D: windows of z images (batch, window, rows, columns) -> logits (batch, classes)."""
+class Network(nn.Sequential):
+    """A chain of named layers. CNN-3D ends in logits: its softmax belongs to the exported file."""
 
-    def __init__(
-        self,
-        window: int,
-        rows: int,
-        columns: int,
-        classes: int,
-        channels: tuple[int, int] = (12, 24),
-        hidden: tuple[int, int] = (64, 32),
-        *,
-        strides: bool = True,
-        normalised: bool = False,
-    ) -> None:
-        """Build it, with weights to begin with.
+    def folded(self) -> "Network":
+        """Return an equivalent network, its normalisation folded into the layers before it."""
+        made: OrderedDict[str, nn.Module] = OrderedDict()
+        last = ""
+        for name, layer in deepcopy(self).eval().named_children():
+            if not isinstance(layer, _BatchNorm):
+                made[name], last = layer, name
+            elif isinstance(before := made[last], nn.Linear):
+                made[last] = fuse_linear_bn_eval(before, layer)
+            else:
+                assert isinstance(before, nn.Conv2d | nn.Conv3d)
+                made[last] = fuse_conv_bn_eval(before, layer)
+        return Network(made)
 
-        Args:
-            window: Images.
-            rows: Of taxels.
-            columns: Of taxels.
-            classes: Labels, null among them.
-            channels: Maps of the convolutions.
-            hidden: Widths of the dense layers.
-            strides: It takes longer steps; else it is the paper's.
-            normalised: Layers are normalised over each batch while it learns; `folded` afterwards.
-        """
-        super().__init__()
-        taxels = (rows, columns)
-        if strides:
-            first = _kernel(window, 4)
-            steps = (window - first) // 2 + 1
-            second = _kernel(steps, 3)
-            steps = (steps - second) // 2 + 1
-            taxels = (-(-rows // 2), -(-columns // 2))
-            self.conv1 = nn.Conv3d(1, channels[0], (first, 3, 3), stride=2, padding=(0, 1, 1))
-            self.conv2 = nn.Conv3d(*channels, (second, 3, 3), stride=(2, 1, 1), padding=(0, 1, 1))
-        else:
-            steps = window
-            self.conv1 = nn.Conv3d(1, channels[0], 3, padding=1)
-            self.conv2 = nn.Conv3d(*channels, 3, padding=1)
-        self.dense1 = nn.Linear(channels[1] * steps * taxels[0] * taxels[1], hidden[0])
-        self.dense2 = nn.Linear(hidden[0], hidden[1])
-        self.out = nn.Linear(hidden[1], classes)
-        self.norms = nn.ModuleList()
-        if normalised:
-            self.norms.extend(nn.BatchNorm3d(maps) for maps in channels)
-            self.norms.extend(nn.BatchNorm1d(width) for width in hidden)
-        # On a small grid it learns by products, which answer the same.
-        self._small = strides and rows * columns <= matmul_convolution.MOST
-        if self._small:
-            self.reach1 = nn.Buffer(matmul_convolution.reach(rows, columns, 2), persistent=False)
-            self.reach2 = nn.Buffer(matmul_convolution.reach(*taxels, 1), persistent=False)
-        self._made_of = (window, rows, columns, classes, channels, hidden)
-        self._strides = strides
+    def weights(self) -> int:
+        """Return the number of weights."""
+        return sum(parameter.numel() for parameter in self.parameters())
 
-    def forward(self, windows: Tensor) -> Tensor:
-        """Return logits; the softmax belongs to the exported network."""
-        if self.training and self._small:
-            return torch.as_tensor(self.out(_hidden(self, self._products(windows))))
-        return torch.as_tensor(self.out(_trunk(self, windows)))
-
-    def folded(self) -> Self:
-        """Return a network that answers the same, normalisation worked into its weights."""
-        plain = type(self)(*self._made_of, strides=self._strides)
-        own = {k: t for k, t in self.state_dict().items() if not k.startswith("norms.")}
-        plain.load_state_dict(own)
-        _fold(self.norms, (plain.conv1, plain.conv2, plain.dense1, plain.dense2))
-        return plain
-
-    def narrowed(self, classes: int) -> Self:
-        """Return a network that tells the first classes apart, as this one does among them."""
-        window, rows, columns, _, channels, hidden = self._made_of
-        narrow = type(self)(window, rows, columns, classes, channels, hidden, strides=self._strides)
-        own = self.state_dict()
-        own |= {name: own[name][:classes] for name in ("out.weight", "out.bias")}
-        narrow.load_state_dict(own)
+    def narrowed(self, classes: int) -> "Network":
+        """Return a network of the first classes alone, with the same logits for them."""
+        narrow = deepcopy(self)
+        out = narrow.out
+        assert isinstance(out, nn.Linear)
+        out.weight = nn.Parameter(out.weight.detach()[:classes].clone())
+        out.bias = nn.Parameter(out.bias.detach()[:classes].clone())
+        out.out_features = classes
         return narrow
 
-    def _products(self, windows: Tensor) -> Tensor:
-        """Return what the convolutions make of windows, the sooner for small ones."""
-        x = ((windows - 1.0) * GAIN).flatten(2)
-        for number, (layer, reached) in enumerate(
-            ((self.conv1, self.reach1), (self.conv2, self.reach2))
-        ):
-            x = matmul_convolution.convolve(x, layer, reached)
-            apart = x.view(-1, layer.out_channels, 1, 1, reached.shape[2])
-            x = torch.relu(self.norms[number](apart) if self.norms else apart).view(x.shape)
-        # Maps first, as the convolutions have it: (batch, maps, images, taxels).
-        apart = x.view(len(x), -1, self.conv2.out_channels, self.reach2.shape[2])
-        return apart.transpose(1, 2).flatten(1)
+
+def gesture_net(shape: tuple[int, int, int], classes: int, recipe: NetworkRecipe) -> Network:
+    """Return CNN-3D: z windows (batch, window, rows, columns) -> logits (batch, classes).
+
+    Args:
+        shape: Of a window: (window, rows, columns).
+        classes: Labels, null among them.
+        recipe: Widths and strides; `strides` False is the paper's network.
+    """
+    window, *grid = shape
+    maps = recipe.channels
+    convolutions: list[nn.Module]
+    if recipe.strides:
+        first = _span(window, 4)
+        steps = (window - first) // 2 + 1
+        second = _span(steps, 3)
+        steps = (steps - second) // 2 + 1
+        halved = [-(-side // 2) for side in grid]
+        convolutions = [
+            GridConvolution(1, maps[0], first, grid, stride=2),
+            GridConvolution(maps[0], maps[1], second, halved, stride=1),
+        ]
+        taxels = halved[0] * halved[1]
+    else:
+        steps, taxels = window, grid[0] * grid[1]
+        convolutions = [
+            nn.Conv3d(1, maps[0], KERNEL, padding=1),
+            nn.Conv3d(maps[0], maps[1], KERNEL, padding=1),
+        ]
+    return _network(convolutions, nn.BatchNorm3d, steps * taxels, classes, recipe)
 
 
-class LocationNet(nn.Module):
-    """CNN-2D: z images (batch, rows, columns) -> (x, y) in grid units (batch, 2)."""
+def location_net(shape: tuple[int, int], recipe: NetworkRecipe) -> Network:
+    """Return CNN-2D: z images (batch, rows, columns) -> (x, y) in grid units (batch, 2).
 
-    def __init__(
-        self,
-        rows: int,
-        columns: int,
-        channels: tuple[int, int] = (16, 32),
-        hidden: tuple[int, int] = (64, 32),
-        *,
-        strides: bool = True,
-        normalised: bool = False,
-    ) -> None:
-        """Build it, with weights to begin with.
+    Args:
+        shape: Of an image: (rows, columns).
+        recipe: Widths and strides; `strides` False is the paper's network.
+    """
+    step = 2 if recipe.strides else 1
+    maps = recipe.channels
+    convolutions = [
+        nn.Conv2d(1, maps[0], KERNEL, padding=1),
+        nn.Conv2d(maps[0], maps[1], KERNEL, padding=1, stride=step),
+    ]
+    taxels = -(-shape[0] // step) * -(-shape[1] // step)
+    net = _network(convolutions, nn.BatchNorm2d, taxels, 2, recipe)
+    net.add_module("position", GridPosition(*shape))
+    return net
+
+
+def _network(
+    convolutions: Sequence[nn.Module],
+    norm: type[nn.BatchNorm2d] | type[nn.BatchNorm3d],
+    places: int,
+    outputs: int,
+    recipe: NetworkRecipe,
+) -> Network:
+    """Return a network of these convolutions and the recipe's dense layers.
+
+    Args:
+        convolutions: With their own weights, in order.
+        norm: Normalises what they return.
+        places: Of a map after the last convolution.
+        outputs: Of the last layer.
+        recipe: Widths of the dense layers, and whether layers are normalised.
+    """
+    layers: OrderedDict[str, nn.Module] = OrderedDict(scale=Scale())
+
+    def add(name: str, number: int, layer: nn.Module, norm: nn.Module) -> None:
+        layers[f"{name}{number}"] = layer
+        if recipe.normalised:
+            layers[f"{name}{number}_norm"] = norm
+        layers[f"{name}{number}_relu"] = nn.ReLU()
+
+    for number, layer in enumerate(convolutions, 1):
+        add("conv", number, layer, norm(recipe.channels[number - 1]))
+    layers["flatten"] = nn.Flatten()
+    width = recipe.channels[-1] * places
+    for number, hidden in enumerate(recipe.hidden, 1):
+        add("dense", number, nn.Linear(width, hidden), nn.BatchNorm1d(hidden))
+        width = hidden
+    layers["out"] = nn.Linear(width, outputs)
+    return Network(layers)
+
+
+def _span(steps: int, usual: int) -> int:
+    """Return a kernel's length, so that strides of two end at the newest of so many steps."""
+    return steps if steps < usual else usual - (steps - usual) % 2
+
+
+class Scale(nn.Module):
+    """Input layer: z (batch, ...) -> (z - 1) x `GAIN` with one map (batch, 1, ...)."""
+
+    def forward(self, z: Tensor) -> Tensor:
+        """Return the scaled input."""
+        return (z.unsqueeze(1) - 1.0) * GAIN
+
+
+class GridPosition(nn.Module):
+    """Output layer of CNN-2D: tanh over the grid and half a pitch around it, grid units."""
+
+    def __init__(self, rows: int, columns: int) -> None:
+        super().__init__()
+        self.centre = nn.Buffer(torch.tensor([(columns - 1) / 2, (rows - 1) / 2]))
+        self.reach = nn.Buffer(self.centre + 0.5)  # the grid's edge stays in reach of tanh
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return positions (batch, 2)."""
+        return self.centre + self.reach * torch.tanh(x)
+
+
+class GridConvolution(nn.Conv3d):
+    """A convolution over time and a grid of taxels; on a small grid it trains as a matrix product.
+
+    On so few taxels a convolution's own program spends more time on finding its numbers than on
+    multiplying them. Each place of the grid reaches nearly all others anyway, so the kernel is
+    spread over one matrix from all taxels to all taxels, zeros where it does not reach, and the
+    images of a window that it spans are neighbours in memory. The result is a convolution's, to
+    rounding.
+    """
+
+    def __init__(self, inputs: int, maps: int, span: int, grid: list[int], stride: int) -> None:
+        """Build it with a kernel of (span, 3, 3).
 
         Args:
-            rows: Of taxels.
-            columns: Of taxels.
-            channels: Maps of the convolutions.
-            hidden: Widths of the dense layers.
-            strides: The second convolution goes by two taxels; else it is the paper's.
-            normalised: As in `GestureNet`.
+            inputs: Maps that it takes.
+            maps: Maps that it returns.
+            span: Images; its steps through time are 2, without padding.
+            grid: Rows and columns of its input.
+            stride: Its steps over the taxels, with *same* padding.
         """
-        super().__init__()
-        step = 2 if strides else 1
-        self.conv1 = nn.Conv2d(1, channels[0], 3, padding=1)
-        self.conv2 = nn.Conv2d(*channels, 3, padding=1, stride=step)
-        places = -(-rows // step) * -(-columns // step)
-        self.dense1 = nn.Linear(channels[1] * places, hidden[0])
-        self.dense2 = nn.Linear(hidden[0], hidden[1])
-        self.out = nn.Linear(hidden[1], 2)
-        # tanh covers the grid and half a pitch around it, so that its edge stays in reach.
-        centre = torch.tensor([(columns - 1) / 2, (rows - 1) / 2])
-        self.centre = nn.Buffer(centre)
-        self.reach = nn.Buffer(centre + 0.5)
-        self.norms = nn.ModuleList()
-        if normalised:
-            self.norms.extend(nn.BatchNorm2d(maps) for maps in channels)
-            self.norms.extend(nn.BatchNorm1d(width) for width in hidden)
-        self._made_of = (rows, columns, channels, hidden)
-        self._strides = strides
+        kernel = (span, KERNEL, KERNEL)
+        super().__init__(inputs, maps, kernel, stride=(2, stride, stride), padding=(0, 1, 1))
+        small = grid[0] * grid[1] <= SMALL_GRID
+        self.reach = nn.Buffer(_reach(grid, stride), persistent=False) if small else None
 
-    def forward(self, images: Tensor) -> Tensor:
-        """Return where the press is."""
-        x = _trunk(self, images)
-        return torch.as_tensor(self.centre + self.reach * torch.tanh(self.out(x)))
-
-    def folded(self) -> Self:
-        """Return a network that answers the same, normalisation worked into its weights."""
-        plain = type(self)(*self._made_of, strides=self._strides)
-        own = {k: t for k, t in self.state_dict().items() if not k.startswith("norms.")}
-        plain.load_state_dict(own)
-        _fold(self.norms, (plain.conv1, plain.conv2, plain.dense1, plain.dense2))
-        return plain
+    def forward(self, x: Tensor) -> Tensor:
+        """Convolve (batch, maps, images, rows, columns)."""
+        if self.reach is None or not self.training:
+            return super().forward(x)
+        # Maps stand last in memory, so that the images of a window are neighbours.
+        batch, _, images, rows, columns = x.shape
+        maps, inputs, span = self.weight.shape[:3]
+        _, taxels, places = self.reach.shape
+        step, width = int(self.stride[0]), taxels * inputs
+        made = (images - span) // step + 1
+        kernel = self.weight.reshape(-1, KERNEL * KERNEL) @ self.reach.flatten(1)
+        kernel = kernel.view(maps, inputs, span, taxels, places).permute(2, 3, 1, 4, 0)
+        flat = x.permute(0, 2, 3, 4, 1).contiguous()
+        spans = flat.as_strided((batch, made, span * width), (images * width, step * width, 1))
+        assert self.bias is not None
+        product = torch.addmm(
+            self.bias.repeat(places),
+            spans.reshape(batch * made, -1),
+            kernel.reshape(span * width, places * maps),
+        )
+        stride = int(self.stride[1])
+        grid = -(-rows // stride), -(-columns // stride)
+        return product.view(batch, made, *grid, maps).permute(0, 4, 1, 2, 3)
 
 
-def _trunk(net: GestureNet | LocationNet, z: Tensor) -> Tensor:
-    """Return what both networks have in common: all up to the last dense layer."""
-    x = (z.unsqueeze(1) - 1.0) * GAIN
-    for number, layer in enumerate((net.conv1, net.conv2)):
-        x = layer(x)
-        x = torch.relu(net.norms[number](x) if net.norms else x)
-    return _hidden(net, x.flatten(1))
-
-
-def _hidden(net: GestureNet | LocationNet, x: Tensor) -> Tensor:
-    """Return what the dense layers but the last make of the convolutions' answers."""
-    for number, layer in enumerate((net.dense1, net.dense2), CONVOLUTIONS):
-        x = layer(x)
-        x = torch.relu(net.norms[number](x) if net.norms else x)
-    return x
-
-
-def _fold(norms: nn.ModuleList, layers: tuple[nn.Conv2d | nn.Conv3d | nn.Linear, ...]) -> None:
-    """Work each normalisation, where there is any, into the weights of its layer, in place."""
-    with torch.no_grad():
-        for layer, norm in zip(layers, norms, strict=bool(norms)):
-            assert isinstance(norm, nn.BatchNorm1d | nn.BatchNorm2d | nn.BatchNorm3d)
-            mean, spread = norm.running_mean, norm.running_var
-            assert mean is not None
-            assert spread is not None
-            assert layer.bias is not None
-            scale = norm.weight / torch.sqrt(spread + norm.eps)
-            layer.weight.mul_(scale.reshape(-1, *(1,) * (layer.weight.ndim - 1)))
-            layer.bias.sub_(mean).mul_(scale).add_(norm.bias)
-
-
-def _kernel(steps: int, usual: int) -> int:
-    """Return how long a kernel is, so that strides of two end at the newest of so many steps."""
-    return steps if steps < usual else usual - (steps - usual) % 2
+def _reach(grid: list[int], stride: int) -> Tensor:
+    """Return which place of a kernel lies between which taxels, (kernel, taxels in, taxels out)."""
+    places = torch.eye(grid[0] * grid[1]).reshape(-1, 1, *grid)
+    patches = nn.functional.unfold(places, KERNEL, padding=KERNEL // 2, stride=stride)
+    return patches.permute(1, 0, 2).contiguous()

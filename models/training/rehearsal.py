@@ -1,10 +1,10 @@
-"""Choose what a bundle rehearses on the device: some minutes of its training's recordings.
+"""Rehearsal samples of a bundle: some minutes of its training's recordings, for the device.
 
 Stretches around events are taken from all recordings in turn, every gesture and every touch that
 is none as often, so that a few minutes show as many hands as possible.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import Recording
-from models.data.ground_truth import labels_of
+from models.data.ground_truth import classes_of
 
 FRAMES: Final = 8000  # of a bundle: 13 minutes at 10 Hz, some 120 kB
 STRETCH_S: Final = 2.8
@@ -33,7 +33,7 @@ def choose(
 
     Args:
         bundle: Names the stages' settings and the classes.
-        recordings: Labelled; each is asked for a few stretches.
+        recordings: Labelled; a few stretches are taken from each.
         frames: How many frames are kept, about.
         seed: Of what is drawn.
 
@@ -45,7 +45,7 @@ def choose(
     lead = max(bundle.window, round(LEAD_S * bundle.rate_hz))
     kinds: dict[int, list[tuple[NDArray[np.uint8], NDArray[np.int8]]]] = {}
     for recording in recordings:
-        images, label, known, felt = _felt(bundle, recording)
+        images, label, known, felt = _responses(bundle, recording)
         for kind in range(len(bundle.labels)):
             ready = known & (label == kind) & (felt if kind == 0 else True)
             begins = np.flatnonzero(ready & ~np.roll(ready, 1))
@@ -92,19 +92,18 @@ def write(out: Path, source: Path, chosen: Rehearsal) -> Bundle:
     return bundles.read(out)
 
 
-def _felt(bundle: Bundle, recording: Recording) -> tuple[
+def _responses(bundle: Bundle, recording: Recording) -> tuple[
     NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]
 ]:  # fmt: skip
-    """Return z images, classes, where rest is known, and where something touches."""
+    """Return a recording's images and what is known of its n frames.
+
+    Returns:
+        z images (n, rows, columns), classes (n,), if the baseline is known (n,), and if something
+        touches (n,).
+    """
     stage = Preprocessor(bundle.preprocess, bundle.rows, bundle.columns)
     steps = [stage.step(frame) for frame in recording.frames]
-    own: Sequence[str] = recording.origin.labels
-    column = labels_of(recording)
-    odd = [own[i] for i in np.unique(column[column >= 0]).tolist() if own[i] not in bundle.labels]
-    if odd:
-        raise ValueError(f"a recording has the gesture {odd[0]!r}, which the bundle does not know")
-    number = [*(bundle.labels.index(one) if one in bundle.labels else -1 for one in own), -1]
-    label = np.array(number, dtype=np.int64)[column]
+    label = classes_of(recording, bundle.labels, "a recording")
     return (
         np.array([step.image for step in steps], dtype=np.float32),
         np.where(recording.excluded, -1, label),

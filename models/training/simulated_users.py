@@ -1,36 +1,37 @@
-"""Simulated people for studies: their sessions, and what may differ from one day to the next."""
+"""Simulated users for studies: their sessions, and what may differ from one day to the next."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
 
-from controller.simulator.orb import OrbModel
-from controller.simulator.session import DATA, simulate
-from controller.simulator.user_style import person
-from models.data.examples import Source
-from models.data.simulate import DataSet, Given
+from controller.simulator.session import DATA
+from models.data import splits
+from models.data.examples import Source, prepare
+from models.data.recipe import RECIPES
+from models.data.simulate import ORB, DataSet, Given
+from models.training.user_task import UserGestures
 
-# What is drawn anew: drift and noise, and what the hand does, as on another day of the same orb;
-# one of them alone; or another orb with its own.
-Anew = Literal["day", "drift", "hand", "orb"]
+# What another session differs in: in all that another day of the same orb does, in drift and noise
+# alone, in the hand alone, or in the orb with its drift and noise.
+Change = Literal["day", "drift", "hand", "orb"]
 RATE_HZ: Final = 10.0
-_OTHER: Final = 77  # tag of what is drawn anew
-_ORB: Final = 78  # tag of the orb
-_DAYS: Final = 200  # more than anybody's
-_INFLATION: Final = 0.05  # as in data sets
+WINDOW: Final = 10  # images: paper, section 4.1
+_OTHER: Final = 77  # tag of the seeds of what is changed
+_DAYS: Final = 200  # more sessions than any user has
 
 
 @dataclass(frozen=True, slots=True)
-class Town:
-    """People who make gestures.
+class SimulatedUsers:
+    """Users who make gestures.
 
     Attributes:
         preset: Quality of their orbs.
-        seed: Who they are.
+        seed: Of users and sessions.
         minutes: Of a session.
-        gestures: What they make.
-        drifting: Rest drifts while they play; else it stays where it is.
+        gestures: Labels of the gestures that they make.
+        drifting: The baseline drifts; else it stays where it is.
         shared: All of them touch one orb; else each session has an orb of its own.
     """
 
@@ -41,35 +42,50 @@ class Town:
     drifting: bool = True
     shared: bool = True
 
-    def session(self, user: int, day: int, anew: Anew = "day") -> Source:
-        """Return a session; others than "day" are this one but for what is drawn anew."""
+    def session(self, user: int, day: int, change: Change = "day") -> Source:
+        """Return a session; changes other than "day" are of this session."""
         own, other = (
             np.random.SeedSequence([DATA, self.seed, *tag], spawn_key=(user, day)).spawn(5)
             for tag in ((), (_OTHER,))
         )
-        orb = np.random.SeedSequence([DATA, self.seed, _ORB, *([_OTHER] if anew == "orb" else [])])
-        seeds = [orb if self.shared else own[0], *(other if anew == "hand" else own)[1:]]
-        number = 1 + user * _DAYS + day + (_DAYS // 2 if anew in ("drift", "orb") else 0)
-        played = simulate(
-            Given(seeds),
-            self.minutes,
-            style=person(self.seed, user),
-            rate_hz=RATE_HZ,
-            model=self._model(),
-            inflation=_INFLATION,
-            gestures=self.gestures,
-            day=number if self.shared else 0,
-        )
+        orb = np.random.SeedSequence([DATA, self.seed, ORB, *([_OTHER] if change == "orb" else [])])
+        seeds = [orb if self.shared else own[0], *(other if change == "hand" else own)[1:]]
+        number = 1 + user * _DAYS + day + (_DAYS // 2 if change in ("drift", "orb") else 0)
+        data = DataSet(self.seed, self.minutes, preset=self.preset, gestures=self.gestures)
+        model = data.model()
+        if not self.drifting:
+            circuit = model.electronics
+            still = replace(
+                circuit,
+                taxel_drift=(0.0, circuit.taxel_drift[1]),
+                common_drift=(0.0, circuit.common_drift[1]),
+            )
+            model = replace(model, electronics=still)
+        played = data.played(Given(seeds), user, number if self.shared else 0, model)
         return Source(played.frames, played.label, played.touch)
 
-    def _model(self) -> OrbModel:
-        model = DataSet(preset=self.preset).model()
-        if self.drifting:
-            return model
-        circuit = model.electronics
-        still = replace(
-            circuit,
-            taxel_drift=(0.0, circuit.taxel_drift[1]),
-            common_drift=(0.0, circuit.common_drift[1]),
-        )
-        return replace(model, electronics=still)
+
+def prepare_users(
+    sessions: Iterable[tuple[Source, int, int]], labels: int = 1, *, tracked: bool = True
+) -> UserGestures:
+    """Return the gestures of sessions.
+
+    Args:
+        sessions: Each with the output for its user, and its day.
+        labels: How many gestures there are, beside null.
+        tracked: The baseline is tracked; else it is that of the paper's recipe.
+    """
+    rows = list(sessions)
+    settings = RECIPES["default" if tracked else "paper"].settings(RATE_HZ, WINDOW)
+    examples = prepare((source for source, _, _ in rows), settings)
+    user, day = [number for _, number, _ in rows], [number for _, _, number in rows]
+    return UserGestures.of(examples, range(1, 1 + labels), user, day)
+
+
+def last_block(own: UserGestures) -> tuple[UserGestures, UserGestures]:
+    """Return the gestures of all blocks of time but the last of each session, and of the last."""
+    late = splits.last_events(own.session)
+    early = ~late
+    edge = np.flatnonzero(late & np.roll(early, 1))  # the gesture between belongs to neither
+    early[edge - 1] = False
+    return own.some(early), own.some(late)

@@ -1,7 +1,8 @@
-"""Training task of the user network: the user who made the gesture in a window."""
+"""User identification: a network like CNN-3D learns the user from the windows of a gesture."""
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -11,115 +12,229 @@ from torch import Tensor, nn
 
 from controller.recognition.user_id import evidence
 from models.data import splits
-from models.data.recipe import Course
+from models.data.augment import vary_user_windows
+from models.data.examples import Examples
+from models.data.recipe import USER, VARIED_USER, NetworkRecipe, UserAugmentation
 from models.results.training import Epoch
-from models.training.loop import Watch, fit
-from models.training.networks import GestureNet
-from models.training.tasks import AT_ONCE, gesture_net
-from models.training.user_recipe import Mood
-from models.training.user_windows import Index, Touched, mean
+from models.training.loop import Index, Task, batched, fit, fit_shown
+from models.training.networks import Network, gesture_net
 
+AFTER: Final = 3  # frames behind a gesture whose windows still show it, as the device uses them
+APART: Final = 2  # frames: an unclear edge parts no gesture
 RANDOM: Final = 0.1  # share of the windows that are drawn at random; the paper does not say
 SPARE: Final = 3  # images before a window, for those that are made slower
 
 
-class People:
-    """What the network learns from gestures, and how well it does on others."""
+@dataclass(frozen=True, slots=True)
+class UserGestures:
+    """Gestures, the windows that show them, and the users who made them.
+
+    Attributes:
+        examples: Holds the windows.
+        ends: Last frame of each window, in order, (windows,).
+        event: Gesture that each window shows, from 0, (windows,).
+        label: Class of each gesture, (events,).
+        session: Recording of each gesture, (events,).
+        user: The network's output for the user of each gesture, 0 a stranger, (events,).
+        day: Number of that user's session, (events,).
+    """
+
+    examples: Examples
+    ends: Index
+    event: Index
+    label: Index
+    session: Index
+    user: Index
+    day: Index
+
+    @classmethod
+    def of(
+        cls,
+        examples: Examples,
+        labels: Iterable[int],
+        user: Sequence[int] | Index = (),
+        day: Sequence[int] | Index = (),
+    ) -> "UserGestures":
+        """Return the gestures of some classes.
+
+        Args:
+            examples: Holds the windows.
+            labels: The classes.
+            user: Output for the user of each recording, (recordings,); (): strangers.
+            day: Session number of each recording, (recordings,); (): 0.
+        """
+        ends = examples.ends
+        label = examples.label[ends]
+        session = examples.session[ends].astype(np.int64)
+        wanted = np.flatnonzero(np.isin(label, list(labels)))
+        begins = examples.begins(ends[wanted], APART)
+        event = np.full(len(ends), -1, dtype=np.int64)
+        event[wanted] = np.cumsum(begins) - 1
+        first = wanted[begins]
+        for _ in range(AFTER):  # the rest that follows belongs to it
+            before = event[:-1]
+            follows = (
+                (event[1:] < 0) & (before >= 0) & (label[1:] == 0) & (np.diff(ends) == 1)
+                & (session[1:] == session[:-1])
+            )  # fmt: skip
+            event[1:][follows] = before[follows]
+        kept = np.flatnonzero(event >= 0)
+        order = kept[np.argsort(event[kept], kind="stable")]
+        recordings = int(examples.session.max(initial=-1)) + 1
+        users, days = (
+            np.array(own if len(own) else np.zeros(recordings), dtype=np.int64)[session[first]]
+            for own in (user, day)
+        )
+        return cls(examples, ends[order], event[order], label[first], session[first], users, days)
+
+    def some(self, events: NDArray[np.bool_]) -> "UserGestures":
+        """Return the gestures of a mask (events,), renumbered."""
+        kept = events[self.event]
+        of_events = {
+            name: getattr(self, name)[events] for name in ("label", "session", "user", "day")
+        }
+        number = (np.cumsum(events) - 1).astype(np.int64)
+        return replace(self, ends=self.ends[kept], event=number[self.event[kept]], **of_events)
+
+    def joined(self, other: "UserGestures") -> "UserGestures":
+        """Return these gestures and others, with recordings of their own."""
+        frames, sessions = len(self.examples.images), int(self.examples.session.max()) + 1
+        moved = replace(
+            other.examples,
+            ends=other.examples.ends + frames,
+            session=other.examples.session + sessions,
+        )
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__slots__[1:]}
+        shift = {"ends": frames, "event": len(self.label), "session": sessions}
+        return UserGestures(
+            Examples.joined([self.examples, moved]),
+            **{n: np.concatenate([a, b + shift.get(n, 0)]) for n, (a, b) in pairs.items()},
+        )
+
+    def longer(self, ends: Index, spare: int) -> NDArray[np.float32]:
+        """Return windows with some images before them, (ends, spare + window, rows, columns).
+
+        Images before a recording's first are that one.
+        """
+        examples = self.examples
+        start = np.flatnonzero(np.diff(examples.session, prepend=-1))
+        first = start[np.searchsorted(start, ends, side="right") - 1]
+        index = ends[:, None] + np.arange(1 - examples.window - spare, 1)
+        cut: NDArray[np.float32] = examples.images[np.maximum(index, first[:, None])]
+        return cut
+
+
+class UserTask(Task):
+    """Training task of the user network."""
 
     def __init__(
         self,
-        taught: Touched,
-        who: Index,
+        taught: UserGestures,
         outputs: int,
-        course: Course,
-        mood: Mood,
+        recipe: NetworkRecipe = USER,
+        augmentation: UserAugmentation = VARIED_USER,
         random: NDArray[np.bool_] | None = None,
     ) -> None:
         """Join them.
 
         Args:
             taught: Gestures to learn from.
-            who: Output of whoever made each of them, (events,).
-            outputs: People, and anybody else.
-            course: How.
-            mood: How examples are varied.
-            random: Windows that are judged by the paper's protocol, and not learned from.
+            outputs: Users, and one for strangers.
+            recipe: How the network is trained.
+            augmentation: How examples are varied.
+            random: Windows that are judged by the paper's protocol, and not learned from,
+                (windows,).
         """
-        self.taught, self.course, self.mood = taught, course, mood
         examples = taught.examples
-        _, rows, columns = examples.images.shape
-        self.net: nn.Module = gesture_net((examples.window, rows, columns), outputs, course)
-        self._who = who[taught.event]
         out = np.zeros(len(taught.ends), dtype=np.bool_) if random is None else random
-        self._learned, self._drawn = np.flatnonzero(~out), np.flatnonzero(out)
-        # People are as probable as each other, however long each of them played.
-        count = np.bincount(self._who[self._learned], minlength=outputs).astype(np.float64)
+        shape = (examples.window, *examples.images.shape[1:])
+        super().__init__(gesture_net(shape, outputs, recipe), recipe, np.flatnonzero(~out))
+        self.taught, self.augmentation = taught, augmentation
+        self._user, self._drawn = taught.user[taught.event], np.flatnonzero(out)
+        # Users are as probable as each other, however long each of them played.
+        count = np.bincount(self._user[self.train], minlength=outputs).astype(np.float64)
         usual = count[count > 0].mean()
         weights = np.clip(usual / np.maximum(count, 1.0), 0.25, 4.0)
         self._weights = torch.from_numpy(weights.astype(np.float32))
 
-    def steps(self) -> int:
-        """Return how many batches an epoch has."""
-        return -(-len(self._learned) // self.course.batch)
-
-    def batches(self, rng: np.random.Generator) -> Iterator[Index]:
-        """Return one epoch's windows in batches, by their positions."""
-        yield from np.array_split(rng.permutation(self._learned), self.steps())
-
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
         """Return the loss of a batch, and its share of right answers."""
         longer = torch.from_numpy(self.taught.longer(self.taught.ends[batch], SPARE))
-        who = torch.from_numpy(self._who[batch])
-        logits = self.net(self.mood.vary(longer, self.taught.examples.window, generator))
-        right = float((logits.detach().argmax(dim=1) == who).float().mean())
-        return nn.functional.cross_entropy(logits, who, self._weights), right
-
-    def check(self) -> tuple[float, float]:
-        """Return that nothing is held out here."""
-        return math.nan, math.nan
+        user = torch.from_numpy(self._user[batch])
+        window = self.taught.examples.window
+        logits = self.net(vary_user_windows(self.augmentation, longer, window, generator))
+        right = float((logits.detach().argmax(dim=1) == user).float().mean())
+        return nn.functional.cross_entropy(logits, user, self._weights), right
 
     def random(self) -> float:
-        """Return the share of windows at random that are named rightly."""
+        """Return the share of windows at random whose user is named."""
         if not len(self._drawn):
-            return math.nan
+            return np.nan
         ends = self.taught.ends[self._drawn]
-        named = ask(self.net, self.taught, ends).argmax(axis=1)
-        return float((named == self._who[self._drawn]).mean())
-
-    def better(self, one: Epoch, other: Epoch) -> bool:
-        """Whether an epoch is better than another: nobody knows."""
-        return False
+        named = probabilities(self.net, self.taught, ends).argmax(axis=1)
+        return float((named == self._user[self._drawn]).mean())
 
 
-def drawn(windows: int, seed: int) -> NDArray[np.bool_]:
-    """Return which of so many windows are drawn at random, to be judged by the paper's protocol."""
+def train_users(
+    taught: UserGestures,
+    outputs: int,
+    seed: int,
+    *,
+    recipe: NetworkRecipe = USER,
+    augmentation: UserAugmentation = VARIED_USER,
+    random: NDArray[np.bool_] | None = None,
+    name: str = "",
+    folder: Path | None = None,
+) -> tuple[Network, float]:
+    """Train a user network.
+
+    Args:
+        taught: Gestures to learn from.
+        outputs: Users, and one for strangers.
+        seed: Of everything random.
+        recipe: How it is trained.
+        augmentation: How examples are varied.
+        random: Windows that are judged by the paper's protocol, (windows,); None: none are.
+        name: Shown with the progress; "": nothing is shown.
+        folder: Holds the checkpoint; None: there is none.
+
+    Returns:
+        The network as the device runs it, and its score on windows at random.
+    """
+    torch.manual_seed(seed)
+    task = UserTask(taught, outputs, recipe, augmentation, random)
+    fitted = fit_shown(task, name, _describe, seed, folder) if name else fit(task, seed)
+    return task.net.folded().eval(), fitted.epochs[fitted.best - 1].random
+
+
+def random_windows(windows: int, seed: int) -> NDArray[np.bool_]:
+    """Return which windows are judged by the paper's protocol, drawn at random, (windows,)."""
     out = np.zeros(windows, dtype=np.bool_)
     out[splits.random_windows(windows, RANDOM, np.random.default_rng(seed)).test] = True
     return out
 
 
-def ask(net: nn.Module, touched: Touched, ends: Index) -> NDArray[np.float32]:
-    """Return how probably each of the people made what windows show, (windows, outputs)."""
-    answers = []
-    with torch.no_grad():
-        for start in range(0, len(ends), AT_ONCE):
-            windows = touched.examples.windows(ends[start : start + AT_ONCE])
-            answers.append(torch.softmax(net(torch.from_numpy(windows)), dim=1).numpy())
-    return np.concatenate(answers)
+def probabilities(net: nn.Module, gestures: UserGestures, ends: Index) -> NDArray[np.float32]:
+    """Return the probability of each user for windows by their last frames, (windows, outputs)."""
+    windows = gestures.examples.windows
+    logits = batched(net, lambda some: torch.from_numpy(windows(some)), ends)
+    return np.asarray(torch.softmax(logits, dim=1).numpy())
 
 
-def said(net: nn.Module, touched: Touched) -> NDArray[np.float64]:
-    """Return the evidence of each gesture, as the device takes it, (events, outputs)."""
-    heard = evidence(ask(net, touched, touched.ends))
-    return mean(heard, touched.event, len(touched.label))
+def gesture_evidence(net: nn.Module, gestures: UserGestures) -> NDArray[np.float64]:
+    """Return the evidence of each gesture for each user, as on the device, (events, outputs)."""
+    found = evidence(probabilities(net, gestures, gestures.ends))
+    return event_means(found, gestures.event, len(gestures.label))
 
 
-def teach(lesson: People, seed: int, watch: Watch) -> GestureNet:
-    """Train, and return the network as the device runs it."""
-    fit(lesson, lesson.course, seed, None, watch)
-    assert isinstance(lesson.net, GestureNet)
-    return lesson.net.folded().eval()
+def event_means(values: NDArray[np.floating], event: Index, events: int) -> NDArray[np.float64]:
+    """Return the mean of windows' values (windows, ...) over each gesture, (events, ...)."""
+    total = np.zeros((events, *values.shape[1:]))
+    np.add.at(total, event, values)
+    count = np.bincount(event, minlength=events)
+    return np.asarray(total / np.maximum(count, 1)[:, None])
 
 
-def silent(epochs: list[Epoch], done: float) -> None:
-    """Watch, and say nothing."""
+def _describe(epoch: Epoch) -> str:
+    words = f"loss {epoch.loss:.3f}, right {epoch.train:.1%}"
+    return words + (f" (windows at random {epoch.random:.1%})" if np.isfinite(epoch.random) else "")

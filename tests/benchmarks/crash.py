@@ -9,8 +9,8 @@ last sync. Whatever is left is recovered, and every frame compared with what its
 make.
 
 Seconds lost are those between the last frame that the process had handed over, or that the file
-held before a power cut or after a bad disk, and the last one recovered. Needs fork and SIGKILL:
-Linux or macOS.
+held before a power cut or before its first flipped bit, and the last one recovered. Needs fork and
+SIGKILL: Linux or macOS.
 """
 
 import argparse

@@ -6,8 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from controller.recordings.journal import BLOCK
-from controller.recordings.journal_records import ID_BYTES, Kind, payload, scan
+from controller.recordings import journal as journals
+from controller.recordings.journal import Kind
+from controller.recordings.recorder import SYNC_S
+
+from .crash_lives import RATE_HZ
+
+BLOCK: Final = 4096  # bytes; a disk loses or keeps a block in one piece
 
 
 @dataclass(frozen=True)
@@ -18,28 +23,23 @@ class Left:
         seed: Of its frames.
         data: All of it.
         frames: (number, end) of each frame.
-        written: All before this offset had been written before the last sync.
-        confirmed: All before this offset was on the disk then; of the rest nobody knows.
+        confirmed: All before this offset was on the disk then; the rest was being synced.
     """
 
     seed: int
     data: bytes
     frames: tuple[tuple[int, int], ...]
-    written: int
     confirmed: int
 
     def last(self, cut: int) -> int:
-        """The number of the last frame that is whole before an offset."""
+        """Return the number of the last frame that is whole before an offset."""
         return max((number for number, end in self.frames if end <= cut), default=0)
 
 
 def left(seed: int, data: bytes) -> Left:
-    """Read a journal that nobody has damaged."""
-    records = list(scan(data, data[13 : 13 + ID_BYTES]))
-    ends = [record.end for record in records if record.kind is Kind.FRAME]
-    synced = [payload(data, record) for record in records if record.kind is Kind.SYNCED]
-    before, last = (int.from_bytes(content, "little") for content in synced[-2:])
-    return Left(seed, data, tuple(enumerate(ends, 1)), last, before)
+    """Return a journal that nothing has damaged; its last sync took what came in `SYNC_S`."""
+    ends = [end for kind, _, end in journals._records(data) if kind == Kind.FRAME]
+    return Left(seed, data, tuple(enumerate(ends, 1)), ends[-round(SYNC_S * RATE_HZ) - 1])
 
 
 Damage = Callable[[Left, np.random.Generator, bytes], tuple[bytes, int]]  # content, whole until
@@ -52,16 +52,17 @@ def cut(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, i
 
 
 def flip(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
-    """Flip a few bits anywhere."""
+    """Flip a few bits anywhere; what follows the first of them is not read."""
     content = bytearray(journal.data)
-    for place in rng.integers(len(content), size=rng.integers(1, 9)).tolist():
+    places = rng.integers(len(content), size=rng.integers(1, 9)).tolist()
+    for place in places:
         content[place] ^= 1 << int(rng.integers(8))
-    return bytes(content), len(content)
+    return bytes(content), min(places)
 
 
 def truncate(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
     """Cut at the last offset that was confirmed."""
-    return journal.data[: journal.confirmed], journal.written
+    return journal.data[: journal.confirmed], len(journal.data)
 
 
 def lose(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
@@ -80,14 +81,14 @@ def stale(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes,
 def reorder(journal: Left, rng: np.random.Generator, other: bytes) -> tuple[bytes, int]:
     """See the blocks that were not confirmed in another order."""
     start = -(-journal.confirmed // BLOCK) * BLOCK  # the one before is confirmed in part
-    data = journal.data[: journal.written]
+    data = journal.data
     tail = [data[k : k + BLOCK] for k in range(start, len(data), BLOCK)]
     return data[:start] + b"".join(tail[k] for k in rng.permutation(len(tail))), len(data)
 
 
 def _blocks(journal: Left, become: Callable[[int, bytes], bytes]) -> tuple[bytes, int]:
     """Return a journal whose unconfirmed blocks have become something else."""
-    data = journal.data[: journal.written]
+    data = journal.data
     content = data[: journal.confirmed]
     while len(content) < len(data):
         start = len(content)

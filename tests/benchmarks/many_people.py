@@ -24,12 +24,12 @@ import numpy as np
 import torch
 
 from controller.recordings import reader, writer
-from models.data import load, training_split
+from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.recipe import DEFAULT
 from models.data.simulate import DataSet
+from models.training.gesture_task import GestureTask
 from models.training.loop import prepare_torch
-from models.training.tasks import Gestures
 
 USERS: Final = 6
 MINUTES: Final = 10.0  # of each: an hour in all
@@ -94,23 +94,23 @@ def _spent(work: Callable[[], Any]) -> tuple[float, Any]:
 def _step(read: load.Data) -> tuple[float, int]:
     """Return the processor-seconds of a step, and how many windows an epoch goes through."""
     device = prepare_torch(0)
-    split = training_split.split(read, "", 0)
+    split = splits.split_windows(read, "", 0)
     shape = read.examples.images.shape[1:]
-    lesson = Gestures(read.examples, split.windows, len(read.vocabulary.labels),
-                      Symmetry.of(read.vocabulary, *shape), DEFAULT.gesture, device)  # fmt: skip
-    adam = torch.optim.Adam(lesson.net.parameters(), fused=True)
+    task = GestureTask(read.examples, split.windows, len(read.vocabulary.labels),
+                       Symmetry.of(read.vocabulary, *shape), DEFAULT.gesture, device)  # fmt: skip
+    adam = torch.optim.Adam(task.net.parameters(), fused=True)
     generator, rng = torch.Generator(device).manual_seed(0), np.random.default_rng(0)
-    batches = [one for _ in range(20) for one in lesson.batches(rng)][:STEPS]
+    batches = [one for _ in range(20) for one in task.batches(rng)][:STEPS]
     begun = 0.0
     for number, batch in enumerate(batches):
         if number == WARM:
             begun = time.process_time()
-        loss, _ = lesson.loss(batch, generator)
+        loss, _ = task.loss(batch, generator)
         adam.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         adam.step()
     step_s = (time.process_time() - begun) / (len(batches) - WARM)
-    return step_s, lesson.steps() * DEFAULT.gesture.batch
+    return step_s, task.steps() * DEFAULT.gesture.batch
 
 
 def main() -> None:

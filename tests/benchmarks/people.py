@@ -34,12 +34,12 @@ from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Examples
 from models.data.recipe import DEFAULT
-from models.data.training_split import Parts
+from models.data.splits import Parts
 from models.studies import cross_validation, fold_card
 from models.studies.cross_validation import Request
-from models.studies.fold_statistics import Crossed
+from models.studies.fold_statistics import CrossValidation
+from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures
 
 BESIDE: Final = Path(__file__).parents[2] / "docs" / "people"
 STEPS: Final = 1600
@@ -93,7 +93,7 @@ def why(folder: Path, steps: int, say: Callable[[str], None]) -> dict[str, float
     fold = splits.by_group(examples.ends, WINDOW, data.user[examples.session], FOLDS)[0]
     whole = replace(recipe.gesture.augmentation, dropout=0.0, electrode=0.0)
     course = replace(
-        recipe.gesture, steps=steps, limits=(1, cross_validation.MOST), keep_best=False,
+        recipe.gesture, steps=steps, limits=(1, cross_validation.MOST_EPOCHS), keep_best=False,
         patience=0.0, augmentation=whole,
     )  # fmt: skip
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
@@ -105,17 +105,17 @@ def why(folder: Path, steps: int, say: Callable[[str], None]) -> dict[str, float
     for name, change in seen.items():
         torch.manual_seed(0)
         altered = replace(examples, images=change(examples.images))
-        kind = _Still if name == "one_image" else Gestures
+        kind = _Still if name == "one_image" else GestureTask
         parts = Parts(fold.train, NONE, NONE)
         lesson = kind(altered, parts, len(data.vocabulary.labels), symmetry, course, device)
-        fit(lesson, course, 0, None, lambda epochs, share: None)
+        fit(lesson, 0)
         logits, label = lesson.answers(examples.ends[fold.test])
         found[name] = float((logits.argmax(dim=1) == label).float().mean())
         say(f"{name}: {found[name]:.4f}")
     return found
 
 
-class _Still(Gestures):
+class _Still(GestureTask):
     """Windows that stand still: their last image, over and over."""
 
     def __init__(self, examples: Examples, *rest: Any) -> None:
@@ -123,7 +123,7 @@ class _Still(Gestures):
         self._steps = torch.zeros_like(self._steps)
 
 
-def results(found: Crossed, left: dict[str, float]) -> list[dict[str, Any]]:
+def results(found: CrossValidation, left: dict[str, float]) -> list[dict[str, Any]]:
     """Return the figures as every benchmark gives them."""
     ours, plain, mended = found.models
     gain, over = found.gains

@@ -39,7 +39,7 @@ from models.data.test_sessions import BENCHMARK_SEED, People
 from models.evaluation.evaluate import evaluate, summarise, summarise_broken
 from models.results.evaluation import Broken, Result
 from models.results.figure import Figure
-from models.studies import users
+from tests.benchmarks import user_study as users
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers

@@ -38,7 +38,7 @@ from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import Batched, answered, feel
+from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
 
 KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
@@ -116,13 +116,13 @@ def _person(
     taught = _data(loaded, preset, (label,), TEACHING_MIN).session(user, 0)
     judged = _data(loaded, preset, labels[1:], size.minutes).session(user, 1)
     known = know(judged, labels, f"{label} {user + 1}")
-    felt = feel(judged.frames, loaded.preprocess)
+    inputs = network_inputs(judged.frames, loaded.preprocess)
 
     def count(bundle: Bundle) -> Tally:
-        answers = Batched(bundle).probabilities(felt.windows)
+        answers = Batched(bundle).probabilities(inputs.windows)
         more = np.zeros((len(answers), len(labels) - answers.shape[1]), dtype=np.float32)
         answers = np.concatenate([answers, more], axis=1)
-        return tally(answered(known, felt, answers, labels, bundle.debounce), labels)
+        return tally(debounced_stream(known, inputs, answers, labels, bundle.debounce), labels)
 
     before = count(loaded)
     rng = np.random.default_rng([SEED, user])

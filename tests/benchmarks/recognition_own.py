@@ -34,7 +34,7 @@ from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import Batched, answered, feel
+from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
 
 from .recognition_few import examples
@@ -148,9 +148,11 @@ def _recall(counted: Tally) -> list[float]:
 
 def _count(bundle: Bundle, recording: Recording) -> Tally:
     known = know(recording, bundle.labels, "own")
-    felt = feel(recording.frames, bundle.preprocess)
-    answers = Batched(bundle).probabilities(felt.windows)
-    return tally(answered(known, felt, answers, bundle.labels, bundle.debounce), bundle.labels)
+    inputs = network_inputs(recording.frames, bundle.preprocess)
+    answers = Batched(bundle).probabilities(inputs.windows)
+    return tally(
+        debounced_stream(known, inputs, answers, bundle.labels, bundle.debounce), bundle.labels
+    )
 
 
 def _taught(path: Path, shown: list[adapt.Example]) -> Bundle:

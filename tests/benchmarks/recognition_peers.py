@@ -17,8 +17,15 @@ from models.data.simulate import DataSet, generate
 from models.data.test_sessions import People
 from models.evaluation.evaluate import summarise
 from models.evaluation.event_counts import Tally, tally
-from models.evaluation.replay import Batched, Felt, Stream, answered, feel, replay
-from models.evaluation.tune import Goal, settings_of, tune
+from models.evaluation.replay import (
+    Batched,
+    NetworkInputs,
+    Stream,
+    debounced_stream,
+    network_inputs,
+    replay,
+)
+from models.evaluation.tune import Goal, tune
 from models.results.evaluation import Result
 
 if TYPE_CHECKING:
@@ -81,12 +88,14 @@ def _tuned(peer: "Peer", loaded: Bundle, presets: Sequence[str]) -> DebounceSett
             TUNE_USERS
         ):
             known = know(recording, loaded.labels, name)
-            felt = feel(recording.frames, peer.settings)
+            inputs = network_inputs(recording.frames, peer.settings)
             streams.append(
-                answered(known, felt, peer.gesture(felt.windows), loaded.labels, loaded.debounce)
+                debounced_stream(
+                    known, inputs, peer.gesture(inputs.windows), loaded.labels, loaded.debounce
+                )
             )
     found = tune(peer.name, loaded.labels, loaded.debounce, streams, Goal())
-    return settings_of(found.chosen)
+    return found.chosen.settings
 
 
 def _played(
@@ -100,14 +109,14 @@ def _played(
     tallies: dict[str, list[Tally]] = {OURS: [], **{peer.name: [] for peer in peers}}
     for name, recording in sessions:
         known = know(recording, loaded.labels, name)
-        felt = feel(recording.frames, loaded.preprocess)
-        ours = replay(loaded, networks, recording, known, felt)
+        inputs = network_inputs(recording.frames, loaded.preprocess)
+        ours = replay(loaded, networks, recording, known, inputs)
         tallies[OURS].append(tally(ours, loaded.labels))
         for peer in peers:
             same = peer.settings == loaded.preprocess
-            seen = felt if same else feel(recording.frames, peer.settings)
+            seen = inputs if same else network_inputs(recording.frames, peer.settings)
             answers = peer.gesture(seen.windows)
-            stream = answered(known, seen, answers, loaded.labels, thresholds[peer.name])
+            stream = debounced_stream(known, seen, answers, loaded.labels, thresholds[peer.name])
             stream = replace(stream, touches=_places(peer, ours, networks, seen))
             tallies[peer.name].append(tally(stream, loaded.labels))
     return tallies
@@ -124,7 +133,9 @@ class _Keeping(Batched):
         return super().touches(images)
 
 
-def _places(peer: "Peer", ours: Stream, networks: _Keeping, seen: Felt) -> NDArray[np.float64]:
+def _places(
+    peer: "Peer", ours: Stream, networks: _Keeping, seen: NetworkInputs
+) -> NDArray[np.float64]:
     """Return where a peer says that touches are, (n, 2).
 
     It sees the very images of touches that our network does; the paper's sees each frame of a

@@ -26,8 +26,8 @@ from typing import Any, Final
 
 from controller.simulator.presets import PRESETS
 from models.data.test_sessions import BENCHMARK_SEED
-from models.studies import users
 from models.training.loop import prepare_torch
+from tests.benchmarks import user_study as users
 
 SEED: Final = BENCHMARK_SEED + 1
 GOAL: Final = 0.80
@@ -42,7 +42,7 @@ def rows(
     """Return the rows of one preset, measuring what is not kept yet."""
     prepare_torch(SEED)
     path = cache / ("quick-" + KEPT if size == users.QUICK else KEPT)
-    found = users.measure(preset, SEED, size, path, _no, again=again)
+    found = users.measure(preset, SEED, size, path, again=again)
     one, every, drift = found["one"], found["any"], found["drift"]
     say(
         f"{preset}: {size.users} people; {one['events']} twists in {one['sessions']} new sessions, "
@@ -95,10 +95,6 @@ def _row(name: str, preset: str, figure: dict[str, float], goal: float | None = 
 
 def _number(value: float) -> float | None:
     return round(value, 6) if math.isfinite(value) else None
-
-
-def _no(line: str) -> None:
-    """Say nothing of single parts."""
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
     python -m tests.benchmarks.recordings [--recordings N] [--minutes M] [--repeats R] [--json]
 
 An hour at 10 Hz is surveyed and loaded; N recordings of M minutes, and a tenth of them, are
-surveyed and prepared for training, in memory and in a file. Times are medians (least ... greatest).
+surveyed and prepared for training. Times are medians (least ... greatest).
 Each figure of memory is of a process of its own: the most that it gained over what Python, NumPy
 and our modules take (Linux's VmHWM and RssAnon).
 """
@@ -60,13 +60,13 @@ def make(folder: Path, count: int, minutes: float) -> list[Path]:
     return paths
 
 
-def train_on(paths: list[Path], folder: Path | None) -> dict[str, float]:
+def train_on(paths: list[Path]) -> dict[str, float]:
     """Prepare recordings and draw windows; return seconds, frames and MiB of memory gained."""
     before, private = _status("VmHWM"), _status("RssAnon")
     start = time.perf_counter()
     recordings = read_training(paths)
     surveyed = time.perf_counter()
-    examples = prepare((Source.of(one) for one in recordings), PreprocessSettings(), folder)
+    examples = prepare((Source.of(one) for one in recordings), PreprocessSettings())
     prepared = time.perf_counter()
     peak = _status("VmHWM") - before
     rng = np.random.default_rng(0)
@@ -108,13 +108,12 @@ def main() -> None:
         hour.unlink()
         paths = make(folder, arguments.recordings, arguments.minutes)
         for count in (max(1, arguments.recordings // 10), arguments.recordings):
-            for where, kept in (("memory", None), ("file", folder)):
-                # A process's memory is what it was at its worst, so each has its own.
-                with multiprocessing.get_context("spawn").Pool(1) as pool:
-                    figures = pool.apply(train_on, (paths[:count], kept))
-                for name, value in figures.items():
-                    unit = {"s": "s", "mib": "MiB"}.get(name.rpartition("_")[2], "")
-                    note(f"{count}_in_{where}_{name}", [value], unit)
+            # A process's memory is what it was at its worst, so each has its own.
+            with multiprocessing.get_context("spawn").Pool(1) as pool:
+                figures = pool.apply(train_on, (paths[:count],))
+            for name, value in figures.items():
+                unit = {"s": "s", "mib": "MiB"}.get(name.rpartition("_")[2], "")
+                note(f"{count}_in_memory_{name}", [value], unit)
     if arguments.json:
         print(json.dumps({"benchmark": "recordings", "results": results}))
 

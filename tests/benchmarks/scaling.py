@@ -33,12 +33,14 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
     """Return a bundle like the shipped one, for another grid, window and rate."""
     import torch
 
-    from models.training.export import gesture_model, location_model
-    from models.training.networks import GestureNet, LocationNet
+    from models.data.recipe import NetworkRecipe
+    from models.training.export import export_gestures, export_location
+    from models.training.networks import gesture_net, location_net
 
     torch.manual_seed(0)
-    gesture = GestureNet(window, side, side, len(shipped.labels))
-    location = LocationNet(side, side)
+    gesture = gesture_net((window, side, side), len(shipped.labels), NetworkRecipe())
+    location = location_net((side, side), NetworkRecipe(channels=(16, 32)))
+    one = np.ones((1, window, side, side), np.float32)
     nothing = Golden(
         np.empty((0, window, side, side), np.float32),
         np.empty((0, len(shipped.labels)), np.float32),
@@ -52,8 +54,8 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
         rate_hz=rate_hz,
         window=window,
         preprocess=dataclasses.replace(shipped.preprocess, rate_hz=rate_hz, window=window),
-        gesture_onnx=gesture_model(gesture, (window, side, side)),
-        location_onnx=location_model(location, (side, side)),
+        gesture_onnx=export_gestures(gesture.eval(), one)[0].onnx,
+        location_onnx=export_location(location.eval(), one[:, 0])[0].onnx,
         golden=nothing,
     )
 

@@ -29,12 +29,13 @@ from controller.bundles import vocabulary
 from controller.recognition.preprocess import PreprocessSettings
 from models.data.augment import Symmetry
 from models.data.examples import Examples, Source, prepare
-from models.data.recipe import DEFAULT, Course
+from models.data.recipe import DEFAULT, NetworkRecipe
 from models.data.simulate import DataSet
-from models.data.training_split import Parts
+from models.data.splits import Parts
 from models.results.training import Epoch
+from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
-from models.training.tasks import Gestures, gesture_net
+from models.training.networks import gesture_net
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau
@@ -74,7 +75,7 @@ def judge(net: nn.Module, fresh: Examples) -> float:
     return float(np.mean([right[label == each].mean() for each in np.unique(label)]))
 
 
-def ours(train: Examples, fresh: Examples, course: Course, seed: int) -> list[Run]:
+def ours(train: Examples, fresh: Examples, course: NetworkRecipe, seed: int) -> list[Run]:
     """Train by our recipe, and return the run after every epoch (the last one is the result)."""
     torch.manual_seed(seed)
     labels = vocabulary.shipped()
@@ -83,18 +84,18 @@ def ours(train: Examples, fresh: Examples, course: Course, seed: int) -> list[Ru
     device = torch.device("cpu")
     runs: list[Run] = []
     begun, judging = time.process_time(), 0.0
-    lesson = Gestures(train, parts, len(labels.labels), symmetry, course, device)
+    task = GestureTask(train, parts, len(labels.labels), symmetry, course, device)
 
     def watch(epochs: list[Epoch], share: float) -> None:
         nonlocal judging
         if share or len(epochs) == len(runs):
             return
         spent = time.process_time() - begun - judging
-        accuracy = judge(lesson.net, fresh)
+        accuracy = judge(task.net, fresh)
         judging = time.process_time() - begun - spent
         runs.append(Run(len(epochs), spent, accuracy))
 
-    fit(lesson, course, seed, None, watch)
+    fit(task, seed, None, watch)
     return runs
 
 

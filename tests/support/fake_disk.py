@@ -1,25 +1,24 @@
-"""A disk that fills, fails, hangs, and loses what nobody synced, block by block."""
+"""A journal's file on a disk that fills, fails, hangs, and loses unsynced blocks."""
 
 import errno
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from controller.recordings import writer
+from controller.recordings.journal_file import JournalFile
 
 BLOCK = 4096
 PATIENCE_S = 20.0  # the longest that any test waits for a thread
 
 
-class FakeFile:
+class FakeFile(JournalFile):
     """A journal's file: `seen` is what programs read, `kept` is what a power cut leaves."""
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path = Path()) -> None:
         self.seen = bytearray()
         self.kept = bytearray()
         self.dirty: set[int] = set()  # blocks that have yet to reach the disk
         self.room = 1 << 40  # bytes until the disk is full
-        self.bite = 1 << 40  # bytes that one write takes
         self.fails = False  # every sync
         self.syncs = 0
         self.removed = self.closed = False
@@ -28,13 +27,13 @@ class FakeFile:
         self.answers.set()
         self._changed = threading.Condition()
 
-    def write(self, offset: int, data: bytes) -> int:
-        taken = min(len(data), self.bite, self.room - offset)
-        if taken <= 0:
+    def write(self, offset: int, data: bytes) -> None:
+        taken = min(len(data), self.room - offset)
+        if taken > 0:
+            self.seen[offset : offset + taken] = data[:taken]
+            self.dirty |= set(range(offset // BLOCK, (offset + taken - 1) // BLOCK + 1))
+        if taken < len(data):
             raise OSError(errno.ENOSPC, "No space left on device")
-        self.seen[offset : offset + taken] = data[:taken]
-        self.dirty |= set(range(offset // BLOCK, (offset + taken - 1) // BLOCK + 1))
-        return taken
 
     def sync(self) -> None:
         assert self.answers.wait(PATIENCE_S)
@@ -66,20 +65,3 @@ class FakeFile:
 
     def remove(self) -> None:
         self.removed = self.closed = True
-
-
-class FakeDisk:
-    """Journals go to a `FakeFile`, sealed recordings to the real disk, unless it is `full`."""
-
-    def __init__(self) -> None:
-        self.file = FakeFile()
-        self.full = False
-        self.spoils = False  # what is sealed
-
-    def create(self, path: Path) -> FakeFile:
-        return self.file
-
-    def seal(self, path: Path, data: bytes) -> None:
-        if self.full:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        writer.write_beside(path, data[:-1] if self.spoils else data)

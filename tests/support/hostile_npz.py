@@ -14,8 +14,14 @@ from typing import Any, Final
 import numpy as np
 
 from controller import npz
-from controller.recordings import meta, reader, writer
-from controller.recordings.recording import Mark, Provenance, Recording, unlabelled
+from controller.recordings import reader, writer
+from controller.recordings.recording import (
+    Mark,
+    Provenance,
+    Recording,
+    format_provenance,
+    unlabelled,
+)
 
 ORIGIN: Final = Provenance("d", 5, 5, 10.0, 10.0, ("null", "press"), "", "", "0")
 COUNT: Final = 30
@@ -55,7 +61,7 @@ def but(**arrays: Any) -> bytes:
 
 def says(**fields: Any) -> bytes:
     """A healthy recording that says something else of its origin."""
-    told = {**json.loads(meta.text(ORIGIN)), **fields}
+    told = {**json.loads(format_provenance(ORIGIN)), **fields}
     return but(meta=np.array(json.dumps(told)))
 
 
@@ -114,7 +120,7 @@ def zeros(shape: tuple[int, ...]) -> bytes:
     header = npy(repr(shape))
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as out:
-        out.writestr("meta.npy", npz_member("meta", np.array(meta.text(ORIGIN))))
+        out.writestr("meta.npy", npz_member("meta", np.array(format_provenance(ORIGIN))))
         with out.open("frames.npy", "w", force_zip64=True) as stream:
             stream.write(header)
             left = int(np.prod(shape)) * 4

@@ -163,7 +163,7 @@ class Bench:
             return Recorder(path, origin, state)
 
         labeller = Labeller(SHIPPED.labels, cues=self.cues)
-        return SessionRecorder(begin, pipeline, labeller, tell=self.told.append)
+        return SessionRecorder(begin, pipeline, labeller, on_cue=self.told.append)
 
     def run(self, seconds: float) -> "Bench":
         self.loop.run(self.world.after(seconds))

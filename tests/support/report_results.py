@@ -1,9 +1,10 @@
 """Results of a training, a tuning and an evaluation, made up for tests of the report."""
 
 import math
-from dataclasses import astuple, replace
+from dataclasses import replace
 
-from models.reports.data import ReportData
+from controller.recognition.debounce import DebounceSettings
+from models.reports.page import ReportData
 from models.results.evaluation import (
     Broken,
     ClassFigures,
@@ -69,10 +70,12 @@ def training(**more: object) -> Training:
 
 def tuning() -> Tuning:
     points = [
-        Point(0.6, 0.5 + i / 10, 0.2, 0.99 - i / 100, 0.99, 0.3 - i / 20, 0.3 + i / 50)
+        Point(
+            DebounceSettings(0.6, round(0.5 + i / 10, 4), 0.2), round(0.99 - i / 100, 4), 0.99,
+            round(0.3 - i / 20, 4), round(0.3 + i / 50, 4),
+        )
         for i in (0, 1, 2, 3)
-    ]
-    points = [Point(*(round(value, 4) for value in astuple(point))) for point in points]
+    ]  # fmt: skip
     return Tuning("my.orb", 6, 300, 20.0, points[2], points[3], tuple(points), 770, "cost = 1")
 
 

@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from controller.recordings.journal import NOWHERE, Journal
-from controller.recordings.journal_repair import Decoded
+from controller.recordings.journal import Decoded, Journal
 from controller.recordings.recording import Provenance
 
-KEY = bytes(range(16))
+ID = "0123456789abcdef" * 2
 ORIGIN = Provenance(
     device_id="virtual-1",
     rows=2,
@@ -20,7 +19,8 @@ ORIGIN = Provenance(
     engine="onnxruntime 1.20",
     software="0.1.0",
 )
-NOBODY = (-1, -1, -1, -1)
+UNLABELLED = (-1, -1, -1, -1)
+FRAME_BYTES = 9 + 41 + 2 * 3 * 4  # of one frame's record
 
 
 def image(number: int) -> Any:
@@ -29,16 +29,14 @@ def image(number: int) -> Any:
 
 
 def add(journal: Journal, number: int) -> None:
-    journal.frame(image(number), number / 10, number, NOBODY, False, NOWHERE)
+    journal.add_frame(image(number), number / 10, number, UNLABELLED, False, None)
 
 
-def written(frames: int, sync_every: int = 10, key: bytes = KEY) -> Journal:
-    """A journal of some frames, of which the disk has confirmed every tenth."""
-    journal = Journal(ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])}, key)
+def written(frames: int, recording_id: str = ID) -> Journal:
+    """A journal of some frames."""
+    journal = Journal(ORIGIN, {"debounce.mean": np.array([1.0, 0.0, 0.0])}, recording_id)
     for number in range(1, frames + 1):
         add(journal, number)
-        if number % sync_every == 0:
-            journal.synced(len(journal.data))
     return journal
 
 

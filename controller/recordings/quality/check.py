@@ -1,6 +1,6 @@
 """Quality check of a recording: all findings, and a verdict."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from enum import IntEnum
 from pathlib import Path
@@ -8,19 +8,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recordings.quality import duplicates, labels, taxels
-from controller.recordings.quality import timing as cadence
+from controller.recognition.dead_taxels import MOST
+from controller.recordings.quality import duplicates, labels, taxels, timing
 from controller.recordings.quality.labels import SourceLabels
-from controller.recordings.quality.response import respond
+from controller.recordings.quality.response import Response, respond
 from controller.recordings.quality.timing import FrameTiming
 from controller.recordings.recording import LABELLERS, PICOFARAD, UNKNOWN, Recording
 
-# Neighbours can stand in for a taxel here and there, not for a fifth of the sensor.
-LOST_TAXELS: Final = 0.2
-RESTLESS: Final = 0.9  # of the frames touched: nobody plays so; rest has drifted away
+RESTLESS: Final = 0.9  # of the frames touched: the rest image has drifted away
 REPEATED: Final = 0.01  # of the frames
 UNLABELLED: Final = 0.5  # of the frames: less than half of it can be learnt from
-EXCLUDED: Final = 0.5  # likewise
+EXCLUDED: Final = 0.5  # of the frames
 LATE_REST_S: Final = 10.0  # the device takes one second of quiet
 
 
@@ -34,7 +32,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is not as it should be; at `GOOD`, one that is worth knowing."""
+    """A problem; at `GOOD`, a note."""
 
     level: Level
     text: str
@@ -42,17 +40,17 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What is known about one file.
+    """Quality of one file.
 
     Attributes:
         path: The file.
-        findings: What is not as it should be.
+        findings: All problems and notes.
         seconds: From its first frame to its last.
-        cadence: How evenly frames came; None where it cannot be read.
-        said: What each labeller said.
+        cadence: Timing of the frames; None where the file cannot be read.
+        said: The labels of each source.
         useless: Taxels that are dead, stuck or loose, (row, column).
-        unlabelled: Share of frames of which no labeller said anything.
-        excluded: Share of frames that nobody shall learn from.
+        unlabelled: Share of frames without a label of any source.
+        excluded: Share of frames that are left out of training.
     """
 
     path: Path
@@ -87,25 +85,23 @@ class Report:
 
 
 def examine(path: Path, recording: Recording) -> Report:
-    """Return what is known about a recording, all by itself."""
+    """Return the quality of one recording."""
     response = respond(recording)
-    rhythm = cadence.measure(recording)
-    said = labels.said(recording, response)
-    mask, strange = taxels.strange(recording, response)
-    nobody = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0)
-    shares = float(nobody.mean()), float(recording.excluded.mean())
+    rhythm = timing.measure(recording)
+    said = labels.summarise(recording, response)
+    found = taxels.examine(recording.frames, recording.origin.unit, response)
+    useless = taxels.useless(found, response)
+    unlabelled = np.all([getattr(recording, name) == UNKNOWN for name in LABELLERS], axis=0)
+    shares = float(unlabelled.mean()), float(recording.excluded.mean())
     findings = [
-        *_rhythm(rhythm),
-        *_sensor(mask.mean(), strange),
-        *(Finding(Level.DOUBTFUL, line) for one in said for line in one.complaints()),
+        *_findings(rhythm.complaints(), rhythm.missing_share > timing.USELESS),
+        # Neighbours can replace a taxel here and there, not so many.
+        *_findings([one.text for one in found], useless.mean() > MOST),
+        *_findings(line for one in said for line in one.complaints()),
         *_shares(*shares),
+        *_findings(_copies(recording, response)),
+        *_findings(_rest(recording, response)),
     ]
-    again = duplicates.repeated(recording, response.touched)
-    if again > REPEATED * len(recording.t):
-        findings.append(
-            Finding(Level.DOUBTFUL, f"{again} frames repeat the one before them, bit for bit")
-        )
-    findings += _rest(recording, response.known, response.touched)
     if why := taxels.unjudged(response):
         findings.append(Finding(Level.GOOD, why))
     return Report(
@@ -114,69 +110,58 @@ def examine(path: Path, recording: Recording) -> Report:
         float(recording.t[-1] - recording.t[0]),
         rhythm,
         said,
-        tuple((int(row), int(column)) for row, column in np.argwhere(mask)),
+        tuple((int(row), int(column)) for row, column in np.argwhere(useless)),
         *shares,
     )
 
 
-def twice(shared: Mapping[int, int], paths: list[Path]) -> tuple[Finding, ...]:
-    """Return what to say of a recording whose frames stand elsewhere as well.
+def twice(shared: Mapping[int, int], paths: list[Path]) -> list[Finding]:
+    """Return the findings about a recording whose frames stand elsewhere as well.
 
     Args:
         shared: With which recordings, and how many frames.
         paths: Of the recordings, by number.
     """
-    return tuple(
-        Finding(
-            Level.DOUBTFUL,
-            f"{frames} of its frames are in {paths[other]} as well; learn from one of the two",
-        )
+    return _findings(
+        f"{frames} of its frames are in {paths[other]} as well; learn from one of the two"
         for other, frames in shared.items()
     )
 
 
-def _rhythm(rhythm: FrameTiming) -> list[Finding]:
-    lost = rhythm.missing_share > cadence.USELESS
-    level = Level.FAILED if lost else Level.DOUBTFUL
-    return [Finding(level, line) for line in rhythm.complaints()]
-
-
-def _sensor(share: float, lines: list[str]) -> list[Finding]:
-    level = Level.FAILED if share > LOST_TAXELS else Level.DOUBTFUL
-    return [Finding(level, line) for line in lines]
+def _findings(lines: Iterable[str], failed: bool = False) -> list[Finding]:
+    return [Finding(Level.FAILED if failed else Level.DOUBTFUL, line) for line in lines]
 
 
 def _shares(unlabelled: float, excluded: float) -> list[Finding]:
     findings = []
     if unlabelled > UNLABELLED:
-        whole = "no frame is labelled" if unlabelled == 1.0 else (
-            f"{100 * unlabelled:.0f} % of the frames are not labelled"
-        )  # fmt: skip
-        findings.append(
-            Finding(Level.DOUBTFUL, f"{whole}; label them with: controller recordings relabel")
-        )
+        share = f"{100 * unlabelled:.0f} % of the frames are not labelled"
+        share = "no frame is labelled" if unlabelled == 1.0 else share
+        findings += _findings([f"{share}; label them with: controller recordings relabel"])
     if excluded > EXCLUDED:
-        level = Level.FAILED if excluded == 1.0 else Level.DOUBTFUL
-        findings.append(Finding(level, f"{100 * excluded:.0f} % of the frames are excluded"))
+        share = f"{100 * excluded:.0f} % of the frames are excluded"
+        findings += _findings([share], failed=excluded == 1.0)
     return findings
 
 
-def _rest(recording: Recording, known: Any, touched: Any) -> list[Finding]:
-    """Say where rest was never found, or was lost."""
+def _copies(recording: Recording, response: Response) -> Iterator[str]:
+    """Yield the problem that frames repeat themselves."""
+    again = duplicates.repeated(recording, response.touched)
+    if again > REPEATED * len(recording.t):
+        yield f"{again} frames repeat the one before them, bit for bit"
+
+
+def _rest(recording: Recording, response: Response) -> Iterator[str]:
+    """Yield the problems that rest was never found, or was lost."""
+    known = response.known
     if recording.origin.unit != PICOFARAD or not known.any():
-        return []
-    findings = []
+        return
     late_s = float(recording.t[int(known.argmax())] - recording.t[0])
     if late_s > LATE_REST_S:
-        findings.append(
-            Finding(Level.DOUBTFUL, f"nobody kept still for a second in its first {late_s:.0f} s")
+        yield f"the sensor was not untouched for a second in its first {late_s:.0f} s"
+    share = response.touched[known].mean()
+    if share > RESTLESS:
+        yield (
+            f"it deviates from rest in {100 * share:.0f} % of the frames; "
+            "does the sensor drift or leak air?"
         )
-    if touched[known].mean() > RESTLESS:
-        findings.append(
-            Finding(
-                Level.DOUBTFUL,
-                f"it deviates from rest in {100 * touched[known].mean():.0f} % of the frames; "
-                "does the sensor drift or leak air?",
-            )
-        )
-    return findings

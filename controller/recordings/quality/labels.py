@@ -1,8 +1,9 @@
-"""Label quality: the labels of each labeller, and how well they fit the response of the sensor.
+"""Label quality: the labels of each source, and how well they fit the response of the sensor.
 
-A labeller is one of the label columns: the truth, the label button, the keyboard, the cues.
+A source is one of the label columns: the truth, the label button, the keyboard, the cues.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -19,23 +20,23 @@ HALF: Final = 0.5  # of a touch's energy: where it counts as begun, and as ended
 # Below this share of a usual touch's energy, a label holds no touch. Of 1,074 true gestures on
 # simulated orbs of both presets, 1 in 50 is so weak.
 EMPTY: Final = 0.2
-ASKED: Final = "cue"  # says what shall be done, before it is and until after: no edge of it is late
-# A labeller that is later than this labels half a press (0.5 s: docs/data.md) wrongly.
+ASKED: Final = "cue"  # begins before a gesture and ends after it: no edge of it is late
+# A source that is later than this labels half a press (0.5 s: docs/data.md) wrongly.
 LATE_S: Final = 0.3
-SCATTER_S: Final = 0.5  # likewise, for the middle half of the lags
-EDGES: Final = 5  # from so many on, a lag says something
-EMPTY_SHARE: Final = 0.15  # of a labeller's gestures may be empty
-IDLE_SHARE: Final = 0.7  # of what a labeller names may go untouched; a noisy orb misses the rims
+SCATTER_S: Final = 0.5  # for the middle half of the delays
+EDGES: Final = 5  # fewer are too few for a delay
+EMPTY_SHARE: Final = 0.15  # of a source's gestures may be empty
+IDLE_SHARE: Final = 0.7  # of the labelled time may be untouched; a noisy orb misses the rims
 
 
 @dataclass(frozen=True, slots=True)
 class LabelDelay:
-    """How late the edges of labels are against the touch, seconds; below zero is early.
+    """Delay of the edges of labels against the touch, seconds; below zero is early.
 
     Attributes:
-        median_s: Half of them are later.
-        spread_s: The middle half of them lies in a range as long as this.
-        edges: How many there were to compare.
+        median_s: The median.
+        spread_s: Range of the middle half.
+        edges: Number of edges.
     """
 
     median_s: float
@@ -45,15 +46,15 @@ class LabelDelay:
 
 @dataclass(frozen=True, slots=True)
 class SourceLabels:
-    """What one labeller said.
+    """The labels of one source.
 
     Attributes:
         labeller: Which label column.
-        events: How often each label was given; not "null".
-        seconds: For how long, of the frames that are not excluded; "null" too.
-        unknown: Share of frames of which it said nothing.
-        begin: Lag of the edges at which a label begins; None if there are none to compare.
-        end: At which it ends.
+        events: How often each label was given, without "null".
+        seconds: For how long, without excluded frames; "null" too.
+        unknown: Share of frames without a label.
+        begin: Delay of the edges at which a label begins; None if there are none to compare.
+        end: Delay of the edges at which a label ends; None if there are none to compare.
         empty: Labels in which nothing was felt.
         idle: Share of the labelled frames in which nothing touched.
     """
@@ -68,36 +69,34 @@ class SourceLabels:
     idle: float
 
     def complaints(self) -> list[str]:
-        """Return sentences about what is not as it should be."""
-        lines, count = [], sum(self.events.values())
-        timely = self.labeller != ASKED
-        for edge, lag in (("begins", self.begin), ("ends", self.end)):
-            if not timely or lag is None or lag.edges < EDGES:
-                continue
-            if abs(lag.median_s) > LATE_S:
-                when = "after" if lag.median_s > 0 else "before"
-                lines.append(
-                    f"{self.labeller} usually {edge} {abs(lag.median_s):.2f} s {when} the touch"
-                )
-            if lag.spread_s > SCATTER_S:
-                lines.append(
-                    f"{self.labeller} {edge} now early, now late: its lag varies by "
-                    f"{lag.spread_s:.2f} s"
-                )
+        """Return sentences about problems."""
+        name, count = self.labeller, sum(self.events.values())
+        lines = []
+        if name != ASKED:
+            lines += [*_delayed(name, "begins", self.begin), *_delayed(name, "ends", self.end)]
         if count >= EDGES and self.empty > EMPTY_SHARE * count:
+            lines.append(f"nothing is felt in {self.empty} of {count} gestures that {name} names")
+        if name != ASKED and self.idle > IDLE_SHARE:
             lines.append(
-                f"nothing is felt in {self.empty} of {count} gestures that {self.labeller} names"
-            )
-        if timely and self.idle > IDLE_SHARE:
-            lines.append(
-                f"nothing touches for {100 * self.idle:.0f} % of the time that {self.labeller} "
-                "names a gesture"
+                f"nothing touches for {100 * self.idle:.0f} % of the time that {name} names a "
+                "gesture"
             )
         return lines
 
 
-def said(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
-    """Return what each labeller said that said anything."""
+def _delayed(name: str, edge: str, delay: LabelDelay | None) -> Iterator[str]:
+    """Yield sentences about a delay that is too long or too irregular."""
+    if delay is None or delay.edges < EDGES:
+        return
+    if abs(delay.median_s) > LATE_S:
+        when = "after" if delay.median_s > 0 else "before"
+        yield f"{name} usually {edge} {abs(delay.median_s):.2f} s {when} the touch"
+    if delay.spread_s > SCATTER_S:
+        yield f"{name} {edge} now early, now late: its lag varies by {delay.spread_s:.2f} s"
+
+
+def summarise(recording: Recording, response: Response) -> tuple[SourceLabels, ...]:
+    """Return the labels of each source that gave any."""
     return tuple(
         _one(name, recording, response)
         for name in LABELLERS
@@ -143,7 +142,7 @@ def _one(name: str, recording: Recording, response: Response) -> SourceLabels:
 def _lags(
     t: NDArray[np.float64], found: list[tuple[int, int, int]], response: Response
 ) -> tuple[LabelDelay | None, LabelDelay | None, int]:
-    """Return how late labels begin and end, and how many hold no touch."""
+    """Return how late labels begin and end, and how many hold no touch; `t` is (n,) seconds."""
     known = [(first, end) for _, first, end in found if response.known[first]]
     if not known or not response.idle.any():
         return None, None, 0
@@ -171,7 +170,7 @@ def _lags(
 def _crossing(
     t: NDArray[np.float64], energy: NDArray[np.float64], frame: int, level: float
 ) -> float:
-    """Return when the energy passed a level between a frame and the next, seconds."""
+    """Return when the energy, (n,), passed a level between a frame and the next, seconds."""
     low, high = float(energy[frame]), float(energy[frame + 1])
     share = (level - low) / (high - low) if high != low else 0.0
     return float(t[frame] + share * (t[frame + 1] - t[frame]))

@@ -19,7 +19,7 @@ FIRM_SHARE: Final = 0.95  # and so many for no firmer than a firm touch
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """What was felt.
+    """Response of the sensor in n frames.
 
     Attributes:
         change: How far each taxel is from rest: z - 1 where the unit is pF, else in the unit of
@@ -41,32 +41,31 @@ class Response:
 
 
 def respond(recording: Recording) -> Response:
-    """Return what was felt: in picofarads by the device's own stage, else by a fixed rest."""
+    """Return the response: in picofarads by the device's own stage, else by a fixed rest."""
+    rest = recording.rest if recording.rest is not None else _middle(recording)
     if recording.origin.unit != PICOFARAD:
-        rest = recording.rest if recording.rest is not None else _middle(recording)
         return _fixed((recording.frames - rest).astype(np.float32))
     followed = _followed(recording)
     if followed.known.any():
         return followed
-    # Nobody kept still for a second, so the device would never have begun.
-    rest = recording.rest if recording.rest is not None else _middle(recording)
+    # The sensor was never untouched for a second, so the device would not have begun.
     change = recording.frames / np.where(rest > LEAST_PF, rest, np.inf)
     return _fixed(np.where(rest > LEAST_PF, change - 1.0, 0.0).astype(np.float32))
 
 
 def _middle(recording: Recording) -> NDArray[np.float32]:
-    """Return what each taxel reads half of the time, (rows, columns)."""
+    """Return the median of each taxel, (rows, columns)."""
     return np.asarray(np.median(recording.frames, axis=0), dtype=np.float32)
 
 
 def _followed(recording: Recording) -> Response:
-    """Return what the device's preprocessor makes of the frames."""
+    """Return the response by the device's preprocessor."""
     frames = recording.frames
     reads = _middle(recording) > LEAST_PF
     frames = np.where(reads & (frames > LEAST_PF), frames, np.where(reads, LEAST_PF, 1.0))
     rate_hz = min(recording.origin.rate_hz, FASTEST_HZ)
     settings = PreprocessSettings(rate_hz=rate_hz)
-    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # broken taxels shall be seen
+    stage = Preprocessor(settings, *frames.shape[1:], mend=False)  # so that broken taxels show
     steps = [stage.step(frame) for frame in frames.astype(np.float32)]
     return Response(
         np.array([step.image for step in steps], dtype=np.float32) - np.float32(1.0),
@@ -77,7 +76,10 @@ def _followed(recording: Recording) -> Response:
 
 
 def _fixed(change: NDArray[np.float32]) -> Response:
-    """Return the response where rest stays what it is: most of a session goes by untouched."""
+    """Return the response to a fixed rest, from the change, (n, rows, columns).
+
+    Most of a session is untouched.
+    """
     energy = np.abs(change).mean(axis=(1, 2), dtype=np.float64)
     idle, firm = np.quantile(energy, (IDLE_SHARE, FIRM_SHARE))
     return Response(

@@ -1,26 +1,25 @@
-"""Taxels that are not what they should be: dead, stuck, noisy, saturated, loose, shorted.
+"""Faulty taxels in frames: stuck, saturated, loose, shorted, dead, noisy.
 
-Rows and columns count from the top left, from 0, as in docs/simulator.md.
+Rows and columns count from the top left, from 0, as in docs/simulator.md. What counts as dead is
+defined in `recognition.dead_taxels`, for the running device as well.
 """
 
-import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope
 from controller.recognition.taxel_text import names
 from controller.recordings.quality.response import Response
-from controller.recordings.recording import PICOFARAD, Recording
+from controller.recordings.recording import PICOFARAD
 
-Map = NDArray[np.float64]  # one number a taxel, (rows, columns)
+Frames = NDArray[np.float32]  # (n, rows, columns), as they were read
+Map = NDArray[np.float64]  # (rows, columns), one number a taxel
 Mask = NDArray[np.bool_]  # (rows, columns)
 
-# Measured on 80 simulated orbs of both presets: sound taxels answer with 0.43 and more of what
-# their neighbours answer with; 39 dead ones of 40 with 0.1 to 0.4, by what their row couples in.
-DEAD: Final = 0.4
 # Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
 NOISY: Final = 2.3
 # A loose lead couples 1 pF of 41; sound taxels read .8 to 1.25 of the middle one.
@@ -43,85 +42,68 @@ IDLES: Final = 20  # pairs of untouched frames from which noise can be told
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaxelFinding:
-    """One thing about taxels that is not as it should be.
+    """A fault of taxels.
 
     Attributes:
         kind: "stuck", "saturated", "loose", "short", "dead" or "noisy".
-        mask: Which taxels.
+        mask: The taxels, (rows, columns).
         text: A sentence about them.
-        useless: They say nothing of touches.
+        useless: They do not respond to touch.
     """
 
     kind: str
     mask: Mask
     text: str
-    useless: bool
+    useless: bool = True
 
 
-def strange(recording: Recording, response: Response) -> tuple[Mask, list[str]]:
-    """Return which taxels are of no use, and sentences about all that are not as they should be."""
-    found = examine(recording.frames, recording.origin.unit, response)
-    useless = np.zeros(recording.frames.shape[1:], dtype=np.bool_)
-    for one in found:
-        if one.useless:
-            useless |= one.mask
-    return useless, [one.text for one in found]
+def useless(found: Sequence[TaxelFinding], response: Response) -> Mask:
+    """Return the taxels that do not respond to touch, (rows, columns)."""
+    masks = [one.mask for one in found if one.useless]
+    none = np.zeros(response.change.shape[1:], dtype=np.bool_)
+    return np.asarray(np.any([none, *masks], axis=0))
 
 
-def examine(frames: NDArray[np.float32], unit: str, response: Response) -> list[TaxelFinding]:
-    """Return what is not as it should be about the taxels of some frames.
+def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]:
+    """Return the faults of the taxels in some frames.
 
     Args:
-        frames: As they were read, (n, rows, columns).
+        frames: As they were read.
         unit: Of their values.
-        response: What was felt in them.
+        response: Of the sensor in these frames.
     """
     found: list[TaxelFinding] = []
-    stuck = frames.min(axis=0) == frames.max(axis=0)
-    if unit == PICOFARAD:
-        stuck |= _repeating(frames)
-    elif unjudged(response) and not stuck.all():  # counts stay the same where nothing touches
-        stuck[:] = False
-    if stuck.any():
-        text = f"{names(stuck)}: stuck, always the same reading"
-        found.append(TaxelFinding("stuck", stuck, text, True))
+    unknown = bool(unjudged(response))
+
+    def add(kind: str, mask: Mask, text: str, useless: bool = True) -> None:
+        if mask.any():
+            found.append(TaxelFinding(kind, mask, f"{names(mask)}: {text}", useless))
+
+    stuck = _stuck(frames, unit, unknown)
+    add("stuck", stuck, "stuck, always the same reading")
     clipped = _clipped(frames) & ~stuck
-    if clipped.any():
-        text = f"{names(clipped)}: saturated, at {frames.max():.4g} {unit}"
-        found.append(TaxelFinding("saturated", clipped, text, True))
-    useless = stuck | clipped
+    add("saturated", clipped, f"saturated, at {frames.max():.4g} {unit}")
     if unit == PICOFARAD:
         level = np.median(frames, axis=0).astype(np.float64)
-        loose = (level < LOOSE * np.median(level)) & ~useless
-        useless |= loose
-        if loose.any():
-            text = (
-                f"{names(loose)}: {level[loose].mean():.2g} pF where the others read "
-                f"{np.median(level):.2g}; a lead is off"
-            )
-            found.append(TaxelFinding("loose", loose, text, True))
-        for pair, mask in _short(level, useless):
+        loose = (level < LOOSE * np.median(level)) & ~(stuck | clipped)
+        add("loose", loose, f"{np.mean(level, where=loose) if loose.any() else 0:.2g} pF where the "
+            f"others read {np.median(level):.2g}; a lead is off")  # fmt: skip
+        for pair, mask in _shorts(level, useless(found, response)):
             text = f"{pair}: equal readings; do they touch?"
-            found.append(TaxelFinding("short", mask, text, False))
-    if unjudged(response):
+            found.append(TaxelFinding("short", mask, text, useless=False))
+    if unknown:
         return found
-    share = _share(np.where(useless, np.nan, _answer(response)))
-    dead = share < DEAD
-    if dead.any():
-        text = (
-            f"{names(dead)}: dead ({100 * float(np.median(share[dead])):.0f} % of the neighbours' "
-            "answer)"
-        )
-        found.append(TaxelFinding("dead", dead, text, True))
-    noisy = _noisy(response) & ~(useless | dead)
-    if noisy.any():
-        text = f"{names(noisy)}: noisy; does a contact leak?"
-        found.append(TaxelFinding("noisy", noisy, text, False))
+    slope = _slope(response, useless(found, response))
+    dead = slope < DEAD
+    add("dead", dead, f"dead (follows its neighbours with {100 * np.nanmedian(slope[dead]):.0f} %)"
+        if dead.any() else "")  # fmt: skip
+    noisy = _noisy(response) & ~useless(found, response)
+    add("noisy", noisy, "noisy; does a contact leak?", useless=False)
     return found
 
 
 def unjudged(response: Response) -> str:
-    """Return why nobody can tell dead and noisy taxels from sound ones; "" if somebody can."""
+    """Return why dead and noisy taxels cannot be told from sound ones; "" if they can."""
     touched = response.known & response.touched
     if touched.sum() < TOUCHES or not response.idle.any():
         return "it is touched too little to tell dead taxels from sound ones"
@@ -132,53 +114,35 @@ def unjudged(response: Response) -> str:
     return ""
 
 
-def _repeating(frames: NDArray[np.float32]) -> Mask:
-    """Which taxels hardly ever change while the others do."""
-    if len(frames) < IDLES:
-        return np.zeros(frames.shape[1:], dtype=np.bool_)
-    still = (frames[1:] == frames[:-1]).mean(axis=0)
-    return np.asarray((still > STUCK_SHARE) & (np.median(still) < LIVELY_SHARE))
+def _stuck(frames: Frames, unit: str, unknown: bool) -> Mask:
+    """Return the taxels that hardly ever change while the others do."""
+    stuck = frames.min(axis=0) == frames.max(axis=0)
+    if unit != PICOFARAD:  # counts stay the same where nothing touches
+        return np.asarray(stuck & (stuck.all() or not unknown))
+    if len(frames) >= IDLES:
+        still = (frames[1:] == frames[:-1]).mean(axis=0)
+        stuck |= (still > STUCK_SHARE) & (np.median(still) < LIVELY_SHARE)
+    return np.asarray(stuck)
 
 
-def _clipped(frames: NDArray[np.float32]) -> Mask:
-    """Which taxels rest against the highest number of all."""
+def _clipped(frames: Frames) -> Mask:
+    """Return the taxels that rest against the highest number of all."""
     often = (frames == frames.max()).mean(axis=0) > CLIPPED_SHARE
-    return np.asarray(often if often.sum() >= CLIPPED_TAXELS else np.zeros_like(often))
+    return np.asarray(often & (often.sum() >= CLIPPED_TAXELS))
 
 
-def _answer(response: Response) -> Map:
-    """How strongly each taxel answers to touch: deviation under a touch beyond that at rest."""
-    touched, idle = response.known & response.touched, response.idle
-    square = np.square(response.change, dtype=np.float64)
-    return np.asarray(np.sqrt(np.maximum(square[touched].mean(0) - square[idle].mean(0), 0.0)))
-
-
-def _around(values: Map) -> Map:
-    """Middle value of the up to eight neighbours of each taxel; NaN does not count."""
-    rows, columns = values.shape
-    wide = np.pad(values, 1, constant_values=np.nan)
-    around = [
-        wide[1 + down : 1 + down + rows, 1 + right : 1 + right + columns]
-        for down in (-1, 0, 1)
-        for right in (-1, 0, 1)
-        if down or right
-    ]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # no neighbour at all: NaN
-        return np.asarray(np.nanmedian(around, axis=0))
-
-
-def _share(answer: Map) -> Map:
-    """Return each answer as a share of its neighbours'; NaN where nobody can tell."""
-    if np.isnan(answer).all():
-        return answer
-    around = _around(answer)
-    felt = around > DEAD * np.nanmedian(answer)  # far from every touch nobody can tell
-    return np.asarray(np.divide(answer, around, out=np.full(answer.shape, np.nan), where=felt))
+def _slope(response: Response, useless: Mask) -> Map:
+    """Return how each taxel follows its neighbours under touch; NaN where that is not known."""
+    interpolator = TaxelInterpolator(*useless.shape)
+    touched = response.change[response.known & response.touched].astype(np.float64)
+    changes = np.array([interpolator.fill(change, useless) for change in touched])
+    around = np.array([interpolator.around(change) for change in changes])
+    slope = response_slope((changes * around).sum(axis=0), np.square(around).sum(axis=0))
+    return np.where(useless, np.nan, slope)
 
 
 def _noisy(response: Response) -> Mask:
-    """Which taxels scatter far more than the others while nothing touches."""
+    """Return the taxels that scatter far more than the others while nothing touches."""
     idle = response.idle
     pairs = idle[1:] & idle[:-1]
     if pairs.sum() < IDLES:
@@ -186,13 +150,12 @@ def _noisy(response: Response) -> Mask:
     own = response.change - np.median(response.change, axis=(1, 2), keepdims=True)
     scatter = np.diff(own, axis=0)[pairs].std(axis=0)
     middle = np.median(scatter)
-    noisy = scatter > NOISY * middle if middle > 0.0 else np.zeros(scatter.shape, dtype=np.bool_)
-    return np.asarray(noisy)
+    return np.asarray((scatter > NOISY * middle) & (middle > 0.0))
 
 
-def _short(level: Map, known: Mask) -> Iterator[tuple[str, Mask]]:
+def _shorts(level: Map, useless: Mask) -> Iterator[tuple[str, Mask]]:
     """Yield pairs of electrodes that read the same, taxel by taxel, and their taxels."""
-    for word, lines, bad in (("rows", level, known), ("columns", level.T, known.T)):
+    for word, lines, bad in (("rows", level, useless), ("columns", level.T, useless.T)):
         if min(lines.shape) < 3:
             continue
         for i in range(len(lines) - 1):

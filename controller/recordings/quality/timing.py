@@ -18,18 +18,18 @@ PAUSE: Final = 5.0  # times the intended interval without a missing number: half
 
 @dataclass(frozen=True, slots=True)
 class FrameTiming:
-    """How evenly frames came.
+    """Rate, intervals and missing frames of a recording.
 
     Attributes:
         intended_hz: Frames per second, as intended.
-        measured_hz: As they came: the median.
-        median_ms: Interval of one frame from the next, where no number is missing.
+        measured_hz: Frames per second, from the median interval.
+        median_ms: Median interval between frames where no number is missing.
         p95_ms: One interval in twenty is longer.
-        worst_ms: The longest one.
-        missing: Frames whose numbers are missing, but for pauses.
+        worst_ms: The longest interval.
+        missing: Frames whose numbers are missing, without those in pauses.
         gaps: Places where they are missing.
         stretches: Pieces between pauses.
-        frames: How many there are.
+        frames: Frames that are there.
     """
 
     intended_hz: float
@@ -44,13 +44,14 @@ class FrameTiming:
 
     @property
     def missing_share(self) -> float:
-        """Missing frames among all that there should be."""
+        """Missing frames as a share of all that there should be."""
         return self.missing / (self.missing + self.frames)
 
     def complaints(self) -> list[str]:
-        """Return sentences about what is not as it should be."""
+        """Return sentences about problems."""
         lines = []
         off = self.measured_hz / self.intended_hz - 1.0
+        interval_ms = 1000.0 / self.intended_hz
         if abs(off) > RATE_TOLERANCE:
             lines.append(
                 f"frames came at {self.measured_hz:.2f} Hz, {abs(100 * off):.0f} % "
@@ -61,7 +62,6 @@ class FrameTiming:
                 f"{self.missing} of {self.missing + self.frames} frames are missing, "
                 f"in {count(self.gaps, 'gap')}"
             )
-        interval_ms = 1000.0 / self.intended_hz
         if self.p95_ms > LATE * interval_ms:
             lines.append(
                 f"one frame in twenty came {self.p95_ms:.0f} ms or more after the one before, "
@@ -73,7 +73,7 @@ class FrameTiming:
 
 
 def pauses(recording: Recording) -> NDArray[np.bool_]:
-    """Return the frames before which nobody meant to record, (n,).
+    """Return the frames that follow a pause, (n,).
 
     There numbers are missing, and far more time went by than they would have taken.
     """
@@ -83,19 +83,19 @@ def pauses(recording: Recording) -> NDArray[np.bool_]:
 
 
 def measure(recording: Recording) -> FrameTiming:
-    """Return how evenly the frames of a recording came."""
-    steps = np.diff(recording.sequence)
+    """Return the timing of a recording."""
+    intended_hz = float(recording.origin.rate_hz)
+    steps, paused = np.diff(recording.sequence), pauses(recording)[1:]
     spent_ms = 1000.0 * np.diff(recording.t)[steps == 1]
     if not len(spent_ms):
-        spent_ms = np.array([1000.0 / recording.origin.rate_hz])
-    paused = pauses(recording)[1:]
+        spent_ms = np.array([1000.0 / intended_hz])
     median_ms, p95_ms, worst_ms = np.quantile(spent_ms, (0.5, 0.95, 1.0)).tolist()
     return FrameTiming(
-        intended_hz=float(recording.origin.rate_hz),
-        measured_hz=1000.0 / median_ms,
-        median_ms=median_ms,
-        p95_ms=p95_ms,
-        worst_ms=worst_ms,
+        intended_hz,
+        1000.0 / median_ms,
+        median_ms,
+        p95_ms,
+        worst_ms,
         missing=int((steps - 1)[~paused].sum()),
         gaps=int((steps > 1)[~paused].sum()),
         stretches=1 + int(paused.sum()),

@@ -1,14 +1,14 @@
-"""Information in an orb's signals: the paper's section 6, its errors, and what it left open.
+"""Information in the signals of an orb: section 6 of the paper, its errors, and its open questions.
 
-    histogram   the paper's statistics, corrected ones, and what chance alone would give
-    neighbours  mutual information from distances (Ross, Kraskov), temporal neighbours left out
-    heldout     lower bounds: what a classifier names on a day that it never saw
-    contrast    lower bounds: telling what belongs together from what does not (InfoNCE)
-    channel     bits per command and per minute over a noisy channel (Blahut-Arimoto)
-    games       played games as such a channel
-    vocabulary  the same for two gestures, three, ...
-    growth      taxels, length of the window, rate, bits of the converter
+    histogram         entropies of single sensors as in the paper, corrected, and under no relation
+    knn               mutual information from nearest neighbours, neighbours in time excluded
+    classifier_bound  lower bounds from classifiers on held-out days
+    channel           capacity per use and per minute of a noisy channel (Blahut-Arimoto)
+    games             played games as such a channel
+    vocabulary        vocabularies of two gestures, three, ... as such channels
+    study             data sets, measurement and storage of all parts
+    tables, figures, report  the results as Markdown, as drawings and as one HTML page
 
-Everything is in nats; multiply by `histogram.BITS` for bits. docs/information.md says what each
-assumes.
+Everything is in nats; multiply by `histogram.BITS` for bits. docs/information.md states what each
+estimate assumes.
 """

@@ -1,15 +1,15 @@
-"""Lower bounds of I(window; y): how much less a held-out label surprises who has seen the window.
+"""Lower bounds on I(window; label) from the cross-entropy of classifiers on held-out sessions.
 
-Whatever q(y | window) is, I >= H(y) - E[-log q(y | window)], if q has not seen the label. So the
-bound holds on the sessions that were held out, and it is what survives to another day; a better
-classifier makes it tighter. Probabilities are scaled by a temperature that is chosen on a further
-session (D. Barber, F. Agakov, The IM algorithm, NIPS 2003, for the bound; C. Guo et al., On
-calibration of modern neural networks, ICML 2017, for the temperature).
+For any q(y | window), I >= H(y) - E[-log q(y | window)], if q was trained on other labels. So the
+bound holds on the held-out sessions, and it is what survives to another day; a better classifier
+makes it tighter. Probabilities are scaled by a temperature that is chosen on a further session
+(D. Barber, F. Agakov, The IM algorithm, NIPS 2003, for the bound; C. Guo et al., On calibration of
+modern neural networks, ICML 2017, for the temperature).
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Final
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
 import torch
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from controller.bundles import vocabulary
-from models.data.augment import Augmentation, Symmetry
-from models.evaluation import resample, scores
+from models.data.augment import Symmetry, vary_windows
+from models.data.recipe import Augmentation
+from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
-from models.studies.information.windows import GAIN, Taken
+from models.studies.information.windows import GAIN, Windows
 
 HIDDEN: Final = (96, 48)
 BATCH: Final = 128
@@ -29,282 +30,263 @@ RATE: Final = 2e-3
 DECAY: Final = 1e-3  # of weights
 DROPOUT: Final = 0.2
 VARIED: Final = Augmentation(dropout=0.0, electrode=0.0)
-FEWEST: Final = 40  # gestures by which their temperature is chosen
+FEWEST: Final = 40  # gestures from which their temperature is chosen
 BLOCKS: Final = 5  # of time, where there is only one session
+LEAST: Final = 1e-12  # probability
 
-Kind = str  # "linear", "mlp"
-Logits = NDArray[np.float64]
+Kind = Literal["linear", "mlp"]
+Logits = NDArray[np.float64]  # (n, classes); also logarithms of probabilities
+Mask = NDArray[np.bool_]  # (n,)
+Examples = tuple[NDArray[np.float32], NDArray[np.int64]]  # inputs (n, d), and classes (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fold:
-    """What is learned from, what chooses epoch and temperature, and what is tested."""
+    """Masks of the windows for training, for epoch and temperature, and for the test."""
 
-    train: NDArray[np.bool_]
-    check: NDArray[np.bool_]
-    test: NDArray[np.bool_]
+    train: Mask
+    check: Mask
+    test: Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Told:
-    """What held-out windows were taken for.
+class HeldOut:
+    """Answers to held-out windows.
 
     Attributes:
         raw: Logarithms of the probabilities, (n, classes); NaN where nothing was tested.
         scaled: The same with the temperature.
-        hot: Another temperature, that of whole gestures, (n,).
+        temperature: Another temperature, of whole gestures, (n,).
     """
 
     raw: Logits
     scaled: Logits
-    hot: NDArray[np.float64]
+    temperature: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
-    """What a question is like, so that it can be turned and mirrored.
+class Variation:
+    """Augmentation of training examples by the symmetries of their gestures.
 
     Attributes:
         grid: Rows and columns of taxels.
-        symmetry: What may be done to each class.
+        symmetry: Permitted transformations of each class.
     """
 
     grid: tuple[int, int]
     symmetry: Symmetry
 
     @classmethod
-    def of(cls, taken: Taken) -> "Shape":
-        """Return what is declared by the gestures that ship; of others nothing is known."""
-        words = vocabulary.of(taken.labels)
-        return cls(taken.grid, Symmetry.of(words, *taken.grid))
+    def of(cls, windows: Windows) -> "Variation":
+        """Return the variation that the shipped gestures declare; none for other gestures."""
+        declared = vocabulary.of(windows.labels)
+        return cls(windows.grid, Symmetry.of(declared, *windows.grid))
+
+    def apply(self, x: Tensor, y: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Rotate, mirror and disturb examples (n, d) of classes (n,)."""
+        z = 1.0 + x.reshape(len(x), -1, *self.grid) / GAIN
+        z, y = vary_windows(VARIED, z, y, self.symmetry, generator)
+        return (GAIN * (z - 1.0)).reshape(len(x), -1), y
 
 
-def folds(taken: Taken) -> list[Fold]:
+def folds(windows: Windows) -> list[Fold]:
     """Return a fold for each session; of one session alone, blocks of time with gaps.
 
-    Of more than two sessions one chooses epoch and temperature; of two, the last fifth of the one
-    that is learned from.
+    Of more than two sessions one chooses epoch and temperature; of two, the last fifth of the
+    training session.
     """
-    names = np.unique(taken.session)
-    if len(names) == 1:
-        return _by_time(taken)
-    made = []
+    group, frame = windows.session, windows.frame
+    usable = np.ones(len(group), dtype=np.bool_)
+    if len(np.unique(group)) == 1:
+        at, images = frame - frame.min(), windows.x.shape[1]
+        length = (at.max() + 1) / BLOCKS
+        group = np.minimum(at // length, BLOCKS - 1).astype(np.int64)
+        usable = np.minimum(at - group * length, (group + 1) * length - at) > images
+    names, found = np.unique(group), []
     for place, name in enumerate(names):
-        test = taken.session == name
-        if len(names) > 2:
-            check = taken.session == names[(place + 1) % len(names)]
-        else:
-            own = np.flatnonzero(~test)
-            last = taken.frame[own] > np.quantile(taken.frame[own], 0.8)
-            check = np.zeros(len(test), dtype=np.bool_)
-            check[own[last]] = True
-        made.append(Fold(~test & ~check, check, test))
-    return made
+        test, check = group == name, group == names[(place + 1) % len(names)]
+        if len(names) == 2:
+            check &= frame > np.quantile(frame[check], 0.8)
+        found.append(Fold(~test & ~check & usable, check & usable, test))
+    return found
 
 
-def _by_time(taken: Taken) -> list[Fold]:
-    """Cut one session into blocks; what is closer than two windows to another block is left out."""
-    at = taken.frame - taken.frame.min()
-    length = (at.max() + 1) / BLOCKS
-    block = np.minimum(at // length, BLOCKS - 1).astype(np.int64)
-    inner = np.minimum(at - block * length, (block + 1) * length - at) > taken.x.shape[1]
-    return [
-        Fold(
-            (block != one) & (block != (one + 1) % BLOCKS) & inner,
-            (block == (one + 1) % BLOCKS) & inner,
-            block == one,
-        )
-        for one in range(BLOCKS)
-    ]
-
-
-def told(
-    taken: Taken,
+def held_out(
+    windows: Windows,
     kind: Kind = "mlp",
-    seed: int = 0,
+    *,
     epochs: int = EPOCHS,
-    shape: Shape | None = None,
-    most: int = 0,
-    batch: int = BATCH,
-) -> Told:
-    """Train on all sessions but one, and ask about that one; each in turn.
+    variation: Variation | None = None,
+) -> HeldOut:
+    """Test each session by a classifier that was trained on the others.
 
     Args:
-        taken: Windows of several sessions.
+        windows: Of several sessions.
         kind: "mlp", or "linear": one layer, logistic regression.
-        seed: Of weights and order.
-        epochs: At most; the one that surprises the session that checks least is kept.
-        shape: How examples may be varied (`Shape.of`); None: they stay as they are.
-        most: So many sessions are tested at most; 0: all.
-        batch: Windows of a step.
+        epochs: At most; the one with the least loss on the checking session is kept.
+        variation: Augmentation of the training examples.
     """
-    size = (len(taken.y), len(taken.labels))
+    size = (len(windows.y), len(windows.labels))
     raw, scaled, heat = np.full(size, np.nan), np.full(size, np.nan), np.full(size[0], np.nan)
-    flat = taken.x.reshape(len(taken.x), -1)
-    for number, fold in enumerate(folds(taken)[: most or None]):
+    x, y = windows.flat, windows.y
+    for seed, fold in enumerate(folds(windows)):
         if not (fold.train.any() and fold.check.any() and fold.test.any()):
             continue
-        net = fitted(
-            (flat[fold.train], taken.y[fold.train]),
-            (flat[fold.check], taken.y[fold.check]),
-            size[1],
-            kind,
-            seed + number,
-            epochs,
-            shape,
-            batch,
-        )
-        asked = net(flat[fold.check])
-        hot = scores.temperature(asked, taken.y[fold.check])
-        logits = net(flat[fold.test])
+        train, check = (x[fold.train], y[fold.train]), (x[fold.check], y[fold.check])
+        classify = trained(train, check, size[1], seed, epochs, kind, variation)
+        known, logits = classify(check[0]), classify(x[fold.test])
+        temperature = scores.temperature(known, check[1])
         raw[fold.test] = _log_softmax(logits)
-        scaled[fold.test] = _log_softmax(logits / hot)
-        y, sure = of_gestures(taken.pick(fold.check), _log_softmax(asked / hot))
-        heat[fold.test] = _of_few(y, sure)
-    return Told(raw, scaled, heat)
+        scaled[fold.test] = _log_softmax(logits / temperature)
+        heat[fold.test] = _gesture_temperature(
+            windows.pick(fold.check), _log_softmax(known / temperature)
+        )
+    return HeldOut(raw, scaled, heat)
 
 
-def rescaled(taken: Taken, probabilities: NDArray[np.floating]) -> Told:
-    """Return what a classifier from elsewhere said, each day's temperatures from the others.
+def rescaled(windows: Windows, probabilities: NDArray[np.floating]) -> HeldOut:
+    """Return the answers of another classifier, each day's temperatures from the other days.
 
     Args:
-        taken: Windows that it never learned from.
-        probabilities: What it said of them, (n, classes).
+        windows: None of its training examples.
+        probabilities: Its answers, (n, classes).
     """
-    raw = np.log(np.maximum(probabilities.astype(np.float64), 1e-12))
+    raw = _log(probabilities.astype(np.float64))
     scaled, heat = raw.copy(), np.ones(len(raw))
-    for name in np.unique(taken.session):
-        own = taken.session == name
+    for name in np.unique(windows.session):
+        own = windows.session == name
         if own.all():
             break
-        scaled[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], taken.y[~own]))
-        y, sure = of_gestures(taken.pick(~own), raw[~own])
-        heat[own] = _of_few(y, sure)
-    return Told(raw, scaled, heat)
+        scaled[own] = _log_softmax(raw[own] / scores.temperature(raw[~own], windows.y[~own]))
+        heat[own] = _gesture_temperature(windows.pick(~own), raw[~own])
+    return HeldOut(raw, scaled, heat)
 
 
-def windows(taken: Taken, log_p: Logits) -> Figure:
-    """Return H(y) - cross-entropy over the windows, nats."""
-    own = log_p[np.arange(len(taken.y)), taken.y]
-    return resample.gain(own, taken.y, taken.event)
+def window_bound(windows: Windows, log_p: Logits) -> Figure:
+    """Return H(y) - cross-entropy of the windows for log-probabilities (n, classes), nats."""
+    return bootstrap.event_gain(
+        log_p[np.arange(len(windows.y)), windows.y], windows.y, windows.event
+    )
 
 
-def gestures(taken: Taken, found: Told) -> Figure:
-    """Return the same over whole gestures, null aside: nats per gesture.
+def gesture_bound(windows: Windows, answers: HeldOut) -> Figure:
+    """Return the same for whole gestures without the null class, nats per gesture.
 
-    A gesture's probabilities are the mean over its windows, null left out. Where a gesture begins
-    and ends is taken as known, so this is what its shape says, not what playing is worth.
+    A gesture's probabilities are the mean over its windows. Its begin and end are taken as known,
+    so this is the information of its shape, not of play.
     """
-    y, sure = of_gestures(taken, found.scaled)
-    use = (taken.y > 0) & np.isfinite(found.scaled[:, 0])
-    _, first = np.unique(taken.event[use], return_index=True)
-    hot = found.hot[use][first][:, None]
-    log_p = _log_softmax(np.log(np.maximum(sure, 1e-12)) / hot)
-    return resample.gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
+    y, p = gestures(windows, answers.scaled)
+    use = (windows.y > 0) & np.isfinite(answers.scaled[:, 0])
+    _, first = np.unique(windows.event[use], return_index=True)
+    log_p = _log_softmax(_log(p) / answers.temperature[use][first][:, None])
+    return bootstrap.event_gain(log_p[np.arange(len(y)), y], y, np.arange(len(y)))
 
 
-def of_gestures(taken: Taken, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:
-    """Return each tested gesture's class, from 0, and probabilities, (gestures, classes - 1)."""
-    use = (taken.y > 0) & np.isfinite(log_p[:, 0])
-    _, number = np.unique(taken.event[use], return_inverse=True)
+def gestures(windows: Windows, log_p: Logits) -> tuple[NDArray[np.int64], Logits]:
+    """Return class (gestures,), from 0, and probabilities (gestures, classes - 1) of each gesture.
+
+    Args:
+        windows: Of several gestures.
+        log_p: Log-probabilities, (n, classes); windows with NaN are left out.
+    """
+    use = (windows.y > 0) & np.isfinite(log_p[:, 0])
+    _, number = np.unique(windows.event[use], return_inverse=True)
     p = np.zeros((int(number.max(initial=-1)) + 1, log_p.shape[1] - 1))
     np.add.at(p, number, np.exp(log_p[use, 1:]))
     y = np.zeros(len(p), dtype=np.int64)
-    y[number] = taken.y[use] - 1
+    y[number] = windows.y[use] - 1
     p /= np.maximum(p.sum(axis=1, keepdims=True), 1e-300)
     return y, p
 
 
-def fitted(
-    train: tuple[NDArray[np.float32], NDArray[np.int64]],
-    check: tuple[NDArray[np.float32], NDArray[np.int64]],
+class _Classifier(nn.Module):
+    """A network of dense layers on standardised inputs."""
+
+    def __init__(self, examples: Tensor, classes: int, hidden: tuple[int, ...]) -> None:
+        super().__init__()
+        self.middle, self.spread = examples.mean(dim=0), examples.std() + 1e-6
+        layers: list[nn.Module] = []
+        inputs = examples.shape[1]
+        for size in hidden:
+            layers += [nn.Linear(inputs, size), nn.ReLU(), nn.Dropout(DROPOUT)]
+            inputs = size
+        self.layers = nn.Sequential(*layers, nn.Linear(inputs, classes))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return logits (n, classes) for inputs (n, d)."""
+        return torch.as_tensor(self.layers((x - self.middle) / self.spread))
+
+
+def trained(
+    train: Examples,
+    check: Examples,
     classes: int,
-    kind: Kind = "mlp",
     seed: int = 0,
     epochs: int = EPOCHS,
-    shape: Shape | None = None,
-    batch: int = BATCH,
+    kind: Kind = "mlp",
+    variation: Variation | None = None,
 ) -> Callable[[NDArray[np.float32]], Logits]:
-    """Train a network, and return what answers questions (n, d) with logits (n, classes).
+    """Train a network, and return its function from inputs (n, d) to logits (n, classes).
 
     Args:
-        train: Questions (n, d) and classes (n,) to learn from.
-        check: Those that choose the epoch.
-        classes: How many there are.
-        kind: "mlp" or "linear".
-        seed: Of weights, order and variations.
+        train: Examples of the training.
+        check: Examples that choose the epoch.
+        classes: Number of classes.
+        seed: Of weights, order and augmentation.
         epochs: At most.
-        shape: How examples may be varied; None: they are no images, and stay as they are.
-        batch: Examples of a step.
+        kind: "mlp" or "linear".
+        variation: Augmentation of the training examples.
     """
     torch.set_num_threads(1)
     generator = torch.Generator().manual_seed(seed)
     torch.manual_seed(seed)
-    inside, label = (torch.from_numpy(np.ascontiguousarray(one)) for one in train)
-    asked, truth = (torch.from_numpy(np.ascontiguousarray(one)) for one in check)
-    middle, spread = inside.mean(dim=0), inside.std() + 1e-6
-    net = _net(inside.shape[1], classes, HIDDEN if kind == "mlp" else ())
+    (x, y), (check_x, check_y) = (
+        [torch.from_numpy(np.ascontiguousarray(column)) for column in examples]
+        for examples in (train, check)
+    )
+    net = _Classifier(x, classes, HIDDEN if kind == "mlp" else ())
     optimizer = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
-    steps = epochs * -(-len(label) // batch)
-    falling = torch.optim.lr_scheduler.OneCycleLR(optimizer, 2 * RATE, total_steps=steps)
+    steps = epochs * -(-len(y) // BATCH)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 2 * RATE, total_steps=steps)
     best, least = net.state_dict(), np.inf
     for _ in range(epochs):
         net.train()
-        order = torch.randperm(len(label), generator=generator)
-        for part in torch.split(order, batch):
-            asks, means = inside[part], label[part]
-            if shape is not None:
-                asks, means = _varied(asks, means, shape, generator)
-            loss = nn.functional.cross_entropy(net((asks - middle) / spread), means)
+        for batch in torch.split(torch.randperm(len(y), generator=generator), BATCH):
+            inputs, labels = x[batch], y[batch]
+            if variation is not None:
+                inputs, labels = variation.apply(inputs, labels, generator)
+            loss = nn.functional.cross_entropy(net(inputs), labels)
             optimizer.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
             optimizer.step()
-            falling.step()
+            schedule.step()
         net.eval()
         with torch.no_grad():
-            surprise = float(nn.functional.cross_entropy(net((asked - middle) / spread), truth))
-        if surprise < least:
-            least = surprise
+            loss_on_check = float(nn.functional.cross_entropy(net(check_x), check_y))
+        if loss_on_check < least:
+            least = loss_on_check
             best = {name: value.clone() for name, value in net.state_dict().items()}
     net.load_state_dict(best)
     net.eval()
 
-    def ask(questions: NDArray[np.float32]) -> Logits:
+    def classify(inputs: NDArray[np.float32]) -> Logits:
         with torch.no_grad():
-            answers = net((torch.from_numpy(questions) - middle) / spread)
-        return np.asarray(answers.numpy(), dtype=np.float64)
+            return np.asarray(net(torch.from_numpy(inputs)).numpy(), dtype=np.float64)
 
-    return ask
-
-
-def _varied(
-    asks: Tensor, means: Tensor, shape: Shape, generator: torch.Generator
-) -> tuple[Tensor, Tensor]:
-    """Turn, mirror and disturb examples as their gestures allow."""
-    z = 1.0 + asks.reshape(len(asks), -1, *shape.grid) / GAIN
-    z, means = VARIED.windows(z, means, shape.symmetry, generator)
-    return (GAIN * (z - 1.0)).reshape(len(asks), -1), means
+    return classify
 
 
-def _net(inputs: int, outputs: int, hidden: Sequence[int]) -> nn.Sequential:
-    layers: list[nn.Module] = []
-    for size in hidden:
-        layers += [nn.Linear(inputs, size), nn.ReLU(), nn.Dropout(DROPOUT)]
-        inputs = size
-    return nn.Sequential(*layers, nn.Linear(inputs, outputs))
+def _gesture_temperature(windows: Windows, log_p: Logits) -> float:
+    """Return the temperature of whole gestures, for log-probabilities (n, classes); 1 if few."""
+    y, p = gestures(windows, log_p)
+    return scores.temperature(_log(p), y) if len(y) >= FEWEST else 1.0
 
 
-def _of_few(y: NDArray[np.int64], sure: Logits) -> float:
-    """Return the temperature of gestures; of too few to choose one by, they stay as they are."""
-    if len(y) < FEWEST:
-        return 1.0
-    return scores.temperature(np.log(np.maximum(sure, 1e-12)), y)
+def _log(p: NDArray[np.float64]) -> Logits:
+    """Return logarithms of probabilities (n, classes) that are above zero."""
+    return np.asarray(np.log(np.maximum(p, LEAST)))
 
 
 def _log_softmax(logits: Logits) -> Logits:
-    return np.asarray(np.log(np.maximum(scores.softmax(logits), 1e-12)))
-
-
-def single(taken: Taken) -> Taken:
-    """Return the windows' last frames only."""
-    return replace(taken, x=taken.x[:, -1:])
+    """Return log-probabilities (n, classes) of logits (n, classes)."""
+    return _log(scores.softmax(logits))

@@ -1,164 +1,110 @@
-"""The report of an information study: one page that needs no network, drawings inside it."""
+"""Report of an information study: drawings, and one HTML page with them inside."""
 
-from collections.abc import Mapping
-from html import escape
-from importlib import resources
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from models import text as words
+from matplotlib.figure import Figure
+
 from models import user_files
-from models.studies.information import tables
+from models.formatting import joined
+from models.reports import page
+from models.reports.drawing import styled, svg
+from models.reports.tables import Table
+from models.studies.drawing import save
+from models.studies.information import figures, results, tables
 from models.studies.information.histogram import BITS, PAPER_INFORMATION
-from models.studies.information.results import of_set, sets_of
 
 PAGE: Final = "information.html"
-TITLE: Final = "How much an orb can say"
+TITLE: Final = "Information in the signals of an orb"
 
 Found = Mapping[str, Any]
 
-STATES: Final = (
+# Title, drawing ("": none), table and explanation of each section.
+SECTIONS: Final[tuple[tuple[str, str, Callable[[Found], Table], str], ...]] = (
     (
-        "What the paper counts",
+        "Statistics of the paper",
         "figure9",
-        "section_6",
+        tables.section_6,
         "Section 6 puts each sensor’s signal into 25 bins. Its figures are nats although they are "
-        "called bits. It scales each gesture on its own, which tells the bins what the label is, "
-        "and it records class by class, so that whatever drifts agrees with the labels: moved in "
-        "time against the signals, they still seem to be known.",
+        "called bits. It scales each gesture on its own, which leaks the label into the bins, "
+        "and it records class by class, so that drift agrees with the labels: shifted in time "
+        "against the signals, they still seem to be related.",
     ),
     (
-        "How fine the bins are",
-        "information-bins",
-        "bins",
-        "The entropy of a signal follows the bins and says nothing about gestures. What a sensor "
-        "says about the label hardly does, until chance fills the bins.",
+        "Number of bins",
+        "",
+        tables.bins,
+        "The entropy of a signal depends on the bins, not on gestures. The information of a sensor "
+        "about the label hardly depends on them, until chance fills the bins.",
     ),
     (
-        "What a window says",
+        "Information of a window about its label",
         "information-window",
-        "windows",
-        "Intervals are 95 %, by drawing whole touches anew. An estimate by neighbours is right "
+        tables.windows,
+        "Intervals are 95 %, by resampling whole touches. An estimate by neighbours is right "
         "where density is even around each point, and too low in many dimensions. A bound (≥) "
-        "holds whatever the data are like, on days that nothing was learned from: a better "
+        "holds whatever the data are like, on days that were not trained on: a better "
         "classifier only raises it.",
     ),
-    ("What a gesture says on another day", "", "gestures", ""),
+    ("Information of a gesture on another day", "", tables.gestures, ""),
     (
-        "What more of the sensor would bring",
-        "information-growth",
-        "grown",
-        "Each point is the held-out bound of two layers, all else equal.",
-    ),
-    (
-        "What a press says about its place",
+        "Information of a press about its place",
         "",
-        "places",
-        "A whole number of places could be told apart without error if their number is two to the "
-        "power of this.",
+        tables.places,
+        "Two to the power of this is the number of places that could be told apart without error.",
     ),
     (
-        "What playing carries",
+        "Information of play",
         "capacity",
-        "games",
-        "A gesture is one use of a channel: what came out, given what was meant, and how long it "
-        "took, the pause to look included. Commands are taken to be independent of one another; "
-        "in a game they are not, so a game says less than this.",
+        tables.games,
+        "A gesture is one use of a channel from intended to recognised commands; its duration "
+        "includes the pause before the next. Commands are taken to be independent of one another; "
+        "in a game they are not, so a game carries less than this.",
     ),
-    ("How large a vocabulary is worth teaching", "", "vocabularies", ""),
-    (
-        "Whether estimators may be believed",
-        "",
-        "checked",
-        "10,000 points whose information is known. The goal is 5 % or 0.02 nats, whichever is "
-        "larger, up to five dimensions, and 15 % beyond.",
-    ),
+    ("Size of the vocabulary", "", tables.vocabulary, ""),
 )
 
 
-def write(folder: Path, found: Found) -> Path:
-    """Write the page beside its drawings, and return its path."""
+def write(folder: Path, found: Found) -> list[Path]:
+    """Write the drawings as SVG and PNG and the page with them inside, and return their paths."""
+    drawn = figures.draw(found)
+    paths = [
+        save(figure, folder / f"{name}.{kind}")
+        for name, figure in drawn.items()
+        for kind in ("svg", "png")
+    ]
     path = folder / PAGE
-    user_files.write_text(path, html(found, folder))
-    return path
+    user_files.write_text(path, _page(found, drawn))
+    return [*paths, path]
 
 
-def html(found: Found, folder: Path) -> str:
-    """Return the page; drawings are taken from a folder, where they are there."""
-    style = resources.files("models.reports").joinpath("style.css").read_text(encoding="utf-8")
-    parts = []
-    for title, drawing, table, below in STATES:
-        shown = getattr(tables, table)(found)
-        if shown:
-            drawn = words.figure(_inline(folder / f"{drawing}.svg")) if drawing else ""
-            parts.append(words.section(title, words.paragraph(escape(below)), drawn, _html(shown)))
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{TITLE}</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{style}{_OWN}</style></head>\n<body><h1>{TITLE}</h1>{_lead(found)}\n"
-        f"{chr(10).join(parts)}\n"
-        "<footer>Written by models information. This file needs nothing else.</footer>"
-        "</body></html>\n"
-    )
+@styled
+def _page(found: Found, drawn: Mapping[str, Figure]) -> str:
+    """Return the page with drawings by name."""
+    sections = []
+    for title, drawing, of, below in SECTIONS:
+        if (table := of(found)).rows:
+            shown = [page.Drawing(svg(drawn[drawing], title))] if drawing in drawn else []
+            sections.append(page.Section(title, [*([below] if below else []), *shown, table]))
+    names = results.sets_with(found)
+    lead = f"Measured on {joined(names)}." if names else ""
+    headlines = list(_headlines(found))
+    return page.study(TITLE, sections, lead=lead, headlines=headlines, command="models information")
 
 
-# The drawings are dark on white, whatever the page is.
-_OWN: Final = "figure svg.drawn { background: #fff; border-radius: 8px; }"
-
-
-def _lead(found: Found) -> str:
-    """Return the headline figures."""
-    names = sets_of(found)
-    cards = []
-    for name in names:
-        if part := of_set(found, name, "classifier"):
+def _headlines(found: Found) -> Iterator[tuple[str, str, str]]:
+    """Yield the headline figures: value, meaning, and a line below."""
+    for name in results.sets_with(found):
+        if part := results.value(found, name, "classifier"):
             best = max((row["gesture"] for row in part["rows"].values()), key=lambda one: one[0])
-            low, high = (f"{one * BITS:.2f}" for one in best[1:])
-            cards.append(
-                words.card(
-                    f"{best[0] * BITS:.2f} bits",
-                    f"a gesture, on another day: {escape(name)}",
-                    f"of {part['h_gesture'] * BITS:.2f}; 95 %: {low}–{high}",
-                )
+            bits, low, high = (f"{one * BITS:.2f}" for one in best)
+            below = f"of {part['h_gesture'] * BITS:.2f}; 95 %: {low}–{high}"
+            yield f"{bits} bits", f"a gesture, on another day: {name}", below
+        elif mean := results.value(found, name, "histogram", "mean"):
+            bits, paper = (
+                f"{one * BITS:.2f}" for one in (mean["information_corrected"], PAPER_INFORMATION)
             )
-        elif part := of_set(found, name, "histogram"):
-            value = part["mean"]["information_corrected"]
-            cards.append(
-                words.card(
-                    f"{value * BITS:.2f} bits",
-                    f"a sensor about the label: {escape(name)}",
-                    f"the paper: {PAPER_INFORMATION * BITS:.2f}",
-                )
-            )
+            yield f"{bits} bits", f"a sensor about the label: {name}", f"the paper: {paper}"
     for name, one in found["games"].items():
-        cards.append(
-            words.card(f"{one['played_per_min'] * BITS:.0f} bits", f"a minute of play: {name}")
-        )
-    about = words.joined([escape(name) for name in names])
-    lead = f'<p class="lead">Measured on {about}.</p>' if about else ""
-    return f'{lead}<div class="cards">{"".join(cards)}</div>'
-
-
-def _inline(path: Path) -> str:
-    """Return a drawing as part of the page; "": there is none."""
-    if not path.exists():
-        return ""
-    text = path.read_text(encoding="utf-8")
-    drawn = text[text.index("<svg") :].replace("<svg", '<svg class="drawn" role="img"', 1)
-    # Names inside one drawing must not meet those of another.
-    for mark in ('id="', 'xlink:href="#', "url(#"):
-        drawn = drawn.replace(mark, f"{mark}{path.stem}-")
-    return drawn
-
-
-def _html(markdown: str) -> str:
-    """Return Markdown tables, and sentences between them, as HTML."""
-    made = []
-    for block in markdown.split("\n\n"):
-        lines = block.splitlines()
-        if not lines[0].startswith("|"):
-            made.append(words.paragraph(escape(block)))
-            continue
-        cells = [[escape(cell.strip()) for cell in line.strip("|").split("|")] for line in lines]
-        made.append(words.table(cells[0], cells[2:]))
-    return "".join(made)
+        yield f"{one['played_per_min'] * BITS:.0f} bits", f"a minute of play: {name}", ""

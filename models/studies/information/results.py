@@ -1,74 +1,73 @@
 """Results of an information study, as plain data in a file.
 
-"settings" of each set; "parts": under "SET|PART" what models/studies/information/parts.py returns,
-in nats; "games": under a name what games.py returns; "check": rows of check.py.
+"settings" of each set; "parts": under "SET|PART" the values of a part of study.py, in nats;
+"games": under a name the figures of games.py.
 """
 
-import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from models import user_files
+from models import json_values, user_files
 
 MEASURED: Final = "information.json"
 
-Found = dict[str, Any]
+Results = dict[str, Any]
 
 
-def load(path: Path | None) -> Found:
-    """Return what was found so far.
+def load(path: Path | None) -> Results:
+    """Return the results in a file; empty ones where there is none.
 
     Raises:
         UserFileError: The file cannot be read or written, or holds something else.
     """
     if path is not None:
-        user_files.target(path)  # refused now, not when the first estimate is to be written
+        user_files.target(path)  # refused now, not when the first result is written
     if path is None or not path.exists():
-        return {"parts": {}, "games": {}, "check": []}
+        return {"parts": {}, "games": {}}
     found = user_files.read_json(path)
-    kinds = {"parts": dict, "games": dict, "check": list}
-    if isinstance(found, dict) and all(
-        isinstance(found.get(key), kind) for key, kind in kinds.items()
-    ):
-        return dict(_numbers(found))
+    if isinstance(found, dict) and all(isinstance(found.get(k), dict) for k in ("parts", "games")):
+        return dict(_with_nan(found))
     raise user_files.UserFileError(
         f"{path} holds no estimates of this program; remove it, or choose another DIR"
     )
 
 
-def keep(path: Path | None, found: Found) -> None:
-    """Write what was found, if it is kept anywhere."""
+def keep(path: Path | None, found: Results) -> None:
+    """Write the results to a file, if there is one."""
     if path is not None:
-        user_files.write_text(path, f"{json.dumps(_rounded(found), indent=1)}\n")
+        user_files.write_text(path, f"{json_values.text(found)}\n")
 
 
-def of_set(found: Mapping[str, Any], name: str, part: str) -> Any:
-    """Return a part of a set; None where it was not measured."""
-    return found["parts"].get(f"{name}|{part}")
+def sets_with(found: Mapping[str, Any], *parts: str) -> list[str]:
+    """Return the names of the sets that have one of these parts, in order; no parts: of all."""
+    named = (key.split("|") for key, value in found["parts"].items() if value)
+    return list(dict.fromkeys(name for name, part in named if part in parts or not parts))
 
 
-def sets_of(found: Mapping[str, Any]) -> list[str]:
-    """Return the names of all sets, in order."""
-    return list(dict.fromkeys(key.split("|")[0] for key in found["parts"]))
+def value(found: Mapping[str, Any], name: str, part: str, *keys: str) -> Any:
+    """Return a value inside a part of a set; None where it was not measured."""
+    inside = found["parts"].get(f"{name}|{part}")
+    for key in keys:
+        inside = inside.get(key) if isinstance(inside, Mapping) else None
+    return inside
 
 
-def _rounded(value: Any) -> Any:
-    """Return plain data with six digits; what is no number becomes null."""
-    if isinstance(value, Mapping):
-        return {key: _rounded(one) for key, one in value.items()}
-    if isinstance(value, Iterable) and not isinstance(value, str):
-        return [_rounded(one) for one in value]
-    if isinstance(value, float):
-        return round(value, 6) if math.isfinite(value) else None
-    return value
+def vocabularies(found: Mapping[str, Any]) -> dict[str, dict[int, Any]]:
+    """Return the channels of vocabularies, by set and size."""
+    by_set: dict[str, dict[int, Any]] = {}
+    for key, channel in found["parts"].items():
+        name, _, part = key.partition("|")
+        if part.startswith("vocabulary "):
+            by_set.setdefault(name, {})[int(part.split()[1])] = channel
+    return by_set
 
 
-def _numbers(value: Any) -> Any:
-    """Return what JSON made of plain data, with NaN where a list of numbers has null."""
-    if isinstance(value, dict):
-        return {key: _numbers(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [math.nan if one is None else _numbers(one) for one in value]
-    return value
+def _with_nan(inside: Any) -> Any:
+    """Return plain data with NaN where a list of numbers has null."""
+    if isinstance(inside, dict):
+        return {key: _with_nan(one) for key, one in inside.items()}
+    if isinstance(inside, list):
+        return [math.nan if one is None else _with_nan(one) for one in inside]
+    return inside

@@ -1,8 +1,8 @@
-"""Aggregation of many trainings: a figure with its interval for each point of a sweep.
+"""Scores of a sweep's points with their intervals, and the choice of the best one.
 
-Seeds and folds only repeat a training: a point is all of them. Its interval is 95 %, by
-resampling whole people (or sessions) that were held out; every one counts once, however many
-seeds judged it.
+Seeds and folds repeat a training: a point is all of them together. Intervals are 95 %, by
+resampling whole users (or sessions) that were held out; each counts once, however many seeds judged
+it.
 """
 
 import json
@@ -16,169 +16,181 @@ from numpy.typing import NDArray
 from models.evaluation import bootstrap
 from models.results.figure import Figure
 
-Counts = dict[str, tuple[float, float]]  # unit -> what was counted, of how much
+AMOUNTS: Final = ("users", "sessions", "minutes")  # axes along which more is better
+LEARNED: Final = (*AMOUNTS, "windows")
 
-LEARNED: Final = ("users", "sessions", "minutes", "windows")
+Counts = NDArray[np.float64]  # sum and count of each held-out user or session, (groups, 2)
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What a task is judged by.
+    """Score of a task.
 
     Attributes:
-        key: Of the counts in a result.
-        words: What it is.
+        key: Name in a result's "held".
+        words: What it is, in reports.
         share: It is a share, and more is better; else an error, and less is.
     """
 
     key: str
     words: str
-    share: bool
+    share: bool = True
 
     def figure(self, counts: Counts) -> Figure:
-        """Return the figure of what was counted."""
-        top, bottom = columns(counts)
-        return (bootstrap.share if self.share else bootstrap.rate)(top, bottom)
-
-    def sign(self) -> float:
-        """Return +1 where more is better, else -1."""
-        return 1.0 if self.share else -1.0
+        """Return the score of counts, (groups, 2), and its interval."""
+        return (bootstrap.share if self.share else bootstrap.rate)(counts[:, 0], counts[:, 1])
 
 
 MEASURES: Final = {
-    "gesture": Measure("events", "unseen events named rightly", share=True),
-    "user": Measure("events", "unseen gestures given to the right person", share=True),
+    "gesture": Measure("events", "unseen events named rightly"),
+    "user": Measure("events", "unseen gestures given to the right person"),
     "location": Measure("error", "mean error of unseen touches, grid units", share=False),
 }
-FRAMES: Final = Measure("frames", "unseen frames named rightly", share=True)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """One point of a sweep, or several together.
+    """One point of a sweep.
 
     Attributes:
-        at: Its place on the axes, seed aside.
-        trainings: How many were judged.
-        figure: What they are worth on what was held out.
-        frames: The same for frames; None: frames are not named.
-        random: What windows at random promise: the mean of the trainings; NaN: unknown.
-        by_seed: The figure of each seed.
-        learned: From how many users, sessions, minutes and windows: means.
-        counts: What was counted on each person or session held out.
+        at: Values on the axes, without the seed.
+        trainings: Number of trainings.
+        figure: Score on what was held out.
+        frames: Share of frames named rightly; NaN if frames are not named.
+        random: Score on windows at random, mean of the trainings; NaN: unknown.
+        by_seed: Score of each seed.
+        learned: Users, sessions, minutes and windows learned from, means.
+        held: Names of the held-out users or sessions.
+        counts: Sums and counts of the score.
     """
 
     at: dict[str, Any]
     trainings: int
     figure: Figure
-    frames: Figure | None
+    frames: float
     random: float
     by_seed: tuple[float, ...]
     learned: dict[str, float]
+    held: tuple[str, ...]
     counts: Counts
 
-    def title(self) -> str:
-        """Return where it is, in words."""
-        return (
-            ", ".join(f"{key} {place(key, value)}" for key, value in self.at.items())
-            or "as they are"
-        )
+    def amount(self, axis: str) -> float:
+        """Return the place on a numeric axis; for 0, "all", what was learned from."""
+        users, sessions = max(1.0, self.learned["users"]), max(1.0, self.learned["sessions"])
+        whole = (users, sessions / users, self.learned["minutes"] / sessions)
+        every = dict(zip(AMOUNTS, whole, strict=True)).get(axis, 0.0)
+        return float(self.at[axis] or every)
 
 
 def points(found: Mapping[str, Any]) -> list[Point]:
     """Return all points that have a result, in order.
 
     Args:
-        found: What `study.run` returns.
+        found: Content of results.json.
     """
-    axes = [name for name in found["axes"] if name != "seed"]
-    return _grouped(found, axes)
-
-
-def along(found: Mapping[str, Any], axis: str) -> list[Point]:
-    """Return a point for each value of an axis: all others together."""
-    return _grouped(found, [axis])
-
-
-def _grouped(found: Mapping[str, Any], axes: Sequence[str]) -> list[Point]:
     groups: dict[str, list[dict[str, Any]]] = {}
     for job in found["jobs"]:
         if "result" in job:
-            key = json.dumps([job["at"][axis] for axis in axes])
-            groups.setdefault(key, []).append(job)
-    unit, measure = found["test"]["by"], MEASURES[found["train"]["task"]]
-    return [
-        _point({axis: some[0]["at"][axis] for axis in axes}, some, unit, measure)
-        for some in groups.values()
-    ]
+            at = {axis: value for axis, value in job["at"].items() if axis != "seed"}
+            groups.setdefault(json.dumps(at), []).append(job)
+    group, measure = found["test"]["by"], MEASURES[found["train"]["task"]]
+    return [_point(json.loads(at), jobs, group, measure) for at, jobs in groups.items()]
 
 
-def _point(at: dict[str, Any], some: list[dict[str, Any]], unit: str, measure: Measure) -> Point:
-    results = [job["result"] for job in some]
-    counts = counted(results, unit, measure.key)
-    framed = "frames" in results[0]["held"][0]
+def _point(at: dict[str, Any], jobs: list[dict[str, Any]], group: str, measure: Measure) -> Point:
+    results = [job["result"] for job in jobs]
+    held, counts = _counted(results, group, measure.key)
     seeds: dict[int, list[dict[str, Any]]] = {}
-    for job in some:
+    for job in jobs:
         seeds.setdefault(job["at"].get("seed", 0), []).append(job["result"])
+    framed = "frames" in results[0]["held"][0]
+    right, frames = _counted(results, group, "frames")[1].sum(axis=0) if framed else (np.nan, 1.0)
     random = [one["random"] for one in results if one["random"] is not None]
     return Point(
         at,
-        len(some),
+        len(jobs),
         measure.figure(counts),
-        FRAMES.figure(counted(results, unit, FRAMES.key)) if framed else None,
+        float(right / frames),
         float(np.mean(random)) if random else float("nan"),
-        tuple(measure.figure(counted(own, unit, measure.key)).value for own in seeds.values()),
+        tuple(measure.figure(_counted(own, group, measure.key)[1]).value for own in seeds.values()),
         {key: float(np.mean([one["learned"][key] for one in results])) for key in LEARNED},
+        held,
         counts,
     )
 
 
-def counted(results: Iterable[Mapping[str, Any]], unit: str, key: str) -> Counts:
-    """Return what was counted on each unit, the mean of all that judged it."""
-    rows: dict[str, list[NDArray[np.float64]]] = {}
+def _counted(
+    results: Iterable[Mapping[str, Any]], group: str, key: str
+) -> tuple[tuple[str, ...], Counts]:
+    """Return the held-out groups, and their counts, (groups, 2): means of all trainings."""
+    rows: dict[str, list[Counts]] = {}
     for result in results:
-        own: dict[str, NDArray[np.float64]] = {}
-        for session in result["held"]:
-            row = np.array(session[key], dtype=np.float64)
-            own[session[unit]] = own.get(session[unit], np.zeros(2)) + row
-        for name, row in own.items():
-            rows.setdefault(name, []).append(row)
-    means = {name: np.mean(rows[name], axis=0) for name in sorted(rows)}
-    return {name: (float(row[0]), float(row[1])) for name, row in means.items()}
+        names = np.array([session[group] for session in result["held"]])
+        counts = np.array([session[key] for session in result["held"]], dtype=np.float64)
+        for name in np.unique(names):
+            rows.setdefault(str(name), []).append(counts[names == name].sum(axis=0))
+    held = tuple(sorted(rows))
+    return held, np.array([np.mean(rows[name], axis=0) for name in held])
 
 
-def columns(counts: Counts) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return counts as two arrays, (units,)."""
-    rows = np.array(list(counts.values()), dtype=np.float64).reshape(-1, 2)
-    return rows[:, 0], rows[:, 1]
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The best of several points.
+
+    Attributes:
+        best: The point.
+        second: The next one.
+        lead: How much better the best one is, with its interval over the same users.
+    """
+
+    best: Point
+    second: Point
+    lead: Figure
 
 
-def amount(point: Point, axis: str) -> float:
-    """Return how far along an axis a point is; what was learned, where the axis says "all"."""
-    people, sessions = max(1.0, point.learned["users"]), max(1.0, point.learned["sessions"])
-    all_of = {
-        "users": people,
-        "sessions": sessions / people,
-        "minutes": point.learned["minutes"] / sessions,
-    }
-    value = point.at[axis]
-    return all_of[axis] if axis in all_of and not value else float(value)
+def choose(points: Sequence[Point], measure: Measure) -> Choice | None:
+    """Return the best of several points; None if they cannot be compared.
+
+    More to learn from is better in any case, and other data sets have other users, so nothing is
+    chosen along such axes.
+    """
+    axes = {axis for point in points for axis in point.at} - set(AMOUNTS)
+    if len(points) < 2 or not axes or any(axis.startswith("data.") for axis in axes):
+        return None
+    if any(point.held != points[0].held for point in points):  # trainings failed
+        return None
+    ranked = sorted(points, key=lambda point: point.figure.value, reverse=measure.share)
+    best, second = ranked[:2]
+    own, other = best.counts, second.counts
+    scaled = other[:, 0] * own[:, 1] / np.maximum(other[:, 1], 1e-9)  # as if of as many items
+    lead = own[:, 0] - scaled if measure.share else scaled - own[:, 0]
+    return Choice(best, second, bootstrap.rate(lead, own[:, 1]))
 
 
-def numeric(axis: str, values: Sequence[Any]) -> bool:
-    """Whether an axis is one of amounts, and so may be drawn as a curve."""
-    return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
+def score(result: Mapping[str, Any]) -> float:
+    """Return the score of one training, after checking that its result can be shown.
+
+    Raises:
+        KeyError, TypeError, ValueError, AttributeError: It lacks something.
+    """
+    measure = MEASURES["gesture" if "events" in result["held"][0] else "location"]
+    point = _point({}, [{"at": {}, "result": result}], "user", measure)
+    if not all(isinstance(note, str) for note in result["notes"]):
+        raise TypeError("a note is no text")
+    return point.figure.value
+
+
+def title(at: Mapping[str, Any]) -> str:
+    """Return a place on the axes, such as "users 3, seed 1"."""
+    return ", ".join(f"{axis} {place(axis, value)}" for axis, value in at.items()) or "no axes"
 
 
 def place(axis: str, value: Any) -> str:
-    """Return a value of an axis for people."""
-    return "all" if axis in LEARNED and not value else short(value)
-
-
-def short(value: Any) -> str:
-    """Return a setting's value for people."""
+    """Return a value on an axis, in words."""
+    if axis in AMOUNTS and not value:
+        return "all"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):
-        return "/".join(map(short, value))
+        return "/".join(place("", one) for one in value)
     return f"{value:g}" if isinstance(value, float) else str(value)

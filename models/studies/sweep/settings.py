@@ -1,78 +1,178 @@
-"""The settings of a sweep's file: of what kind each is, and what it is if nothing is said."""
+"""Settings of a plan file: type, range and default of each, and the recipe that they make."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
-from typing import Any, Final
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from math import inf
+from typing import Any, Final, TypeVar
 
 from controller.simulator.presets import PRESETS
-from models.data.examples import refuse_test_seed
+from models.data.recipe import (
+    RECIPES,
+    UNVARIED_USER,
+    USER,
+    VARIED_USER,
+    NetworkRecipe,
+    Recipe,
+    UserAugmentation,
+)
 from models.data.simulate import DataSet
-from models.studies.sweep import kinds
 
 SECTIONS: Final = ("data", "train", "test", "axes")
-NETWORKS: Final = ("gesture", "location")  # parts of a recipe
-ENROLLED: Final = "user"  # the task in which people are judged who were learned from
-PEOPLE: Final = ("user", "mood")  # how people are learned, and vary
-_SEED: Final = kinds.whole(0, 2**32 - 1)
-_LEARNED: Final[dict[str, kinds.Kind]] = {
-    "users": kinds.whole(0, 100_000),
-    "sessions": kinds.whole(0, 100_000),
-    "minutes": kinds.number(0.0, 6000.0),
-}
-SIMULATED: Final[dict[str, kinds.Kind]] = {
-    "seed": _SEED,
-    "users": kinds.whole(1, 100_000),
-    "sessions": kinds.whole(1, 10_000),
-    "minutes": kinds.number(0.5, 600.0),
-    "preset": kinds.word(*PRESETS),
-    "protocol": kinds.word("free", "blocks"),
-    "hand": kinds.word("person", "pointer"),
-    "rate_hz": kinds.number(1.0, 200.0),
-    "rows": kinds.whole(2, 32),
-    "columns": kinds.whole(2, 32),
-    "one_orb": kinds.like(False),
-    "gestures": kinds.texts('a list of labels, such as ["press", "pinch"]'),
-}
-KINDS: Final[dict[str, dict[str, kinds.Kind]]] = {
-    "data": {"folders": kinds.texts('a list of folders, such as ["data"]'), **SIMULATED},
-    "train": {
-        "task": kinds.word("gesture", "location", "user"),
-        "recipe": kinds.word("default", "paper"),
-        "labels": kinds.word("auto", "true", "button", "key", "cue"),
-        "all": kinds.like(False),
-        "window": kinds.whole(0, 250),
-        "seed": _SEED,
-        **_LEARNED,
-    },
-    "test": {
-        "by": kinds.word("user", "session"),
-        "folds": kinds.whole(2, 1000),
-        "hold": kinds.whole(1, 10_000),
-    },
-}
-DEFAULTS: Final[dict[str, dict[str, Any]]] = {
-    "data": {
-        "seed": 0, "users": 10, "sessions": 2, "minutes": 3.0, "preset": "nominal",
-        "protocol": "free", "hand": "person", "rate_hz": 10.0, "rows": 5, "columns": 5,
-        "one_orb": False,
-        "gestures": list(DataSet().gestures),
-    },
-    "train": {
-        "task": "gesture", "recipe": "default", "labels": "auto", "all": False,
-        "window": 0, "seed": 0, "users": 0, "sessions": 0, "minutes": 0.0,
-    },
-    "test": {"by": "user"},
+_TYPES: Final = {
+    bool: "true or false", int: "a whole number", float: "a number", str: "a text",
+    list: "a list of texts", tuple: "a row",
 }  # fmt: skip
+
+_Made = TypeVar("_Made")
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Type and range of one setting.
+
+    Attributes:
+        default: Value if the file does not set it; a list holds any number of texts.
+        least: Smallest number.
+        most: Largest number.
+        words: Allowed texts; empty: any.
+    """
+
+    default: Any
+    least: float = -inf
+    most: float = inf
+    words: tuple[str, ...] = ()
+
+    def read(self, value: Any) -> Any:
+        """Return a value of the file with the default's type.
+
+        Raises:
+            ValueError: It has another type, or is out of range.
+        """
+        default = self.default
+        if isinstance(default, tuple) and isinstance(value, list) and len(value) == len(default):
+            return [Setting(one).read(item) for one, item in zip(default, value, strict=True)]
+        made = float(value) if type(value) is int and type(default) is float else value
+        if isinstance(default, list) and isinstance(value, str):
+            made = [value]
+        if type(made) is not type(default) or not self._allows(made):
+            raise ValueError(f"expected {self}, found {toml(value)}")
+        return made
+
+    def _allows(self, value: Any) -> bool:
+        if isinstance(value, list):
+            return bool(value) and all(isinstance(text, str) for text in value)
+        if isinstance(value, str):
+            return value in self.words or not self.words
+        return bool(self.least <= value <= self.most)
+
+    def __str__(self) -> str:
+        """Return what the file may say, such as "a whole number from 1 to 9"."""
+        if self.words:
+            return f"one of {', '.join(self.words)}"
+        name = _TYPES[type(self.default)]
+        if self.most < inf:
+            return f"{name} from {self.least:g} to {self.most:g}"
+        return f"{name}, such as {toml(self.default)}"
+
+
+_SEED: Final = Setting(0, 0, 2**32 - 1)
+SIMULATION: Final = {
+    "seed": _SEED,
+    "users": Setting(10, 1, 100_000),
+    "sessions": Setting(2, 1, 10_000),
+    "minutes": Setting(3.0, 0.5, 600.0),
+    "preset": Setting("nominal", words=tuple(PRESETS)),
+    "protocol": Setting("free", words=("free", "blocks")),
+    "hand": Setting("person", words=("person", "pointer")),
+    "rate_hz": Setting(10.0, 1.0, 200.0),
+    "rows": Setting(5, 2, 32),
+    "columns": Setting(5, 2, 32),
+    "one_orb": Setting(False),
+    "gestures": Setting(list(DataSet().gestures)),
+}
+RECORDINGS: Final = {"folders": Setting(["data"])}
+TRAIN: Final = {
+    "task": Setting("gesture", words=("gesture", "location", "user")),
+    "recipe": Setting("default", words=tuple(RECIPES)),
+    "labels": Setting("auto", words=("auto", "true", "button", "key", "cue")),
+    "all": Setting(False),
+    "window": Setting(0, 0, 250),
+    "seed": _SEED,
+    "users": Setting(0, 0, 100_000),
+    "sessions": Setting(0, 0, 100_000),
+    "minutes": Setting(0.0, 0.0, 6000.0),
+}
+TEST: Final = {
+    "by": Setting("user", words=("user", "session")),
+    "folds": Setting(5, 2, 1000),
+    "hold": Setting(1, 1, 10_000),
+}
+
+
+def defaults(settings: Mapping[str, Setting]) -> dict[str, Any]:
+    """Return the default of every setting."""
+    return {key: setting.default for key, setting in settings.items()}
 
 
 def data_set(data: Mapping[str, Any]) -> DataSet:
-    """Return a simulation's settings as the simulator takes them."""
+    """Return the simulation of [data]."""
     own = {field.name for field in fields(DataSet)}
-    settings = {key: value for key, value in data.items() if key in own}
-    return DataSet(**{**settings, "gestures": tuple(data["gestures"])})
+    chosen = {key: value for key, value in data.items() if key in own}
+    return DataSet(**{**chosen, "gestures": tuple(data["gestures"])})
 
 
-CHECKS: Final[dict[str, Callable[[Mapping[str, Any]], object]]] = {
-    "seed": lambda data: refuse_test_seed(data["seed"], "this simulation"),
-    "gestures": lambda data: data_set(data).repertoire(),
-}
+def of_train(recipe: str) -> Mapping[str, Setting]:
+    """Return the settings of [train]: its own, and a recipe's by dotted names."""
+    if recipe not in RECIPES:
+        return TRAIN
+    parts = {**asdict(RECIPES[recipe]), "user": asdict(USER), "mood": asdict(VARIED_USER)}
+    del parts["name"]
+    return {**TRAIN, **{name: Setting(value) for name, value in flattened(parts)}}
+
+
+def recipe_of(train: Mapping[str, Any]) -> Recipe:
+    """Return the recipe of the gesture and location networks, from the settings of [train]."""
+    own = {key: value for key, value in train.items() if key not in TRAIN}
+    known = {key: own[key] for key in own if not key.startswith(("user.", "mood."))}
+    return changed(RECIPES[train["recipe"]], known)
+
+
+def user_recipe_of(train: Mapping[str, Any]) -> tuple[NetworkRecipe, UserAugmentation]:
+    """Return how users are learned; the paper's recipe learns them as it does gestures."""
+    if train["recipe"] == "paper":
+        return recipe_of(train).gesture, UNVARIED_USER
+    user, mood = (
+        {key.removeprefix(part): value for key, value in train.items() if key.startswith(part)}
+        for part in ("user.", "mood.")
+    )
+    return changed(USER, user), changed(VARIED_USER, mood)
+
+
+def changed(made: _Made, settings: Mapping[str, Any]) -> _Made:
+    """Return a dataclass in which settings, by dotted names, have other values."""
+    for key, value in settings.items():
+        made = _set(made, key.split("."), tuple(value) if isinstance(value, list) else value)
+    return made
+
+
+def _set(made: Any, path: list[str], value: Any) -> Any:
+    first, *rest = path
+    return replace(made, **{first: _set(getattr(made, first), rest, value) if rest else value})
+
+
+def flattened(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables by dotted names."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from flattened(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def toml(value: Any) -> str:
+    """Return a value as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)

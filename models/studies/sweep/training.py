@@ -1,118 +1,239 @@
-"""One training of a sweep: read, hold out, train as `models train` does, and judge what was held.
+"""One training of a sweep: read or simulate, hold out, train, and score what is held out.
 
-What is judged shares no session with the rest, and decides nothing.
+The held-out recordings decide nothing. Of the others, `models train`'s own split chooses the epoch;
+the user network has nothing to choose, and learns from all.
 """
 
 import json
 import tempfile
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import nn
 
-from models.data import load
+from models.data import hold_out, load, splits, touch_images
+from models.data.examples import Choice
+from models.data.hold_out import HoldOut
 from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
-from models.studies.sweep import people, recipes
-from models.studies.sweep.settings import data_set
-from models.studies.sweep.tasks import TASKS, Result
-from models.training.loop import prepare_torch
+from models.evaluation import scores
+from models.results.training import GestureResult, LocationResult
+from models.studies.sweep import settings
+from models.training import user_task
+from models.training.gesture_task import train_gestures
+from models.training.location_task import train_locations
+from models.training.loop import TrainingJob, batched, prepare_torch
+from models.training.user_task import UserGestures
 
-KEPT: Final = 2  # data sets that a process remembers; jobs of one set come after one another
+KEPT: Final = 2  # data sets that a process keeps in memory; jobs of one set are neighbours
+# A GPU adds up in another order, and so does each kind of it: results would depend on the machine.
+DEVICE: Final = torch.device("cpu")
+
+Result = dict[str, Any]  # JSON
+Train = Mapping[str, Any]  # settings of [train]
+Scores = NDArray[np.bool_] | NDArray[np.floating]  # one for each judged item, (items,)
 
 
-def train(job: dict[str, Any]) -> Result:
-    """Train one network, and judge it on what was held out.
+def train(job: Mapping[str, Any]) -> Result:
+    """Train one network, and judge it on what is held out.
 
     Args:
-        job: As models/studies/sweep/jobs.py makes it.
+        job: One of `Plan.jobs`.
 
     Returns:
-        "learned": how many people, sessions, minutes and windows; "notes": which recordings are
-        left out; and what models/studies/sweep/tasks.py returns.
+        "learned": number of users, sessions, minutes and windows; "notes": sentences about
+        recordings that are left out; "epochs", and the "best" of them; "check" and "random": scores
+        on the windows that chose the epoch, and on windows at random; "held": for each held-out
+        session its "user", "session", and [sum, count] of its scores.
 
     Raises:
         ValueError: It cannot be done; one sentence.
     """
     asked = job["train"]
     prepare_torch(asked["seed"])
-    task, how = TASKS[asked["task"]], recipes.asked(asked)
-    plain = replace(how.recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
-    said = json.dumps(job["data"], sort_keys=True)
-    data = _read(said, plain, asked["labels"], asked["window"], asked["all"])
-    present = np.zeros(len(data.rows), dtype=np.bool_)
-    present[np.unique(data.examples.session[data.examples.ends])] = True
+    recipe = settings.recipe_of(asked)
+    plain = replace(recipe, gesture=DEFAULT.gesture, location=DEFAULT.location)
+    source = json.dumps(job["data"], sort_keys=True)
+    data = _read(source, plain, asked["labels"], asked["window"], asked["all"])
+    # Recordings without a window are neither held out nor learned from.
+    present = np.unique(data.examples.session[data.examples.ends]).astype(np.int64)
     user, session = data.user[present], data.session[present]
-    # Recordings without a window are nobody's: they are neither held out nor learned from.
-    if task.enrols:
-        held = people.held_of_each(user, session, job["test"])
-    else:
-        held = people.held(user if job["test"]["by"] == "user" else session, job["test"])
-    taken = people.learned(user, session, held, asked)
-    if task.enrols:  # nobody is asked who a stranger is
+    enrolled = asked["task"] == "user"
+    held = HoldOut(**job["test"], enrolled=enrolled).held(user, session)
+    amounts = asked["users"], asked["sessions"], asked["seed"]
+    taken = hold_out.learned(user, session, held, *amounts)
+    if enrolled:  # users who are not learned from cannot be identified
         held &= np.isin(user, user[taken])
-    tested, chosen = np.zeros_like(present), np.zeros_like(present)
-    tested[present], chosen[present] = held, taken
-    taught, unseen = _only(data, chosen, asked["minutes"]), _only(data, tested, 0.0)
-    count = len(np.unique(data.user[chosen]))
-    recipe = replace(how.recipe, gesture=how.recipe.gesture.of_people(count))
-    result = task.run(taught, unseen, replace(how, recipe=recipe), asked["seed"])
+    taught = _some(data, present[taken], asked["minutes"])
+    unseen = _some(data, present[held], 0.0)
+    users = len(np.unique(user[taken]))
+    recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
+    result = TASKS[asked["task"]](taught, unseen, recipe, asked)
     learned = {
-        "users": count,
-        "sessions": len(np.unique(data.session[chosen])),
+        "users": users,
+        "sessions": len(np.unique(session[taken])),
         "minutes": round(len(taught.examples.label) / data.settings.rate_hz / 60.0, 3),
         "windows": result.pop("windows"),
     }
     return {"learned": learned, "notes": list(data.notes), **result}
 
 
-def _only(data: Data, chosen: NDArray[np.bool_], minutes: float) -> Data:
-    """Return what some of the recordings hold, of each the first minutes (0: all)."""
+@lru_cache(maxsize=KEPT)
+def _read(source: str, recipe: Recipe, labels: Choice, window: int, every: bool) -> Data:
+    """Return the data set that [data] describes as JSON; simulations are made here."""
+    data = json.loads(source)
+
+    def read(folders: list[Path]) -> Data:
+        return load.read(folders, recipe, labels, _ignore, window=window, every=every)
+
+    if "folders" not in data:
+        with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as folder:
+            simulation = settings.data_set(data)
+            generate(simulation, Path(folder), data["users"], data["sessions"], 1, _ignore)
+            return read([Path(folder)])
+    found = read([Path(folder) for folder in data["folders"]])
+    if load.fingerprint(found.digest, found.vocabulary) != data["sha256"]:
+        raise ValueError(
+            f"the recordings in {', '.join(data['folders'])}, or their gestures.toml, differ on "
+            "this machine; copy them again"
+        )
+    return found
+
+
+def _some(data: Data, recordings: NDArray[np.int64], minutes: float) -> Data:
+    """Return the data of some recordings, (n,); of each the first minutes (0: all)."""
     examples = data.examples
-    kept = chosen[examples.session]
+    kept = np.isin(examples.session, recordings)
     if minutes:
         begins = np.flatnonzero(np.diff(examples.session, prepend=-1))
         since = np.arange(len(kept)) - np.repeat(begins, np.diff([*begins, len(kept)]))
         kept &= since < minutes * 60.0 * data.settings.rate_hz
     ends = examples.ends[kept[examples.ends]]
     if not len(ends):
-        raise ValueError("nothing is left to learn from; say more minutes, or record more")
-    moved = np.cumsum(kept) - 1  # windows are of frames in a row, of one session: they stay whole
-    own = replace(
-        examples,
-        images=examples.images[kept],
-        label=examples.label[kept],
-        touch=examples.touch[kept],
-        ends=moved[ends],
-        session=examples.session[kept],
-        idle=examples.idle[kept],
+        raise ValueError("nothing is left to learn from; give more minutes, or record more")
+    columns = ("images", "label", "touch", "session", "idle")
+    own = {name: getattr(examples, name)[kept] for name in columns}
+    moved = np.cumsum(kept) - 1  # a window is of neighbouring frames of one session: it stays whole
+    return replace(data, examples=replace(examples, **own, ends=moved[ends]))
+
+
+def _gestures(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
+    """Train CNN-3D; frames and events are judged, and events counted, true by named class."""
+    split = splits.split_windows(taught, "", asked["seed"])
+    found, net = train_gestures(TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None))
+    examples, classes = unseen.examples, len(unseen.vocabulary.labels)
+    held, confusion = [], np.zeros((classes, classes), dtype=np.int64)
+    for number in np.unique(examples.session[examples.ends]):
+        ends = examples.ends[examples.session[examples.ends] == number]
+        logits = _logits(net, examples.windows(ends))
+        events = scores.events(examples, ends, scores.softmax(logits))
+        confusion += scores.confusion(events.named, events.label, classes)
+        right = logits.argmax(axis=1) == examples.label[ends]
+        held.append(_session(unseen, number, frames=right, events=events.named == events.label))
+    labels = list(unseen.vocabulary.labels)
+    summary = _summary(found, len(split.windows.train))
+    return {"labels": labels, **summary, "held": held, "confusion": confusion.tolist()}
+
+
+def _locations(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
+    """Train CNN-2D; each touch is judged by its error, grid units, mean of the axes."""
+    split = splits.split_windows(taught, "", asked["seed"])
+    found, judged = (
+        touch_images.find(data.examples, recipe.averaged, asked["seed"])
+        for data in (taught, unseen)
     )
-    return replace(data, examples=own)
+    if not len(found.images) or not len(judged.images):
+        raise ValueError('no recording has positions of touches; sweep task = "gesture" instead')
+    learned, net = train_locations(
+        TrainingJob(taught, split, recipe, asked["seed"], DEVICE, None), found
+    )
+    off = _logits(net, judged.images[judged.last]) - judged.place[judged.last]
+    error = np.abs(off).mean(axis=1)
+    session = unseen.examples.session[judged.frame[judged.last]]
+    held = [
+        _session(unseen, number, error=error[session == number]) for number in np.unique(session)
+    ]
+    return {**_summary(learned, len(split.windows.train)), "held": held}
 
 
-@lru_cache(maxsize=KEPT)
-def _read(said: str, recipe: Recipe, labels: load.Choice, window: int, every: bool) -> Data:
-    """Return what there is to learn from; simulated people are simulated here."""
-    data = json.loads(said)
-    if "folders" not in data:
-        with tempfile.TemporaryDirectory(prefix="orbtouch-sweep-") as place:
-            folder = Path(place)
-            generate(data_set(data), folder, data["users"], data["sessions"], 1, _quiet)
-            return load.read([folder], recipe, labels, _quiet, window=window, every=every)
-    read = load.read([Path(one) for one in data["folders"]], recipe, labels, _quiet,
-                        window=window, every=every)  # fmt: skip
-    if load.fingerprint(read.digest, read.vocabulary) != data["sha256"]:
-        listed = ", ".join(data["folders"])
-        raise ValueError(
-            f"the recordings in {listed}, or what gestures.toml says of them, are others here; "
-            "copy them anew"
-        )
-    return read
+def _users(taught: Data, unseen: Data, recipe: Recipe, asked: Train) -> Result:
+    """Train the user network; windows and gestures of other sessions are judged."""
+    labels = range(1, len(taught.vocabulary.labels))
+    names = np.unique(taught.user[np.unique(taught.examples.session)])
+    if len(names) < 2:
+        raise ValueError("one user cannot be confused with any; learn from two or more")
+    own, new = (  # output 0 is a stranger
+        UserGestures.of(data.examples, labels, 1 + np.searchsorted(names, data.user))
+        for data in (taught, unseen)
+    )
+    if not len(own.label) or not len(new.label):
+        raise ValueError("no recording has a gesture, and users are identified by gestures")
+    how, augmentation = settings.user_recipe_of(asked)
+    random = user_task.random_windows(len(own.ends), asked["seed"])
+    net, score = user_task.train_users(
+        own, 1 + len(names), asked["seed"], recipe=how, augmentation=augmentation, random=random
+    )
+    events = 1 + user_task.gesture_evidence(net, new)[:, 1:].argmax(axis=1) == new.user
+    answers = user_task.probabilities(net, new, new.ends)
+    frames = 1 + answers[:, 1:].argmax(axis=1) == new.user[new.event]
+    of = new.session[new.event]
+    held = [
+        _session(unseen, one, frames=frames[of == one], events=events[new.session == one])
+        for one in np.unique(new.session)
+    ]
+    windows = int((~random).sum())
+    passes = how.passes(-(-windows // how.batch) * how.batch)
+    return {"windows": windows, "epochs": passes, "best": passes, "check": None,
+            "random": _number(score), "held": held}  # fmt: skip
 
 
-def _quiet(line: str) -> None:
-    """Say nothing: there are many trainings, and each is one line."""
+# A task is a line here, and its measure in models/studies/sweep/figures.py.
+TASKS: Final[dict[str, Callable[[Data, Data, Recipe, Train], Result]]] = {
+    "gesture": _gestures,
+    "location": _locations,
+    "user": _users,
+}
+
+
+def _summary(found: GestureResult | LocationResult, windows: int) -> Result:
+    check, random = _number(found.honesty.unseen), _number(found.honesty.random)
+    epochs = len(found.epochs)
+    return {
+        "windows": windows,
+        "epochs": epochs,
+        "best": found.best,
+        "check": check,
+        "random": random,
+    }
+
+
+def _session(data: Data, number: int, **items: Scores) -> Result:
+    """Return the user and session of a recording, and [sum, count] of each of its scores."""
+    row = data.rows[number]
+    return {
+        "user": f"{data.user[number]} {row.user}".strip(),  # groups have names that no other has
+        "session": f"{data.session[number]} {row.session}".strip(),
+        **{name: [round(own.sum().item(), 6), len(own)] for name, own in items.items()},
+    }
+
+
+def _number(value: float) -> float | None:
+    return round(value, 6) if np.isfinite(value) else None
+
+
+def _logits(net: nn.Module, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a network's outputs, (inputs, outputs)."""
+    return np.asarray(
+        batched(net, lambda some: torch.from_numpy(inputs[some]), np.arange(len(inputs)))
+    )
+
+
+def _ignore(line: str) -> None:
+    """Ignore progress: each training of a sweep is one line."""

@@ -31,17 +31,17 @@ from sklearn.linear_model import LogisticRegression, Ridge
 from torch import nn
 
 from controller.recognition.preprocess import PreprocessSettings
-from models.data import load, touch_images, training_split
+from models.data import load, splits, touch_images
 from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import DEFAULT, NEVER_S, PAPER, Recipe
 from models.evaluation import scores
 from models.results.training import Honesty
-from models.training import checkpoint, train_networks
-from models.training.loop import fit, prepare_torch
-from models.training.networks import GAIN
-from models.training.tasks import Gestures, gesture_net, location_net
-from models.training.train_networks import Work
+from models.training import checkpoint
+from models.training.gesture_task import GestureTask, train_gestures
+from models.training.location_task import train_locations
+from models.training.loop import TrainingJob, fit, prepare_torch
+from models.training.networks import GAIN, gesture_net, location_net
 
 from .forest import Forest
 from .peer_nets import NETS, ask
@@ -56,7 +56,8 @@ TREES: Final = 100
 CODE: Final = (
     "controller.recognition.preprocess", "controller.recognition.touch_position",
     "models.data.augment", "models.data.examples", "models.training.loop",
-    "tests.benchmarks.baselines.forest", "models.training.tasks", "models.training.networks",
+    "tests.benchmarks.baselines.forest", "models.training.gesture_task",
+    "models.training.location_task", "models.training.networks",
     "tests.benchmarks.baselines.peer_nets", "tests.benchmarks.baselines.peers",
     "models.data.touch_images",
 )  # fmt: skip
@@ -167,15 +168,13 @@ def _data(paths: tuple[Path, ...], *, paper: bool) -> Data:
 
 
 def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Saved:
-    split = training_split.split(data, "session", SEED)
-    work = Work(data, split, recipe, SEED, torch.device("cpu"), folder)
+    split = splits.split_windows(data, "session", SEED)
+    work = TrainingJob(data, split, recipe, SEED, torch.device("cpu"), folder)
     shape = data.examples.window, *data.examples.images.shape[1:], len(data.vocabulary.labels)
     words: dict[str, Any] = {"settings": asdict(data.settings), "shape": shape}
     if name in ("same_data", "paper"):
-        result, net = train_networks.gestures(work)
-        _, place = train_networks.places(
-            work, touch_images.find(data.examples, recipe.averaged, SEED)
-        )
+        result, net = train_gestures(work)
+        _, place = train_locations(work, touch_images.find(data.examples, recipe.averaged, SEED))
         words["honesty"] = asdict(result.honesty)
         words["curve"] = [[epoch.train, epoch.check, epoch.random] for epoch in result.epochs]
         arrays = {**checkpoint.pack("gesture", net.state_dict()),
@@ -186,25 +185,26 @@ def _learn(name: str, recipe: Recipe, data: Data, folder: Path) -> Saved:
     return _learn_plain(name, work), words
 
 
-def _learn_net(name: str, work: Work) -> dict[str, NDArray[Any]]:
+def _learn_net(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
     """Train another network exactly as ours is: same windows, variations, steps and rates."""
     data, course = work.data, work.recipe.gesture
     shape = data.examples.images.shape[1:]
     symmetry = Symmetry.of(data.vocabulary, *shape)
     classes = len(data.vocabulary.labels)
-    lesson = Gestures(
+    task = GestureTask(
         data.examples, work.split.windows, classes, symmetry, course, torch.device("cpu")
     )
     torch.manual_seed(SEED)
-    lesson.net = NETS[name](data.examples.window, shape[0] * shape[1], classes)
+    other = NETS[name](data.examples.window, shape[0] * shape[1], classes)
+    task.net = other  # type: ignore[assignment]
     keep = None if work.folder is None else work.folder / f"{name}.npz"
-    fit(lesson, course, SEED, keep, lambda epochs, share: None)
-    logits, label = lesson.logits("check")
+    fit(task, SEED, keep)
+    logits, label = task.answers(task.ends["check"])
     hot = scores.temperature(logits.numpy(), label.numpy())
-    return {**checkpoint.pack("gesture", lesson.net.state_dict()), "hot": np.array(hot)}
+    return {**checkpoint.pack("gesture", task.net.state_dict()), "hot": np.array(hot)}
 
 
-def _learn_plain(name: str, work: Work) -> dict[str, NDArray[Any]]:
+def _learn_plain(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
     """Train what has no steps: on the windows as they are, with as much null as the others see."""
     data, examples = work.data, work.data.examples
     rng = np.random.default_rng(SEED)
@@ -213,7 +213,7 @@ def _learn_plain(name: str, work: Work) -> dict[str, NDArray[Any]]:
     keep = ~null | (rng.random(len(ends)) < work.recipe.gesture.null_share)
     windows, label = examples.windows(ends[keep]), examples.label[ends[keep]]
     found = touch_images.find(examples, True, SEED)
-    mine = training_split.touches(work.split, data, found, SEED).train
+    mine = splits.split_touches(work.split, data.examples, found, SEED).train
     images, places = found.images[mine], found.place[mine]
     if name == "logistic":
         line = LogisticRegression(max_iter=300).fit(_flat(windows), label)

@@ -8,7 +8,7 @@ import pytest
 from controller.adapt import rehearsal
 from controller.bundles import bundle
 from models.data.simulate import DataSet
-from models.evaluation.replay import feel
+from models.evaluation.replay import network_inputs
 from models.training import rehearsal as rehearse
 
 SHIPPED = bundle.default_path()
@@ -26,8 +26,10 @@ def test_all_classes_are_there_in_stretches_that_hold_windows() -> None:
     assert len(windows) == stretches * (length - LOADED.window + 1)
     assert 0 < touch.max() < 2 * stretches
     first = windows[0].tobytes()
-    felt = np.concatenate([feel(one.frames, LOADED.preprocess).windows for one in PLAYED])
-    rounded = rehearsal.from_bytes(rehearsal.to_bytes(felt))
+    inputs = np.concatenate(
+        [network_inputs(one.frames, LOADED.preprocess).windows for one in PLAYED]
+    )
+    rounded = rehearsal.from_bytes(rehearsal.to_bytes(inputs))
     assert any(window.tobytes() == first for window in rounded)  # they are the recordings' own
 
 

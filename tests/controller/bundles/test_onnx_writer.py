@@ -52,7 +52,7 @@ def test_engines_answer_as_before() -> None:
 
 
 def test_the_onnx_package_finds_nothing_wrong() -> None:
-    onnx = pytest.importorskip("onnx", reason="the onnx package is in [train] only")
+    onnx = pytest.importorskip("onnx", reason="the onnx package checks the file")
     for model, width in ((SHIPPED.gesture_onnx, None), (SHIPPED.location_onnx, 2)):
         onnx.checker.check_model(
             onnx.load_from_string(onnx_writer.write(onnx_reader.read(model), width=width)),

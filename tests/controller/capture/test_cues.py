@@ -31,7 +31,7 @@ def play(
     """Let ten frames a second pass; return what turned out void."""
     voids = []
     for k in range(round(from_s * 10), round(to_s * 10) + 1):
-        voids += session.step(k / 10, felt=felt, paused=paused)
+        voids += session.advance(k / 10, felt=felt, paused=paused)
     return voids
 
 
@@ -42,7 +42,7 @@ def test_an_example_is_get_ready_go_and_rest() -> None:
     session = cues("press", "pinch")
     seen: list[tuple[float, str, str]] = []
     for k in range(90):
-        session.step(k / 10, felt=True)
+        session.advance(k / 10, felt=True)
         cue = session.at(k / 10)
         if not seen or seen[-1][1:] != (cue.phase.value, cue.label):
             seen.append((k / 10, cue.phase.value, cue.label))
@@ -57,7 +57,7 @@ def test_an_example_is_get_ready_go_and_rest() -> None:
 def test_before_the_first_example_the_sensor_finds_its_rest() -> None:
     session = cues("press")
     assert session.at(5.0).phase is Phase.WAIT
-    session.step(7.0, felt=False)  # time begins with the first step, whenever that is
+    session.advance(7.0, felt=False)  # time begins with the first step, whenever that is
     assert session.at(7.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
 
 
@@ -76,7 +76,7 @@ def test_a_cue_says_how_long_it_lasts_and_how_many_more_of_what_are_wanted() -> 
 
 def test_a_place_is_asked_for_as_well_where_the_protocol_wants_one() -> None:
     session = CueSession([ExampleRequest("press", (1.0, 3.0))], PACE, np.random.default_rng(1))
-    session.step(0.0, felt=False)
+    session.advance(0.0, felt=False)
     assert session.at(0.0).plain(0.0)["place"] == [1.0, 3.0]
 
 
@@ -87,7 +87,7 @@ def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -
         session, times = CueSession.of(plan), []
         left = 20
         for k in range(1000):
-            session.step(k / 10, felt=True)
+            session.advance(k / 10, felt=True)
             if session.at(k / 10).left != left:
                 left = session.at(k / 10).left
                 times.append(k / 10)
@@ -112,7 +112,7 @@ def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tup
     """Return when which phase begins, with a touch in these frames, ten a second."""
     seen: list[tuple[float, str]] = []
     for k in range(frames):
-        session.step(k / 10, felt=k in touched)
+        session.advance(k / 10, felt=k in touched)
         if (phase := session.at(k / 10).phase.value) != (seen[-1][1] if seen else ""):
             seen.append((k / 10, phase))
     return seen
@@ -145,9 +145,9 @@ def test_the_next_example_is_said_beforehand_and_stays_the_next() -> None:
         [ExampleRequest("press"), ExampleRequest("pinch"), ExampleRequest("twist_cw")], PACE, rng
     )
     for k in range(30):
-        session.step(k / 10, felt=False)
+        session.advance(k / 10, felt=False)
         assert session.at(k / 10).then == "pinch"
-    assert session.step(3.0, felt=False)  # nothing was felt, so press is asked for again
+    assert session.advance(3.0, felt=False)  # nothing was felt, so press is asked for again
     assert session.at(3.0).then == "pinch"
     play(session, 3.1, 30.0)
     assert session.at(30.0).then == ""
@@ -168,7 +168,7 @@ def test_an_example_in_which_nothing_was_felt_is_asked_for_again() -> None:
 def test_one_frame_of_noise_is_no_touch() -> None:
     session = cues("press")
     play(session, 0.0, 1.4, felt=False)
-    session.step(1.5, felt=True)
+    session.advance(1.5, felt=True)
     (void,) = play(session, 1.6, 4.0, felt=False)
     assert void.why == "nothing was felt"
 
@@ -217,14 +217,14 @@ def test_an_example_that_a_pause_breaks_off_begins_anew() -> None:
     play(session, 0.0, 2.0)
     (void,) = play(session, 2.1, 9.0, paused=True)
     assert void == DiscardedExample("press", 1.0, 2.1, "there was a pause")
-    session.step(9.1, felt=False)
+    session.advance(9.1, felt=False)
     assert session.at(9.1).phase is Phase.GET_READY
 
 
 def test_an_example_of_which_frames_are_missing_begins_anew() -> None:
     session = cues("press")
     play(session, 0.0, 2.0)
-    assert session.step(9.0, felt=True) == [
+    assert session.advance(9.0, felt=True) == [
         DiscardedExample("press", 1.0, 9.0, "frames were missed")
     ]
 
@@ -245,7 +245,7 @@ def test_whatever_happens_every_example_is_done_or_still_asked_for(
     for k, event in enumerate(events):
         t_s = k / 10
         voids = session.drop(t_s - 3.0, t_s) if event == "drop" else []
-        voids += session.step(t_s, felt=event == "felt", paused=event == "pause")
+        voids += session.advance(t_s, felt=event == "felt", paused=event == "pause")
         cue = session.at(t_s)
         assert cue.left_s >= 0.0
         assert 0 <= cue.left <= 3

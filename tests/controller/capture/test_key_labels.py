@@ -4,25 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.capture.key_labels import KeyLabels, LabelCorrection
-from controller.capture.terminal_decoder import (
-    BACKSPACE,
+from controller.capture.key_labels import (
     FIRST_REPEAT_S,
-    SPACE,
-    Action,
-    Decoder,
     HeldKeys,
     KeyChange,
-    KeyEvent,
-    Signal,
+    KeyLabels,
+    LabelCorrection,
 )
+from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = 5  # null and four gestures
-
-
-def strokes(data: bytes) -> list[KeyEvent | Signal]:
-    return Decoder().feed(data)
 
 
 def typed(key: str) -> KeyEvent:
@@ -35,76 +27,6 @@ def pressed(key: str) -> KeyEvent:
 
 def released(key: str) -> KeyEvent:
     return KeyEvent(key, Action.RELEASED)
-
-
-# --- bytes ----------------------------------------------------------------------------------------
-
-
-def test_an_ordinary_terminal_sends_characters() -> None:
-    assert strokes(b"1 \x7f9\x08") == [
-        typed("1"), typed(SPACE), typed(BACKSPACE), typed("9"), typed(BACKSPACE),
-    ]  # fmt: skip
-
-
-def test_what_is_no_key_of_ours_is_skipped() -> None:
-    arrow, f5, page_up, mouse = b"\x1b[A", b"\x1b[15~", b"\x1b[5;2~", b"\x1b[<0;3;4M"
-    assert strokes(b"q\t\r\xc3\xa4" + arrow + b"\x1bOP" + f5 + page_up + mouse + b"2") == [
-        typed("2")
-    ]
-
-
-def test_escape_typed_by_itself_spoils_nothing() -> None:
-    assert strokes(b"\x1b1") == [typed("1")]
-    assert strokes(b"\x1b\x1b[A2") == [typed("2")]
-    assert strokes(b"\x1b[12\x1b[D3") == [typed("3")]  # a sequence that was cut off
-
-
-def test_kitty_s_terminal_tells_presses_and_releases() -> None:
-    assert strokes(b"\x1b[49;1:1u\x1b[49;1:2u\x1b[49;1:3u") == [pressed("1"), released("1")]
-    assert strokes(b"\x1b[49u\x1b[127;;u\x1b[32;129u") == [  # fields unsaid; num lock
-        pressed("1"), pressed(BACKSPACE), pressed(SPACE),
-    ]  # fmt: skip
-    assert strokes(b"\x1b[57402;1:1u") == [pressed("3")]  # the keypad
-
-
-def test_a_french_keyboard_needs_no_shift_for_its_digits() -> None:
-    assert strokes(b"\x1b[38:49:49;1:1u") == [pressed("1")]  # & is where others have 1
-
-
-def test_ctrl_keys_that_the_terminal_no_longer_acts_on_are_signals() -> None:
-    assert strokes(b"\x1b[99;5u\x1b[122;5:1u\x1b[92;69u") == [
-        Signal.INTERRUPT, Signal.SUSPEND, Signal.QUIT,
-    ]  # fmt: skip
-    assert strokes(b"\x1b[1089::99;5u") == [Signal.INTERRUPT]  # с on a Russian keyboard
-    assert strokes(b"\x1b[106::99;5u") == []  # j, where others have c
-    assert strokes(b"\x1b[99;5:3u\x1b[49;5u\x1b[49;3u") == []  # released; Ctrl-1; Alt-1
-
-
-def test_answers_and_the_loss_of_the_window_are_told() -> None:
-    assert strokes(b"\x1b[?0u\x1b[?62;4c\x1b[O\x1b[I") == [
-        Signal.SPEAKS_KITTY, Signal.ANSWERED, Signal.AWAY,
-    ]  # fmt: skip
-
-
-KEYS = st.sampled_from(
-    [b"1", b" ", b"\x7f", b"\x1b[49;1:3u", b"\x1b[?62c", b"\x1b[A", b"\x1b[99;5u"]
-)
-
-
-@given(st.lists(st.binary(max_size=80) | KEYS), st.integers(1, 7))
-def test_any_bytes_are_cut_alike_however_they_come(parts: list[bytes], size: int) -> None:
-    data = b"".join(parts)
-    decoder = Decoder()
-    pieces = [one for i in range(0, len(data), size) for one in decoder.feed(data[i : i + size])]
-    assert pieces == strokes(data)
-
-
-@given(st.binary())
-def test_after_any_bytes_a_key_is_understood_again(noise: bytes) -> None:
-    decoder = Decoder()
-    decoder.feed(noise)
-    decoder.feed(b"\x1b[A")  # whatever was begun is over
-    assert decoder.feed(b"\x1b[50;1:1u") == [pressed("2")]
 
 
 # --- keys that are held ---------------------------------------------------------------------------

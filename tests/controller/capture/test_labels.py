@@ -8,9 +8,10 @@ import pytest
 from controller.capture.cue_plan import CueTiming, ExampleRequest
 from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.key_labels import LabelCorrection
-from controller.capture.labels import FrameLabels, Labeller, Told
-from controller.capture.status_line import Status, describe
-from controller.capture.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
+from controller.capture.labels import FrameLabels, Labeller
+from controller.capture.status_line import StatusLine, describe
+from controller.keymap.terminal import Timed
+from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
 
 LABELS = ("null", "press", "pinch")
@@ -22,11 +23,11 @@ def cued(*labels: str) -> CueSession:
     return CueSession([ExampleRequest(label) for label in labels], PACE, rng, shuffled=False)
 
 
-def down(key: str, ago_s: float = 0.0) -> Told:
+def down(key: str, ago_s: float = 0.0) -> Timed:
     return ago_s, KeyEvent(key, Action.PRESSED)
 
 
-def up(key: str, ago_s: float = 0.0) -> Told:
+def up(key: str, ago_s: float = 0.0) -> Timed:
     return ago_s, KeyEvent(key, Action.RELEASED)
 
 
@@ -38,12 +39,12 @@ def up(key: str, ago_s: float = 0.0) -> Told:
     [(None, UNKNOWN), ("null", 0), ("pinch", 2), ("", UNKNOWN), ("poke", UNKNOWN)],
 )
 def test_a_button_says_what_it_knows(says: str | None, label: int) -> None:
-    assert Labeller(LABELS).step(0.1, button=says).button == label
+    assert Labeller(LABELS).label(0.1, button=says).button == label
 
 
 def test_a_button_that_says_only_down_means_what_the_user_said() -> None:
     labeller = Labeller(LABELS, button_label="pinch")
-    assert [labeller.step(k, button=says).button for k, says in enumerate(["null", ""])] == [0, 2]
+    assert [labeller.label(k, button=says).button for k, says in enumerate(["null", ""])] == [0, 2]
 
 
 def test_a_button_that_says_only_down_means_the_cue_until_it_is_up() -> None:
@@ -51,7 +52,7 @@ def test_a_button_that_says_only_down_means_the_cue_until_it_is_up() -> None:
     said = []
     for k in range(60):
         says = "" if 15 <= k < 45 else "null"  # from the first go into the second get ready
-        said.append(labeller.step(k / 10, button=says, felt=True).button)
+        said.append(labeller.label(k / 10, button=says, felt=True).button)
     assert said == [0] * 15 + [1] * 30 + [0] * 15
 
 
@@ -61,10 +62,10 @@ def test_a_button_that_says_only_down_means_the_cue_until_it_is_up() -> None:
 def test_keys_have_a_column_of_their_own_and_excuse_frames() -> None:
     labeller = Labeller(LABELS)
     said = [
-        labeller.step(1.0, button="null"),
-        labeller.step(1.1, button="null", told=[down("1")]),
-        labeller.step(1.2, button="pinch", told=[down(SPACE)]),
-        labeller.step(1.3, button="pinch", told=[up("1"), up(SPACE)]),
+        labeller.label(1.0, button="null"),
+        labeller.label(1.1, button="null", told=[down("1")]),
+        labeller.label(1.2, button="pinch", told=[down(SPACE)]),
+        labeller.label(1.3, button="pinch", told=[up("1"), up(SPACE)]),
     ]
     assert [(one.key, one.button, one.excluded) for one in said] == [
         (UNKNOWN, 0, False), (1, 0, False), (1, 2, True), (0, 2, True),
@@ -74,18 +75,18 @@ def test_keys_have_a_column_of_their_own_and_excuse_frames() -> None:
 
 def test_keys_that_changed_before_the_last_frame_correct_it() -> None:
     labeller = Labeller(LABELS)
-    labeller.step(1.0, told=[down("1")])
-    assert labeller.step(1.1, told=[up("1", ago_s=0.05)]).amends == ()  # since the last frame
-    labeller.step(1.2, told=[down("1")])
-    labeller.step(1.3)
-    (amend,) = labeller.step(1.4, told=[up("1", ago_s=0.125)]).amends
+    labeller.label(1.0, told=[down("1")])
+    assert labeller.label(1.1, told=[up("1", ago_s=0.05)]).amends == ()  # since the last frame
+    labeller.label(1.2, told=[down("1")])
+    labeller.label(1.3)
+    (amend,) = labeller.label(1.4, told=[up("1", ago_s=0.125)]).amends
     assert amend == LabelCorrection("key", 1.4 - 0.125, 1.4, 0)
 
 
 def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
     labeller = Labeller(LABELS)
-    labeller.step(1.0, told=[down("1")])
-    assert labeller.step(1.1, told=[(0.0, Signal.AWAY)]).key == 0
+    labeller.label(1.0, told=[down("1")])
+    assert labeller.label(1.1, told=[(0.0, Signal.AWAY)]).key == 0
 
 
 # --- cues -----------------------------------------------------------------------------------------
@@ -93,7 +94,7 @@ def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
 
 def test_the_cue_says_its_label_at_go_and_no_touch_before_and_after() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
-    said = [labeller.step(k / 10, felt=True, ready=k >= 10) for k in range(52)]
+    said = [labeller.label(k / 10, felt=True, ready=k >= 10) for k in range(52)]
     assert [one.cue for one in said] == [UNKNOWN] * 10 + [0] * 10 + [2] * 20 + [0] * 10 + [-1] * 2
     fresh = [(one.asked.phase, one.marks) for one in said if one.fresh and one.asked]
     assert fresh == [
@@ -108,7 +109,7 @@ def test_the_cue_says_its_label_at_go_and_no_touch_before_and_after() -> None:
 
 def test_nobody_learns_from_an_example_that_does_not_count() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
-    said = [labeller.step(k / 10, felt=False) for k in range(35)]
+    said = [labeller.label(k / 10, felt=False) for k in range(35)]
     (late,) = [one for one in said if one.voids]
     assert late.amends == (LabelCorrection("excluded", 1.0, 3.0, True),)
     assert Mark(3.0, "cue", "again pinch: nothing was felt") in late.marks
@@ -117,8 +118,8 @@ def test_nobody_learns_from_an_example_that_does_not_count() -> None:
 def test_backspace_has_the_example_asked_for_again() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     for k in range(35):
-        labeller.step(k / 10, felt=True)
-    said = labeller.step(3.5, told=[down(BACKSPACE)])
+        labeller.label(k / 10, felt=True)
+    said = labeller.label(3.5, told=[down(BACKSPACE)])
     assert said.asked is not None
     assert said.asked.more == {"pinch": 1}
     assert said.amends == (
@@ -129,13 +130,13 @@ def test_backspace_has_the_example_asked_for_again() -> None:
 
 def test_a_pause_stops_the_cues_and_is_told() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
-    labeller.step(0.0)
-    said = [labeller.step(0.1, told=[down(SPACE)]), labeller.step(60.0)]
+    labeller.label(0.0)
+    said = [labeller.label(0.1, told=[down(SPACE)]), labeller.label(60.0)]
     assert [(one.fresh, one.cue, one.excluded) for one in said] == [
         (True, UNKNOWN, True),
         (False, UNKNOWN, True),
     ]
-    on = labeller.step(60.1, told=[up(SPACE), down(SPACE)])
+    on = labeller.label(60.1, told=[up(SPACE), down(SPACE)])
     assert (on.fresh, on.cue, on.excluded) == (True, 0, False)
 
 
@@ -165,9 +166,9 @@ def test_with_cues_the_line_says_what_to_do_and_what_is_left() -> None:
 
 def test_the_line_is_written_over_and_fits_the_screen() -> None:
     screen = Screen()
-    status = Status(screen)
+    status = StatusLine(screen, LABELS, keyboard=True)
     for text in ("a long line", "short", "short", "x" * 200):
-        status.show(text)
+        status.write(text)
     status.clear()
     lines = screen.getvalue().replace("\r\r", "\n").strip("\r").split("\n")
     assert lines == ["a long line", "short      ", "x" * 79, " " * 79]
@@ -175,5 +176,5 @@ def test_the_line_is_written_over_and_fits_the_screen() -> None:
 
 def test_where_there_is_no_screen_nothing_is_written() -> None:
     file = io.StringIO()
-    Status(file).show("go")
+    StatusLine(file, LABELS, keyboard=True).write("go")
     assert file.getvalue() == ""

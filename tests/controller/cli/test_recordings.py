@@ -138,15 +138,13 @@ def test_an_empty_folder_is_told(tmp_path: Path, run: Run) -> None:
 # --- new files ------------------------------------------------------------------------------------
 
 
-def test_what_is_exported_and_imported_is_the_same_file(tmp_path: Path, run: Run) -> None:
+def test_a_recording_is_exported_as_tables(tmp_path: Path, run: Run) -> None:
     path = write(tmp_path / "one.npz", played())
     status, out, _ = run("export", path, "--out", tmp_path / "tables")
     assert (status, out) == (0, f"{tmp_path / 'tables' / 'one.json'}\n")
     ends = (".csv", ".json", "_commands.csv", "_events.csv", "_marks.csv")
     names = [file.name for file in sorted((tmp_path / "tables").iterdir())]
     assert names == sorted(f"one{end}" for end in ends)
-    assert run("import", tmp_path / "tables" / "one.json", "--out", tmp_path / "back")[0] == 0
-    assert (tmp_path / "back" / "one.npz").read_bytes() == path.read_bytes()
 
 
 def test_no_file_is_ever_replaced(tmp_path: Path, run: Run) -> None:
@@ -156,7 +154,6 @@ def test_no_file_is_ever_replaced(tmp_path: Path, run: Run) -> None:
     (tmp_path / "precious.npz").write_text("precious")
     for words in (
         ("export", path, "--out", tables),
-        ("import", tables / "one.json", "--out", tmp_path),
         ("trim", path, "--to", 5, "--out", tmp_path / "precious.npz"),
         ("relabel", path, "--to", 5, "--label", "press", "--out", path),
     ):
@@ -201,12 +198,6 @@ def test_arrays_of_another_sensor_become_recordings_and_a_rerun_goes_on(
     _, out, _ = run(*words)
     assert out == f"{first} is there already\n{second}: 5 frames, 0.3 s\n"
     assert len(list((tmp_path / "set").iterdir())) == 2
-
-
-def test_arrays_without_a_description_are_refused(tmp_path: Path, run: Run) -> None:
-    status, _, err = run("import", tmp_path / "frames.npz")
-    assert status == 2
-    assert "name a TOML file that does" in err
 
 
 # --- recover --------------------------------------------------------------------------------------

@@ -52,15 +52,6 @@ def _frames(folder: Path) -> None:
     (folder / "told.toml").write_text('frames = "frames"\npitch_mm = 1\nrate_hz = 10\n')
 
 
-def _exported(folder: Path) -> None:
-    assert main(["recordings", "export", DEMO, "--out", str(folder)]) == 0
-
-
-def _without_frames(folder: Path) -> None:
-    _exported(folder)
-    (folder / "demo.csv").unlink()
-
-
 # A new option of type Path without a row fails the first test.
 ROWS = {
     (" ", "--wiring"): Row("--sensor emulated --wiring @"),
@@ -97,19 +88,16 @@ ROWS = {
     ("recordings export", "--out"): Row(
         "recordings export {DEMO} --out @", fine=("folder", "missing")
     ),
-    ("recordings import", "source"): Row("recordings import @ --out %"),
-    ("recordings import", "NAME.json"): Row("recordings import @ --out %/out", name="one.json"),
-    ("recordings import", "NAME.csv"): Row(
-        "recordings import %/demo.json --out %/out", name="demo.csv", prepare=_without_frames
-    ),
-    ("recordings import", "NAME.npy"): Row(
+    ("recordings import", "source"): Row(
         "recordings import @ %/told.toml --out %/out", name="x.npy", prepare=_frames
     ),
     ("recordings import", "description"): Row(
         "recordings import %/frames.npy @ --out %/out", prepare=_frames
     ),
     ("recordings import", "--out"): Row(
-        "recordings import %/demo.json --out @", prepare=_exported, fine=("folder", "missing")
+        "recordings import %/frames.npy %/told.toml --out @",
+        prepare=_frames,
+        fine=("folder", "missing"),
     ),
     ("recordings trim", "file"): Row("recordings trim @ --out %/new.npz"),
     ("recordings trim", "--out"): Row(

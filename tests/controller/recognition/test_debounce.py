@@ -4,11 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from controller.recognition.debounce import Debouncer, DebounceSettings
+from controller.recognition.debounce import Debouncer, DebounceSettings, fire, smooth
 
 LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 NULL, PRESS, PINCH = range(3)
@@ -76,3 +77,21 @@ def test_a_restored_debouncer_continues_exactly(stream: list[int], data: st.Data
     after.restore(before.state())
     assert after.held == before.held
     assert [after.step(sure(label)) for label in stream[cut:]] == expected[cut:]
+
+
+SHARE = st.floats(0.01, 1.0)
+
+
+@settings(deadline=None)
+@given(
+    arrays.arrays(np.float32, (40, 4), elements=st.floats(0.0, 1.0, width=32)),
+    st.builds(DebounceSettings, SHARE, SHARE, SHARE),
+)
+def test_a_whole_recording_fires_what_the_debouncer_fires_frame_by_frame(
+    weights: NDArray[np.float32], chosen: DebounceSettings
+) -> None:
+    probabilities = (weights + 1e-3) / (weights + 1e-3).sum(axis=1, keepdims=True)
+    stage = Debouncer(LABELS[:4], chosen)
+    steps = [(frame, stage.step(newest)) for frame, newest in enumerate(probabilities)]
+    at_once = fire(smooth(probabilities, chosen.smoothing), chosen)
+    assert [(frame, LABELS[label]) for frame, label in at_once] == [s for s in steps if s[1]]

@@ -160,7 +160,7 @@ def shifted(frames: int) -> Recording:
 @pytest.mark.parametrize(("frames", "late_s"), [(0, -0.04), (3, 0.26), (-3, -0.34)])
 def test_label_edges_are_held_against_the_touch(frames: int, late_s: float) -> None:
     recording = shifted(frames)
-    _, button = labels.said(recording, response.respond(recording))
+    _, button = labels.summarise(recording, response.respond(recording))
     assert button.begin is not None
     assert button.begin.median_s == pytest.approx(late_s, abs=0.03)
     assert button.begin.spread_s < 0.1

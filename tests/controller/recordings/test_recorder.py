@@ -10,19 +10,23 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from controller import files
 from controller.capture.run_files import RunFiles
 from controller.recognition.pipeline import CommandRecord
-from controller.recordings import journal_disk, naming, reader, recorder, recovery, writer
-from controller.recordings.journal_repair import decode
+from controller.recordings import journal_file, naming, reader, recorder, recovery, writer
+from controller.recordings.journal import decode
+from controller.recordings.journal_file import JournalFile
 from controller.recordings.recorder import Recorder, refuse_taken
 from controller.recordings.recording import Mark, RecordingError
 from tests.support import ROOT
-from tests.support.fake_disk import FakeDisk
+from tests.support.fake_disk import FakeFile
 from tests.support.small_journal import ORIGIN, image, numbers
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
@@ -40,9 +44,9 @@ def add(to: Recorder, first: int, last: int) -> None:
         to.add(image(number), number / 10, number)
 
 
-def on_disk(disk: FakeDisk) -> list[int]:
+def on_disk(file: FakeFile) -> list[int]:
     """The frames that a power cut would leave."""
-    return numbers(decode(bytes(disk.file.kept)))
+    return numbers(decode(bytes(file.kept)))
 
 
 # --- as it should be ------------------------------------------------------------------------------
@@ -77,11 +81,12 @@ def test_the_journal_and_its_name_are_on_the_disk_before_the_first_frame(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     synced: list[Path] = []
-    monkeypatch.setattr(journal_disk, "sync_folder", synced.append)
+    monkeypatch.setattr(journal_file, "sync_folder", synced.append)
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     assert synced == [tmp_path]
     decoded = decode((tmp_path / "one.journal").read_bytes())
-    assert decoded.id == session.origin.id
+    assert decoded.recording is None  # the header alone is there
+    assert decoded.whole_bytes == len(session._journal.data)
     session.close()
 
 
@@ -93,14 +98,14 @@ def test_every_recording_has_an_id_of_its_own(tmp_path: Path) -> None:
 
 
 def test_frames_reach_the_disk_while_the_session_runs(tmp_path: Path) -> None:
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 20)
-    disk.file.until(lambda: on_disk(disk) == list(range(1, 21)))
+    file.until(lambda: on_disk(file) == list(range(1, 21)))
     add(session, 21, 25)
-    disk.file.until(lambda: on_disk(disk) == list(range(1, 26)))
+    file.until(lambda: on_disk(file) == list(range(1, 26)))
     assert session.close() == tmp_path / "one.npz"
-    assert disk.file.removed
+    assert file.removed
 
 
 def test_a_journal_that_is_being_written_is_left_alone_by_recovery(tmp_path: Path) -> None:
@@ -123,7 +128,7 @@ from tests.controller.recordings.test_recorder import ORIGIN, Recorder, add
 recorder.SYNC_S = 0.001
 session = Recorder(Path(sys.argv[1]), ORIGIN, {})
 add(session, 1, 50)
-while session._keeper._confirmed < len(session._journal.data) - 100:
+while session._synced < len(session._journal.data):
     pass
 os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 """
@@ -138,11 +143,11 @@ os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
 def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    disk.file.answers.clear()
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
+    file.answers.clear()
     add(session, 1, 500)  # would never return
-    disk.file.answers.set()
+    file.answers.set()
     assert session.close() == tmp_path / "one.npz"
     assert len(reader.load(tmp_path / "one.npz").frames) == 500
 
@@ -151,15 +156,15 @@ def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, "controller")
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    disk.file.room = len(disk.file.seen) + 1000  # in the middle of a record
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
+    file.room = len(file.seen) + 1000  # in the middle of a record
     add(session, 1, 100)
     wait(lambda: session.problem != "")
     assert "No space left on device; make room: what is recorded waits" in session.problem
     add(session, 101, 120)
-    disk.file.room = 1 << 40
-    disk.file.until(lambda: on_disk(disk) == list(range(1, 121)))
+    file.room = 1 << 40
+    file.until(lambda: on_disk(file) == list(range(1, 121)))
     wait(lambda: session.problem == "")
     session.close()
     told = [r.message for r in caplog.records]
@@ -170,23 +175,27 @@ def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
 
 
 def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> None:
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    disk.file.fails = True
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
+    file.fails = True
     add(session, 1, 30)
     wait(lambda: "Input/output error; look at the disk" in session.problem)
-    disk.file.fails = False
-    disk.file.until(lambda: on_disk(disk) == list(range(1, 31)))
+    file.fails = False
+    file.until(lambda: on_disk(file) == list(range(1, 31)))
     session.close()
 
 
 def test_a_disk_that_takes_little_at_a_time_gets_it_all(tmp_path: Path) -> None:
-    disk = FakeDisk()
-    disk.file.bite = 7
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    add(session, 1, 30)
-    disk.file.until(lambda: on_disk(disk) == list(range(1, 31)))
-    session.close()
+    class Slow(FileIO):
+        def write(self, data: Any, /) -> int:
+            return super().write(data[:7])
+
+    file = JournalFile(tmp_path / "one.journal")
+    file._file.close()
+    file._file = Slow(tmp_path / "one.journal", "r+")
+    file.write(0, bytes(range(100)))
+    file.close()
+    assert (tmp_path / "one.journal").read_bytes() == bytes(range(100))
 
 
 def test_a_disk_too_slow_to_keep_the_promise_is_told(
@@ -201,11 +210,11 @@ def test_a_disk_too_slow_to_keep_the_promise_is_told(
 
 
 def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_path: Path) -> None:
-    disk = FakeDisk()
-    disk.file.room = 100
+    file = FakeFile()
+    file.room = 100
     with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: No space left"):
-        Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    assert disk.file.removed
+        Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
+    assert file.removed
 
 
 def wait(done: Callable[[], bool]) -> None:
@@ -279,6 +288,21 @@ def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path:
     assert not recovery.leftovers(tmp_path)
 
 
+def spoil(
+    monkeypatch: pytest.MonkeyPatch, folder: Path, becomes: Callable[[bytes], bytes | None]
+) -> None:
+    """Let what is sealed into a folder become something else; None: there is no room."""
+    real = files.atomic_write
+
+    def write(path: Path, data: bytes, **options: bool) -> None:
+        content = becomes(data) if path.parent == folder else data
+        if content is None:
+            raise OSError(28, "No space left on device")
+        real(path, content, **options)
+
+    monkeypatch.setattr(writer, "atomic_write", write)
+
+
 def rescued(folder: Path) -> int:
     """Return the frames of the one session in a temporary folder, which is private."""
     (file,) = folder.glob("orbtouch-*/one.npz")
@@ -292,16 +316,16 @@ def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journ
     rescue = tmp_path / "rescue"
     rescue.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(rescue))
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 5)
-    disk.full = True
+    spoil(monkeypatch, tmp_path, lambda data: None)
     with pytest.raises(RecordingError, match=r"No space left on device; the session is kept in"):
         session.close()
     assert rescued(rescue) == 5
-    assert on_disk(disk) == [1, 2, 3, 4, 5]
-    assert disk.file.closed
-    assert not disk.file.removed
+    assert on_disk(file) == [1, 2, 3, 4, 5]
+    assert file.closed
+    assert not file.removed
 
 
 def test_a_sealed_file_is_read_again_before_the_journal_goes(
@@ -310,14 +334,14 @@ def test_a_sealed_file_is_read_again_before_the_journal_goes(
     rescue = tmp_path / "rescue"
     rescue.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(rescue))
-    disk = FakeDisk()
-    disk.spoils = True
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
+    file = FakeFile()
+    spoil(monkeypatch, tmp_path, lambda data: data[:-1])
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 5)
     with pytest.raises(RecordingError, match="cannot be read again; the session is kept in"):
         session.close()
     assert rescued(rescue) == 5
-    assert not disk.file.removed
+    assert not file.removed
 
 
 def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
@@ -356,13 +380,13 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
 ) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    disk = FakeDisk()
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, disk=disk)
-    disk.file.answers.clear()
+    file = FakeFile()
+    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
+    file.answers.clear()
     add(session, 1, 5)
     with pytest.raises(RecordingError, match="does not answer; the session is kept in"):
         session.close()
-    disk.file.answers.set()
+    file.answers.set()
     assert rescued(tmp_path) == 5
 
 

@@ -107,7 +107,7 @@ def play(
     """Let frames pass; `answers` says when the model recognised what."""
     for k in range(round(seconds * 10)):
         one = step(k / 10, answers.get(k / 10))
-        tally.take(labeller.step(k / 10, felt=felt), one)
+        tally.take(labeller.label(k / 10, felt=felt), one)
 
 
 def test_examples_are_counted_and_so_is_what_the_model_made_of_them() -> None:
@@ -243,7 +243,7 @@ def test_without_a_terminal_a_line_tells_what_changed() -> None:
     log = ProgressLog(tally, told.append)
     labeller = cued("press")
     for k in range(100):
-        log.show(labeller.step(k / 10, felt=k > 40), step(k / 10), "")
+        log.show(labeller.label(k / 10, felt=k > 40), step(k / 10), "")
     log.clear()
     assert told == ["press again: nothing was felt", "press: enough (1)"]
 

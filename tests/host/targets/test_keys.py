@@ -18,7 +18,6 @@ from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.connection.transport import LinkError
 from host.injection.backends import BackendError
-from host.injection.terminal_keys import decode
 from host.targets import TargetOptions
 from host.targets._keys import KeysTarget
 from tests.support.fake_device import welcome
@@ -272,20 +271,6 @@ def test_without_a_window_it_acts_until_its_time_is_up() -> None:
 def test_without_a_window_a_first_connection_that_fails_is_the_end() -> None:
     with pytest.raises(LinkError, match="COM7 is busy"):
         loop.serve(Bench().target, FakeReceiver([Refused("COM7 is busy")]))
-
-
-@pytest.mark.parametrize(
-    ("typed", "keys", "rest"),
-    [
-        (b"\x1b[20~", ["f9"], b""),
-        (b"a\x1b[19;5~7", ["a", "f8", "7"], b""),
-        (b"\x1b[A\x1bOP\x1b[99~A\xff", [], b""),
-        (b"\x1b[2", [], b"\x1b[2"),
-        (b"q\x1b", ["q"], b"\x1b"),
-    ],
-)
-def test_terminal_s_bytes_are_keys(typed: bytes, keys: list[str], rest: bytes) -> None:
-    assert decode(typed) == (keys, rest)
 
 
 def test_mapping_or_back_end_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from controller import __version__
 from models import cli as commands
 from models.__main__ import main
-from models.data.defaults import STEPS
+from models.data.recipe import STEPS
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"

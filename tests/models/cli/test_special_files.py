@@ -1,5 +1,6 @@
 """Every file option of the training machine, given files that never end, never answer, or lie."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,9 @@ from models import user_files
 from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
-from models.reports.data import ReportData
+from models.reports.page import ReportData
 from models.studies.information import games
-from models.studies.sweep import kept
+from models.studies.sweep import run
 from tests.support.report_results import evaluation
 from tests.support.special_files import KINDS, answer, make
 
@@ -161,9 +162,9 @@ def test_a_vocabulary_that_cannot_be_read_is_refused_in_one_sentence(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_finished_training_that_cannot_be_read_is_done_again(kind: str, tmp_path: Path) -> None:
-    (tmp_path / kept.JOBS).mkdir()
-    make(kind, tmp_path / kept.JOBS, "special.json")
-    assert kept.answers(tmp_path) == {}
+    (tmp_path / run.JOBS).mkdir()
+    make(kind, tmp_path / run.JOBS, "special.json")
+    assert run.answers(tmp_path) == {}
 
 
 @pytest.mark.parametrize(
@@ -173,9 +174,8 @@ def test_a_finished_training_that_cannot_be_read_is_done_again(kind: str, tmp_pa
         lambda one: one["result"]["held"][0].update(events=["many", 20]),
         lambda one: one["result"].update(learned={}),
         lambda one: one["result"].update(notes=7),
-        lambda one: one.update(where=7),
         lambda one: one.update(result=[]),
-        lambda one: one.pop("cpu_s"),
+        lambda one: one.pop("name"),
     ],
 )
 def test_a_finished_training_of_another_shape_is_done_again(
@@ -184,20 +184,21 @@ def test_a_finished_training_of_another_shape_is_done_again(
     learned = {"users": 1, "sessions": 1, "minutes": 3.0, "windows": 100}
     held = [{"user": "4", "session": "4 01", "frames": [80, 90], "events": [9, 20]}]
     result = {"learned": learned, "notes": [], "random": 0.99, "held": held}
-    one = {"name": "n", "result": result, "where": "here 1", "seconds": 1.5, "cpu_s": 1.0}
-    (tmp_path / kept.JOBS).mkdir()
-    kept.keep(tmp_path, one)
-    assert set(kept.answers(tmp_path)) == {"n"}
+    one = {"name": "n", "result": result, "where": "here 1", "cpu_s": 1.0}
+    (tmp_path / run.JOBS).mkdir()
+    path = tmp_path / run.JOBS / "n.json"
+    path.write_text(json.dumps(one))
+    assert set(run.answers(tmp_path)) == {"n"}
     change(one)
-    kept.keep(tmp_path, {**one, "name": "n"})
-    assert kept.answers(tmp_path) == {}
+    path.write_text(json.dumps(one))
+    assert run.answers(tmp_path) == {}
 
 
 def test_a_game_of_another_shape_is_none(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     good = '{"events": [[0, 500, "drop"]], "commands": [[450, "drop"]], "seconds": 5.5}'
     path.write_text(f"noise\n{good}\n")
-    assert games.read(path)["seconds"] == 5.5
+    assert games.read(path).minutes == pytest.approx(5.5 / 60)
     for old, new in (("[[0, 500,", "[[500,"), ('"drop"]]', "7]]"), ("5.5", '"long"')):
         path.write_text(good.replace(old, new))
         with pytest.raises(games.GameError, match="holds no game; make one with"):

@@ -9,8 +9,8 @@ import pytest
 torch = pytest.importorskip("torch", reason="needs the [train] extra")
 
 from controller.bundles import vocabulary  # noqa: E402 - after the guard
-from models.data.augment import PLAIN, Augmentation, Symmetry  # noqa: E402
-from models.data.recipe import UNTOUCHED  # noqa: E402
+from models.data.augment import PLAIN, Symmetry, vary_images, vary_windows  # noqa: E402
+from models.data.recipe import UNTOUCHED, Augmentation  # noqa: E402
 
 pytestmark = pytest.mark.train
 
@@ -28,7 +28,7 @@ def test_a_mirrored_twist_is_the_opposite_twist_and_nothing_else_changes_its_nam
     windows = torch.ones(40, 10, 5, 5)
     windows[:, :, 2, 0] = 0.5  # on the left
     names = torch.arange(40) % 5
-    varied, named = mirroring.windows(windows, names, PAPER, seeded(0))
+    varied, named = vary_windows(mirroring, windows, names, PAPER, seeded(0))
     mirrored = varied[:, 0, 2, 4] == 0.5
     assert 10 < int(mirrored.sum()) < 30
     torch.testing.assert_close(varied[~mirrored], windows[~mirrored])
@@ -51,7 +51,7 @@ def test_an_example_is_turned_only_as_its_own_gesture_declares() -> None:
     windows[:, :, 0, 1] = 0.5
     places: list[set[tuple[int, int]]] = [set() for _ in range(4)]
     for seed in range(60):
-        varied, names = CALM.windows(windows, torch.arange(4), symmetry, seeded(seed))
+        varied, names = vary_windows(CALM, windows, torch.arange(4), symmetry, seeded(seed))
         assert names.tolist() == [0, 1, 2, 3]
         for i in range(4):
             places[i].add(divmod(int(varied[i, 0].argmin()), 5))
@@ -81,7 +81,7 @@ def test_an_example_is_shifted_only_if_its_gesture_is_the_same_anywhere() -> Non
     seen: list[set[tuple[int, int]]] = [set(), set(), set()]
     lost = 0
     for seed in range(200):
-        varied, names = shifting.windows(windows, torch.arange(3), symmetry, seeded(seed))
+        varied, names = vary_windows(shifting, windows, torch.arange(3), symmetry, seeded(seed))
         assert names.tolist() == [0, 1, 2]
         for i in range(3):
             dent = {(row, column) for _, row, column in (varied[i] == 0.5).nonzero().tolist()}
@@ -98,8 +98,8 @@ def test_an_example_is_shifted_only_if_its_gesture_is_the_same_anywhere() -> Non
 def test_nothing_is_drawn_for_shifts_where_none_are_declared() -> None:
     windows = torch.rand(6, 10, 5, 5)
     one, other = seeded(3), seeded(3)
-    varied, _ = replace(CALM, shifted=0).windows(windows, torch.arange(6) % 5, PAPER, one)
-    same, _ = replace(CALM, shifted=2).windows(windows, torch.arange(6) % 5, PAPER, other)
+    varied, _ = vary_windows(replace(CALM, shifted=0), windows, torch.arange(6) % 5, PAPER, one)
+    same, _ = vary_windows(replace(CALM, shifted=2), windows, torch.arange(6) % 5, PAPER, other)
     torch.testing.assert_close(varied, same)
     assert torch.equal(one.get_state(), other.get_state())
 
@@ -111,14 +111,14 @@ def test_quarter_turns_need_a_square_grid() -> None:
 @pytest.mark.parametrize(("rows", "columns"), [(5, 5), (3, 5)])
 def test_an_augmented_touch_stays_where_its_image_shows_it(rows: int, columns: int) -> None:
     # A dent in one taxel; after any symmetry the touch must name the taxel with the dent.
-    press = Symmetry.of(SHIPPED, rows, columns).of_class(1)
+    press = Symmetry.of(SHIPPED, rows, columns).common([1])
     seen = set()
     for row, column in [(0, 0), (1, 3), (rows - 1, 2)]:
         images = torch.ones(1, rows, columns)
         images[0, row, column] = 0.5
         touches = torch.tensor([[float(column), rows - 1.0 - row]])
         for seed in range(24):
-            varied, moved = CALM.images(images, touches, press, seeded(seed))
+            varied, moved = vary_images(CALM, images, touches, press, seeded(seed))
             at = int(varied[0].argmin())
             assert moved[0].tolist() == [at % columns, rows - 1 - at // columns]
             seen.add(at)
@@ -128,7 +128,7 @@ def test_an_augmented_touch_stays_where_its_image_shows_it(rows: int, columns: i
 def test_what_breaks_in_training_is_whole_taxels_and_whole_electrodes() -> None:
     broken = replace(UNTOUCHED, electrode=1.0)
     windows = torch.full((40, 10, 4, 6), 1.5)
-    varied, _ = broken.windows(windows, torch.zeros(40, dtype=torch.long), PLAIN, seeded(0))
+    varied, _ = vary_windows(broken, windows, torch.zeros(40, dtype=torch.long), PLAIN, seeded(0))
     dead = varied == 1.0
     assert (dead == dead[:, :1]).all()  # for as long as the window lasts
     for one in dead[:, 0]:
@@ -136,13 +136,13 @@ def test_what_breaks_in_training_is_whole_taxels_and_whole_electrodes() -> None:
         assert sum(lines) == 1
         assert int(one.sum()) in (4, 6)
     alone = replace(UNTOUCHED, dropout=1.0)
-    varied, _ = alone.windows(windows, torch.zeros(40, dtype=torch.long), PLAIN, seeded(0))
+    varied, _ = vary_windows(alone, windows, torch.zeros(40, dtype=torch.long), PLAIN, seeded(0))
     assert 0.02 < float((varied == 1.0).float().mean()) < 0.12
 
 
 def test_augmentation_is_of_no_use_where_it_is_not_asked_for() -> None:
     windows = torch.rand(6, 10, 5, 5)
-    same, label = UNTOUCHED.windows(windows, torch.arange(6) % 5, PAPER, seeded(0))
+    same, label = vary_windows(UNTOUCHED, windows, torch.arange(6) % 5, PAPER, seeded(0))
     torch.testing.assert_close(same, windows)
     assert label.tolist() == [0, 1, 2, 3, 4, 0]
     assert Augmentation() != UNTOUCHED

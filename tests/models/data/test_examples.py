@@ -136,23 +136,6 @@ def test_a_window_is_ten_whole_frames_in_a_row_and_no_such_window_is_missed(
 # --- data sets that are larger than memory ----------------------------------------------------
 
 
-def test_examples_in_a_file_are_the_same_and_leave_nothing_behind(tmp_path: Path) -> None:
-    sources = [Source.of(SESSION), session(), session(12)]
-    memory, file = prepare(sources, SETTINGS), prepare(iter(sources), SETTINGS, tmp_path)
-    assert not list(tmp_path.iterdir())
-    for name in ("images", "label", "touch", "ends", "session"):
-        one, other = getattr(memory, name), getattr(file, name)
-        assert (one.dtype, one.shape, one.tobytes()) == (other.dtype, other.shape, other.tobytes())
-    np.testing.assert_array_equal(memory.windows(memory.ends[:5]), file.windows(file.ends[:5]))
-
-
-def test_a_folder_that_is_not_there_is_an_error_and_nothing_is_left_open(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="absent"):
-        prepare([session()], SETTINGS, tmp_path / "absent")
-    with pytest.raises(ValueError, match="no session has"):
-        prepare([], SETTINGS, tmp_path)  # an unclosed file would be a warning, and so an error
-
-
 @pytest.fixture
 def data(tmp_path: Path) -> Path:
     """Three recordings of one kind."""
@@ -183,8 +166,8 @@ def test_a_data_set_is_surveyed_and_its_frames_are_read_one_recording_at_a_time(
             assert len(loaded) == number + 1
             yield Source.of(recorded)
 
-    prepare(sources(), SETTINGS, data)
-    assert [one.origin.user for one in recordings[1:]] == ["01", "02"]
+    prepare(sources(), SETTINGS)
+    assert [one.origin.user for one in recordings][1:] == ["01", "02"]
 
 
 def test_a_recording_that_changes_while_a_data_set_is_read_is_told(data: Path) -> None:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from controller.bundles import vocabulary
 from controller.recordings.recording import Mark, Recording, unlabelled
 from models.data import label_repair
+from models.data.ground_truth import true_places
 from models.data.simulate import DataSet
-from models.data.true_positions import places
 
 PLAYED = DataSet(minutes=3.0).session(0, 0)
 NOISY = DataSet(minutes=3.0, preset="paper-snr", seed=1).session(0, 0)
@@ -98,7 +98,7 @@ def test_a_cue_says_where_a_press_is() -> None:
         Mark(7.5, "cue", "go pinch at 3,3"),
     )
     world = replace(PLAYED, truth=None, marks=marks)
-    place = places(world, label, vocabulary.shipped())
+    place = true_places(world, label, vocabulary.shipped())
     assert np.unique(place[20:26], axis=0).tolist() == [[1.0, 2.5]]
     assert np.unique(place[60:66], axis=0).tolist() == [[-0.5, 0.0]]
     assert np.isnan(place[80:86]).all()  # pinches have no place

@@ -12,7 +12,7 @@ pytest.importorskip("torch", reason="needs the [train] extra")
 from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import UNKNOWN
-from models.data import load, splits, touch_images, training_split
+from models.data import load, splits, touch_images
 from models.data.recipe import DEFAULT
 from models.data.simulate import DataSet
 
@@ -33,7 +33,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> load.Data:
 
 @pytest.mark.parametrize(("by", "held"), [("", 1), ("session", 1), ("user", 3)])
 def test_what_is_held_out_is_held_out_as_a_whole(data: load.Data, by: str, held: int) -> None:
-    split = training_split.split(data, by, seed=0)
+    split = splits.split_windows(data, by, seed=0)
     assert split.held.sum() == held
     ends, session = data.examples.ends, data.examples.session
     assert set(session[ends[split.windows.check]]) == set(np.flatnonzero(split.held))
@@ -42,7 +42,7 @@ def test_what_is_held_out_is_held_out_as_a_whole(data: load.Data, by: str, held:
 
 
 def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: load.Data) -> None:
-    split = training_split.split(data, "time", seed=0)
+    split = splits.split_windows(data, "time", seed=0)
     ends, window = data.examples.ends, data.examples.window
     learned = np.concatenate([split.windows.train, split.windows.random])
     session = data.examples.session
@@ -53,18 +53,18 @@ def test_the_end_of_a_session_is_a_window_away_from_what_is_learned(data: load.D
 
 
 def test_windows_at_random_are_taken_from_those_to_learn_from(data: load.Data) -> None:
-    parts = training_split.split(data, "", seed=0).windows
+    parts = splits.split_windows(data, "", seed=0).windows
     everything = np.concatenate([parts.train, parts.random, parts.check])
     assert sorted(everything.tolist()) == list(range(len(data.examples.ends)))
     assert 0.05 < len(parts.random) / (len(parts.train) + len(parts.random)) <= 0.1
-    again = training_split.split(data, "", seed=0).windows
+    again = splits.split_windows(data, "", seed=0).windows
     np.testing.assert_array_equal(parts.random, again.random)
 
 
 def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
     found = touch_images.find(data.examples, averaged=True, seed=0)
-    split = training_split.split(data, "user", seed=0)
-    parts = training_split.touches(split, data, found, seed=0)
+    split = splits.split_windows(data, "user", seed=0)
+    parts = splits.split_touches(split, data.examples, found, seed=0)
     assert not parts.words
     session = data.examples.session[found.frame]
     assert set(session[parts.check]) <= set(np.flatnonzero(split.held))
@@ -76,12 +76,12 @@ def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
 def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
     data: load.Data,
 ) -> None:
-    split = training_split.split(data, "session", seed=0)
+    split = splits.split_windows(data, "session", seed=0)
     alone = int(np.flatnonzero(~split.held)[0])
     touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)
     examples = replace(data.examples, touch=touch.astype(np.float32))
     found = touch_images.find(examples, averaged=True, seed=0)
-    parts = training_split.touches(split, replace(data, examples=examples), found, seed=0)
+    parts = splits.split_touches(split, examples, found, seed=0)
     assert "the last 6th of the touches is held out" in parts.words
     assert len(parts.check)
     learned = [*parts.train, *parts.random]
@@ -91,9 +91,9 @@ def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
 
 def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -> None:
     found = touch_images.find(data.examples, averaged=True, seed=0)
-    split = training_split.split(data, "site", seed=0)
+    split = splits.split_windows(data, "site", seed=0)
     assert split.held.sum() == 1  # gestures go by sessions all the same
-    parts = training_split.touches(split, data, found, seed=0)
+    parts = splits.split_touches(split, data.examples, found, seed=0)
     sites = [
         {tuple(site) for site in np.rint(found.place[part]).tolist()}
         for part in (parts.check, np.concatenate([parts.train, parts.random]))
@@ -107,8 +107,8 @@ def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -
 
 def test_a_few_sessions_are_too_dear_to_do_without_one(data: load.Data) -> None:
     few = replace(data, session=np.array([0, 0, 0, 1, 1, 1]))
-    assert "the last of 6 blocks of every session" in training_split.split(few, "", seed=0).words
-    assert "1 of 2 sessions held out" in training_split.split(few, "session", seed=0).words
+    assert "the last of 6 blocks of every session" in splits.split_windows(few, "", seed=0).words
+    assert "1 of 2 sessions held out" in splits.split_windows(few, "session", seed=0).words
 
 
 def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.Data) -> None:
@@ -119,7 +119,7 @@ def test_where_nobody_knows_a_place_there_is_no_touch_to_learn_from(data: load.D
 
 def test_a_split_that_leaks_is_refused_by_name(data: load.Data) -> None:
     with pytest.raises(splits.LeakError, match="would be that of memory"):
-        training_split.split(data, "windows", seed=0)
+        splits.split_windows(data, "windows", seed=0)
 
 
 # --- what is left out --------------------------------------------------------------------------

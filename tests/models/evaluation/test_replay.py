@@ -4,13 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.debounce import Debouncer, DebounceSettings
 from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import RecordingError
@@ -46,32 +42,12 @@ def test_without_places_the_answers_are_the_same() -> None:
     recording = played("nominal", seed=1, minutes=1.5)
     known = know(recording, LABELS, "it")
     whole = replay.run(SHIPPED, NETWORKS, recording, known)
-    felt = replay.feel(recording.frames, SHIPPED.preprocess)
-    answers = NETWORKS.probabilities(felt.windows)
-    quick = replay.answered(known, felt, answers, LABELS, SHIPPED.debounce)
+    inputs = replay.network_inputs(recording.frames, SHIPPED.preprocess)
+    answers = NETWORKS.probabilities(inputs.windows)
+    quick = replay.debounced_stream(known, inputs, answers, LABELS, SHIPPED.debounce)
     assert quick.answers == whole.answers
     assert (quick.probabilities == whole.probabilities).all()
     assert (quick.ready == whole.ready).all()
-
-
-SHARE = st.floats(0.01, 1.0)
-
-
-@settings(deadline=None)
-@given(
-    arrays.arrays(np.float32, (40, 4), elements=st.floats(0.0, 1.0, width=32)),
-    st.builds(DebounceSettings, SHARE, SHARE, SHARE),
-)
-def test_thresholds_replayed_at_once_answer_as_the_debouncer_does(
-    weights: np.ndarray, chosen: DebounceSettings
-) -> None:
-    probabilities = (weights + 1e-3) / (weights + 1e-3).sum(axis=1, keepdims=True)
-    t = np.arange(40) / 10.0
-    debouncer = Debouncer(LABELS[:4], chosen)
-    steps = [(float(now), debouncer.step(p)) for now, p in zip(t, probabilities, strict=True)]
-    expected = [Answer(now, label) for now, label in steps if label is not None]
-    means = replay.smoothed(probabilities, chosen.smoothing)
-    assert replay.fire(means, t, LABELS[:4], chosen.on, chosen.off) == expected
 
 
 def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:

@@ -17,8 +17,8 @@ from controller.recordings.recording import Recording
 from models.__main__ import main
 from models.data.ground_truth import know
 from models.evaluation import replay
-from models.evaluation.tune import Goal, choose, front, settings_of, tune
-from models.reports import terminal_plot
+from models.evaluation.tune import Goal, choose, front, tune
+from models.reports import markdown, tables, terminal_plot
 from models.results.evaluation import Point, Tuning
 from tests.support.recordings import of, origin, played
 
@@ -30,7 +30,7 @@ some = st.integers(0, 4)
 
 
 def point(recall: int, alarms: int, late: int) -> Point:
-    return Point(0.5, 0.8, 0.2, recall / 4, recall / 4, float(alarms), late / 10)
+    return Point(DebounceSettings(0.5, 0.8, 0.2), recall / 4, recall / 4, float(alarms), late / 10)
 
 
 POINTS = st.lists(st.builds(point, some, some, some), min_size=1, max_size=12)
@@ -49,15 +49,15 @@ def test_the_front_is_what_no_other_point_beats(points: list[Point]) -> None:
     edge = front(points)
     for point in points:
         beaten = any(beats(other, point) for other in points)
-        on_it = any(astuple(point)[3:] == astuple(kept)[3:] for kept in edge)
+        on_it = any(astuple(point)[1:] == astuple(kept)[1:] for kept in edge)
         assert on_it == (not beaten)
     assert [p.latency_s for p in edge] == sorted(p.latency_s for p in edge)
 
 
 def test_what_is_late_or_noisy_is_chosen_only_where_nothing_else_is_left() -> None:
-    fast = Point(1.0, 0.5, 0.1, 0.7, 0.70, 0.5, 0.2)
-    good = Point(0.5, 0.8, 0.2, 0.99, 0.99, 0.01, 0.4)
-    late = Point(0.2, 0.95, 0.2, 1.0, 1.0, 0.0, 0.6)
+    fast = Point(DebounceSettings(1.0, 0.5, 0.1), 0.7, 0.70, 0.5, 0.2)
+    good = Point(DebounceSettings(0.5, 0.8, 0.2), 0.99, 0.99, 0.01, 0.4)
+    late = Point(DebounceSettings(0.2, 0.95, 0.2), 1.0, 1.0, 0.0, 0.6)
     points = [fast, good, late]
     assert choose(points, points, Goal(), 1000) == good
     assert (
@@ -69,10 +69,10 @@ def test_what_is_late_or_noisy_is_chosen_only_where_nothing_else_is_left() -> No
 
 
 def test_of_two_points_alike_the_one_with_good_neighbours_is_chosen() -> None:
-    lucky = Point(0.2, 0.5, 0.4, 1.0, 1.0, 0.0, 0.3)
-    around = Point(0.25, 0.5, 0.4, 0.8, 0.8, 0.0, 0.3)
-    safe = Point(0.6, 0.8, 0.2, 1.0, 1.0, 0.0, 0.31)
-    beside = Point(0.7, 0.8, 0.2, 1.0, 1.0, 0.0, 0.32)
+    lucky = Point(DebounceSettings(0.2, 0.5, 0.4), 1.0, 1.0, 0.0, 0.3)
+    around = Point(DebounceSettings(0.25, 0.5, 0.4), 0.8, 0.8, 0.0, 0.3)
+    safe = Point(DebounceSettings(0.6, 0.8, 0.2), 1.0, 1.0, 0.0, 0.31)
+    beside = Point(DebounceSettings(0.7, 0.8, 0.2), 1.0, 1.0, 0.0, 0.32)
     points = [lucky, around, safe, beside]
     assert choose([lucky, safe], points, Goal(wait=0.1), 1000) == safe
     assert choose([lucky, safe], points, Goal(wait=100.0), 1000) == lucky  # faster, and sure of it
@@ -91,7 +91,7 @@ def _streams() -> list[replay.Stream]:
 
 def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) -> None:
     for point in (found.before, found.chosen, found.front[0]):
-        total, chosen = Score(), settings_of(point)
+        total, chosen = Score(), point.settings
         for stream in _streams():
             debouncer = Debouncer(LABELS, chosen)
             steps = zip(stream.known.t.tolist(), stream.probabilities, strict=True)
@@ -101,8 +101,7 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         assert point.recall == total.recall
         assert point.f1 == total.f1
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
-    assert settings_of(found.before) == SHIPPED.debounce
-    assert found.figures["recall"].value == pytest.approx(found.chosen.recall)
+    assert found.before.settings == SHIPPED.debounce
     assert Goal().cost(found.chosen) <= Goal().cost(found.before) + 100.0 / found.events
 
 
@@ -112,7 +111,7 @@ def test_the_front_is_drawn_in_a_terminal_of_eighty_columns(found: Tuning) -> No
     assert max(len(line) for line in drawing.splitlines()[:-1]) <= 80
     one = replace(found, front=(found.chosen,), before=found.chosen)
     assert terminal_plot.BEFORE in terminal_plot.draw(one)  # all on one spot
-    assert f"{found.chosen.on:g}" in terminal_plot.table([("chosen", found.chosen)])
+    assert f"| {found.chosen.settings.on:g} |" in markdown.table(tables.thresholds(found))
 
 
 def test_streams_without_gestures_are_refused() -> None:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from models.reports import page
-from models.reports.data import ReportData
+from models.reports.page import ReportData
 from models.results import missed_gestures
 from tests.models.reports.test_report import text
 from tests.support.report_results import evaluation, training

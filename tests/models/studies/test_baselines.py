@@ -13,7 +13,7 @@ from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 
 from controller.recordings import writer
 from models.data.recipe import DEFAULT, PAPER
-from models.evaluation.replay import feel
+from models.evaluation.replay import network_inputs
 from tests.benchmarks.baselines import peers
 from tests.benchmarks.baselines.forest import Forest
 from tests.support.recordings import LABELS, played
@@ -69,7 +69,7 @@ def test_a_peer_is_trained_once_and_answers_the_same_when_it_is_taken_out_again(
     said: list[str] = []
     peer = peers.train(name, [folder], tmp_path, said.append)
     assert len(said) == 1
-    windows = feel(played("nominal", seed=9, minutes=0.5).frames, peer.settings).windows
+    windows = network_inputs(played("nominal", seed=9, minutes=0.5).frames, peer.settings).windows
     answers = peer.gesture(windows)
     assert answers.shape == (len(windows), len(LABELS))
     np.testing.assert_allclose(answers.sum(axis=1), 1.0, atol=1e-5)

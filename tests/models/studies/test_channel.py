@@ -41,7 +41,7 @@ def test_what_is_lost_is_lost() -> None:
 def test_symbols_that_take_longer_are_sent_less_often() -> None:
     # Without noise the rate r per second is where the sum of exp(-r t) is 1 (Shannon, 1948).
     seconds = np.array([1.0, 2.0, 3.0])
-    best = channel.fastest_use(np.eye(3), seconds)
+    best = channel.best_use(np.eye(3), seconds)
     rate = best.nats / best.seconds
     assert np.exp(-rate * seconds).sum() == pytest.approx(1.0)
     assert best.share == pytest.approx(np.exp(-rate * seconds))
@@ -58,7 +58,7 @@ def test_no_use_is_better_than_the_best(inputs: int, outputs: int, seed: int) ->
     assert channel.information(other, table) <= best.nats + 1e-6
     assert -1e-9 <= best.nats <= math.log(min(inputs, outputs)) + 1e-9
     lasts = rng.uniform(0.5, 3.0, inputs)
-    fast = channel.fastest_use(table, lasts)
+    fast = channel.best_use(table, lasts)
     assert channel.information(other, table) / (other @ lasts) <= fast.nats / fast.seconds + 1e-6
 
 
@@ -74,7 +74,7 @@ def test_rows_that_are_no_distribution_are_refused() -> None:
     with pytest.raises(ValueError, match="sum to 1"):
         channel.best_use(np.array([[0.5, 0.2], [0.5, 0.5]]))
     with pytest.raises(ValueError, match="durations"):
-        channel.fastest_use(np.eye(2), [1.0])
+        channel.best_use(np.eye(2), [1.0])
 
 
 def game(*meant: tuple[int, int, str], heard: list[tuple[int, str]]) -> dict[str, object]:
@@ -83,7 +83,7 @@ def game(*meant: tuple[int, int, str], heard: list[tuple[int, str]]) -> dict[str
 
 def test_what_was_meant_comes_out_as_the_first_command_that_answers_it() -> None:
     played = games.gather(
-        [
+        games.session(one) for one in [
             game(
                 (1000, 1500, "left"), (3000, 4000, "drop"), (6000, 6500, "left"),
                 heard=[(500, "drop"), (1300, "left"), (1400, "left"), (3500, "left")],
@@ -92,10 +92,10 @@ def test_what_was_meant_comes_out_as_the_first_command_that_answers_it() -> None
         ]
     )  # fmt: skip
     assert played.commands == ("drop", "left")
-    assert played.counts.tolist() == [[1, 1, 0], [0, 1, 1]]  # the last column: nothing
-    assert (played.alarms, played.again, played.minutes) == (1, 1, 2.0)
-    assert played.hand_s == pytest.approx([1.0, 0.5])
-    assert played.pause_s == pytest.approx(1.75)  # of 1.5 and 2.0 s
+    assert played.counts().tolist() == [[1, 1, 0], [0, 1, 1]]  # the last column: nothing
+    assert (played.alarms, played.minutes) == (1, 2.0)
+    # Gestures of 1.0 and 0.5 s, and a pause of 1.75 s, the median of 1.5 and 2.0 s.
+    assert played.seconds == pytest.approx([2.75, 2.25])
     assert played.late_s == pytest.approx(0.5)  # of 0.3, 0.5 and 0.5 s
 
 
@@ -103,7 +103,7 @@ def test_a_player_who_is_always_understood_says_what_the_commands_are_worth() ->
     four = ("left", "right", "drop", "down")
     meant = [(2000 * i, 2000 * i + 1000, four[i % 4]) for i in range(1, 81)]
     one = game(*meant, heard=[(ms + 200, name) for ms, _, name in meant])
-    found = games.figures(games.gather([one]))
+    found = games.figures(games.gather([games.session(one)]))
     assert found["capacity"] == pytest.approx(math.log(4))
     assert found["right"] == 1.0
     assert found["mean_s"] == pytest.approx(2.0)
@@ -115,11 +115,11 @@ def test_a_player_who_is_always_understood_says_what_the_commands_are_worth() ->
 def test_a_game_is_the_last_line_that_is_json(tmp_path: Path) -> None:
     path = tmp_path / "game.json"
     path.write_text("hello\n" + json.dumps(game((0, 1, "left"), heard=[])) + "\n")
-    assert games.read(path)["seconds"] == 60.0
+    assert games.read(path).minutes == 1.0
     path.write_text('{"commands": []}\n')
     with pytest.raises(games.GameError, match="host --demo"):
         games.read(path)
     with pytest.raises(UserFileError, match="cannot read"):
         games.read(tmp_path / "none.json")
-    with pytest.raises(games.GameError, match="nothing was meant"):
-        games.gather([game(heard=[])])
+    with pytest.raises(games.GameError, match="no intended gesture"):
+        games.gather([games.session(game(heard=[]))])

@@ -72,16 +72,16 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(
     recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = cross_validation.cross(asked(recordings, tmp_path / "whole.json"), print)
-    learned = cross_validation._learned
+    trained = cross_validation._Study._train
     calls: list[str] = []
 
-    def stop(folder: Path, name: str, *rest: Any) -> Any:
+    def stop(study: Any, name: str, *rest: Any) -> Any:
         calls.append(name)
         if len(calls) == 6:  # in the second fold
             raise KeyboardInterrupt
-        return learned(folder, name, *rest)
+        return trained(study, name, *rest)
 
-    monkeypatch.setattr(cross_validation, "_learned", stop)
+    monkeypatch.setattr(cross_validation._Study, "_train", stop)
     out = tmp_path / "again.json"
     with pytest.raises(KeyboardInterrupt):
         cross_validation.cross(asked(recordings, out), print)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.studies.figure7 import tables
+from models.studies.figure7 import report
 from tests.support import ROOT
 
 MEASURED = ROOT / "docs/pictures/figure7.json"
@@ -26,7 +26,7 @@ def test_the_papers_protocol_and_ours_stand_in_one_row() -> None:
         "parts": {"nominal paper CNN-3D": part(True), "nominal default CNN-2D": part(False)},
         "labels": {"nominal": {**late, "wrong": 0.1, "wrong_after": 0.01}},
     }
-    text = tables.tables(found)
+    text = report.text(found)
     row = "| nominal | CNN-3D | the paper’s | 90.0 % | 80.0 % | 70.0 % | 10.0 points | 60.0 % |"
     assert row in text
     assert "| nominal | CNN-2D | ours | 0.900 | 0.800 | 0.700 | −0.100 |" in text
@@ -35,28 +35,28 @@ def test_the_papers_protocol_and_ours_stand_in_one_row() -> None:
 
 def test_tables_go_between_their_marks_and_nowhere_else() -> None:
     found: dict[str, Any] = {"parts": {}, "labels": {}}
-    page = f"before {tables.BEGIN} old {tables.END} after"
-    once = tables.into(page, found)
-    assert once.startswith(f"before {tables.BEGIN}")
-    assert once.endswith(f"{tables.END} after")
+    page = f"before {report.BEGIN} old {report.END} after"
+    once = report.into(page, found)
+    assert once.startswith(f"before {report.BEGIN}")
+    assert once.endswith(f"{report.END} after")
     assert "old" not in once
-    assert tables.into(once, found) == once
+    assert report.into(once, found) == once
     with pytest.raises(ValueError, match="no place"):
-        tables.into("no marks", found)
+        report.into("no marks", found)
 
 
 def test_the_documentation_shows_what_was_measured() -> None:
     page = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
-    assert tables.into(page, json.loads(MEASURED.read_text(encoding="utf-8"))) == page
+    assert report.into(page, json.loads(MEASURED.read_text(encoding="utf-8"))) == page
 
 
 @pytest.mark.train
 def test_presses_on_the_taxels_are_labelled_with_the_taxel_that_was_aimed_at() -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
-    from models.studies.figure7.pressing import pressing
+    from models.studies.figure7.experiments import presses
 
-    aimed = pressing("nominal", 7, 0, 0, 1.0, on_sites=True)
-    free = pressing("nominal", 7, 0, 0, 1.0, on_sites=False)
+    aimed = presses("nominal", 7, 0, 0, 1.0, on_sites=True)
+    free = presses("nominal", 7, 0, 0, 1.0, on_sites=False)
     known, other = (s.touch[np.isfinite(s.touch[:, 0])] for s in (aimed, free))
     assert len(known) > 50
     assert (known == np.rint(known)).all()
@@ -72,15 +72,15 @@ def test_what_was_measured_is_kept_and_drawn_again(
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
     from controller.simulator.presets import PRESETS
     from models.data.recipe import RECIPES
-    from models.studies.figure7 import curves, drawing, people, study
+    from models.studies.figure7 import experiments, study
 
-    monkeypatch.setattr(study, "JUDGED_MIN", 1.0)
+    monkeypatch.setattr(experiments, "JUDGED_MIN", 1.0)
     monkeypatch.setattr(study, "RECIPES", {"paper": RECIPES["paper"]})
     monkeypatch.setattr(study, "PRESETS", {"nominal": PRESETS["nominal"]})
-    monkeypatch.setattr(curves, "SHARES", (0.5,))
-    monkeypatch.setattr(people, "USERS", 2)
-    monkeypatch.setattr(people, "MINUTES", 1.0)
-    settings, path = study.Settings(2.0, 1, 2), tmp_path / drawing.MEASURED
+    monkeypatch.setattr(study, "SHARES", (0.5,))
+    monkeypatch.setattr(experiments, "USERS", 2)
+    monkeypatch.setattr(experiments, "USER_MINUTES", 1.0)
+    settings, path = experiments.Settings(2.0, 1, 2), tmp_path / report.MEASURED
     said: list[str] = []
     first = study.measure(settings, path, said.append)
     assert len(said) == 6  # three networks, on half of the lesson and on all of it
@@ -90,5 +90,5 @@ def test_what_was_measured_is_kept_and_drawn_again(
     assert sizes["examples"][0] == pytest.approx(sizes["examples"][1] / 2, rel=0.1)
     for network in ("CNN-3D", "users", "CNN-2D"):
         first["parts"][f"nominal default {network}"] = first["parts"][f"nominal paper {network}"]
-    (picture,) = drawing.draw(first, tmp_path)
+    (picture,) = report.draw(first, tmp_path)
     assert picture.stat().st_size > 20_000

@@ -1,7 +1,7 @@
 """Folds by people: who is judged when, by what, and how sure one may be of it."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
 from controller.recordings import import_description, importer
+from models import json_values
 from models.data import splits
 from models.data.examples import Examples
 from models.studies import fold_card, fold_statistics, trajectory_baseline
-from models.studies.fold_statistics import Rowed
+from models.studies.fold_statistics import Windows
 from tests.support import ROOT
 
 WINDOW = 3
@@ -32,7 +33,7 @@ def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
     )
     judged: list[int] = []
     for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = fold_statistics.within(fold, ends, WINDOW, person)
+        inner = splits.within(fold, ends, WINDOW, person)
         now = set(person[ends[fold.test]])
         learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
         assert learned
@@ -49,7 +50,7 @@ def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
     ends = np.array([2, 3, 4, 7, 8, 9])
     fold = splits.by_group(ends, WINDOW, person)[0]
     with pytest.raises(ValueError, match="nobody to choose on"):
-        fold_statistics.within(fold, ends, WINDOW, person)
+        splits.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
@@ -59,18 +60,18 @@ def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> Non
     assert fold_statistics.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
 
 
-def rowed() -> Rowed:
+def rowed() -> Windows:
     """Three people, with two stretches of four windows each, of one class and of the other."""
     label = np.tile(np.repeat([0, 1], 4), 3)
-    return Rowed(
+    return Windows(
         label,
         stretch=np.repeat(np.arange(6), 4),
         person=np.repeat([0, 1, 2], 8),
         kind=np.zeros(24, dtype=np.int64),
-        people=("ada", "ben", "cy"),
-        kinds=("01",),
         touched=np.full(24, 3),
         labels=("press", "pinch"),
+        people=("ada", "ben", "cy"),
+        kinds=("01",),
     )
 
 
@@ -106,7 +107,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
     ends = np.arange(24) * 10
     rounds = splits.by_group(ends, 1, np.repeat(rows.person, 10))
     model = fold_statistics.judge(rows, rounds, "ours", certain(rows.label), 60.0)
-    found = fold_statistics.Crossed(
+    found = fold_statistics.CrossValidation(
         command="models folds",
         software="test",
         data="24 windows",
@@ -129,7 +130,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
     assert "| ada | 1.000 |" in told
     assert "+100.0 points (+100.0 … +100.0) | +100.0" in told
     assert "better for 3 of 3 people" in told
-    assert json.loads(found.text())["models"][0]["cpu_s"] is None
+    assert json.loads(json_values.text(asdict(found)))["models"][0]["cpu_s"] is None
 
 
 def windowed(images: np.ndarray) -> Examples:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from models.__main__ import main
-from models.studies.information import check, tables
+from models.studies.information import tables
 from models.studies.information.results import MEASURED as KEPT
 from models.studies.information.results import load
 from tests.support import ROOT
@@ -28,7 +28,7 @@ def test_the_documentation_shows_what_was_measured(found: dict[str, Any]) -> Non
 
 
 def test_the_papers_figures_stand_beside_ours_in_nats_and_bits(found: dict[str, Any]) -> None:
-    text = tables.section_6(found)
+    text = tables.text(found)
     assert "| H(y), labels | 1.28, 1.85 |" in text
     assert "| H(z), a sensor | 2.71, 3.91 |" in text
     assert "paper’s scaling | 0.13, 0.19 |" in text
@@ -40,16 +40,6 @@ def test_the_noisy_preset_reproduces_the_papers_statistics(found: dict[str, Any]
     assert mean["information"] == pytest.approx(0.13, rel=0.1)
 
 
-def test_estimators_that_are_recommended_reach_the_goal_where_the_truth_is_known(
-    found: dict[str, Any],
-) -> None:
-    rows = [check.Row(**row) for row in found["check"]]
-    for estimator in ("Ross", "held-out classifier", "Kraskov, corrected"):
-        own = [row for row in rows if row.estimator == estimator and row.ideal]
-        assert {1, 5, 10} <= {row.dimensions for row in own}
-        assert [row for row in own if not row.close] == []
-
-
 def test_no_estimate_of_the_label_exceeds_what_there_is(found: dict[str, Any]) -> None:
     for key, part in found["parts"].items():
         if key.endswith("|classifier"):
@@ -59,22 +49,21 @@ def test_no_estimate_of_the_label_exceeds_what_there_is(found: dict[str, Any]) -
 
 
 def test_what_was_not_measured_is_not_shown() -> None:
-    assert tables.text({"parts": {}, "games": {}, "check": []}) == ""
+    assert tables.text({"parts": {}, "games": {}}) == ""
     with pytest.raises(ValueError, match="no place"):
-        tables.into("no marks", {"parts": {}, "games": {}, "check": []})
+        tables.into("no marks", {"parts": {}, "games": {}})
 
 
 @pytest.mark.train
 def test_drawings_and_page_need_nothing_else(found: dict[str, Any], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the [train] extra")
-    from models.studies.information import figures, report
+    from models.studies.information import report
 
-    paths = figures.draw(found, tmp_path)
-    assert {path.name for path in paths} >= {"figure9.svg", "capacity.svg"}
-    for path in paths:
-        assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-    page = report.write(tmp_path, found).read_text(encoding="utf-8")
-    assert page.count("<svg") == len(paths)
+    *drawings, written = report.write(tmp_path, found)
+    assert {path.name for path in drawings} >= {"figure9.svg", "capacity.png"}
+    assert (tmp_path / "capacity.png").read_bytes().startswith(b"\x89PNG")
+    page = written.read_text(encoding="utf-8")
+    assert page.count("<svg") == len(drawings) / 2
     assert not re.search(r'(src|href)="(?!#)', page)  # nothing is fetched
     identities = re.findall(r'\bid="([^"]+)"', page)
     assert len(identities) == len(set(identities))

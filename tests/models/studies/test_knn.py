@@ -4,12 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy import special
 
-from models.studies.information import gaussians
 from models.studies.information.knn import (
-    Apart,
-    digamma,
+    Exclusion,
     ksg,
     ksg_corrected,
     normal,
@@ -17,39 +14,37 @@ from models.studies.information.knn import (
     ross,
     whitened,
 )
+from tests.support import gaussian_cases
+from tests.support.gaussian_cases import close
 
 
-def test_digamma_of_whole_numbers_is_scipys() -> None:
-    n = np.arange(1, 3000)
-    assert digamma(n) == pytest.approx(special.digamma(n), abs=1e-9)
+@pytest.mark.parametrize(("classes", "dimensions"), [(2, 1), (3, 2), (5, 5), (5, 10)])
+def test_rosss_estimate_of_a_mixture_is_close(classes: int, dimensions: int) -> None:
+    x, y = gaussian_cases.Mixture.of(classes, dimensions).draw(4000, np.random.default_rng(1))
+    assert close(float(ross(x, y).mean()), gaussian_cases.TRUTHS[classes, dimensions], dimensions)
 
 
-@pytest.mark.parametrize(("classes", "dimensions"), [(2, 1), (3, 2), (5, 5)])
-def test_neighbours_find_what_a_mixture_says_of_its_class(classes: int, dimensions: int) -> None:
-    x, y = gaussians.Mixture.of(classes, dimensions).draw(2500, np.random.default_rng(1))
-    truth = gaussians.truths()[gaussians.name(classes, dimensions)]
-    assert ross(x, y).mean() == pytest.approx(truth, abs=0.06)
+@pytest.mark.parametrize("dimensions", [1, 5, 10])
+def test_kraskovs_corrected_estimate_of_a_gaussian_is_close(dimensions: int) -> None:
+    rng = np.random.default_rng(9)
+    x, y, truth = gaussian_cases.correlated(dimensions, 0.6, 3000, rng)
+    part, missed = ksg_corrected(x, y)
+    assert close(float(part.mean()) + missed, truth, dimensions)
 
 
-def test_the_truth_of_a_mixture_is_an_integral_in_one_dimension() -> None:
-    for classes in gaussians.CLASSES:
-        truth = gaussians.truths()[gaussians.name(classes, 1)]
-        assert gaussians.Mixture.of(classes, 1).integrated() == pytest.approx(truth, abs=1e-3)
-
-
-def test_ten_thousand_draws_agree_with_ten_million() -> None:
-    mixture = gaussians.Mixture.of(3, 5)
-    found, error = mixture.sampled(10_000)
-    assert abs(found - gaussians.truths()[gaussians.name(3, 5)]) < 4 * error
+@pytest.mark.parametrize(("classes", "dimensions"), gaussian_cases.TRUTHS)
+def test_ten_thousand_draws_agree_with_ten_million(classes: int, dimensions: int) -> None:
+    found, error = gaussian_cases.Mixture.of(classes, dimensions).sampled(10_000)
+    assert abs(found - gaussian_cases.TRUTHS[classes, dimensions]) < 4 * error
 
 
 def test_kraskovs_estimate_finds_a_known_correlation() -> None:
-    x, y, truth = gaussians.correlated(2, 0.8, 2000, np.random.default_rng(2))
+    x, y, truth = gaussian_cases.correlated(2, 0.8, 2000, np.random.default_rng(2))
     assert ksg(x, y).mean() == pytest.approx(truth, abs=0.08)
 
 
 def test_in_many_dimensions_the_estimate_is_too_low_until_it_is_corrected() -> None:
-    x, y, truth = gaussians.correlated(8, 0.8, 1500, np.random.default_rng(3))
+    x, y, truth = gaussian_cases.correlated(8, 0.8, 1500, np.random.default_rng(3))
     part, missed = ksg_corrected(x**3, np.exp(y))  # changing coordinates changes no information
     assert part.mean() < 0.7 * truth
     assert part.mean() + missed == pytest.approx(truth, rel=0.1)
@@ -57,7 +52,7 @@ def test_in_many_dimensions_the_estimate_is_too_low_until_it_is_corrected() -> N
 
 def test_kraskovs_estimate_is_that_of_infomeasure() -> None:
     infomeasure = pytest.importorskip("infomeasure", reason="the oracle infomeasure is missing")
-    x, y, _ = gaussians.correlated(1, 0.7, 600, np.random.default_rng(4))
+    x, y, _ = gaussian_cases.correlated(1, 0.7, 600, np.random.default_rng(4))
     theirs = infomeasure.mutual_information(
         x[:, 0], y[:, 0], approach="ksg", k=3, noise_level=0.0, base="e"
     )
@@ -67,7 +62,7 @@ def test_kraskovs_estimate_is_that_of_infomeasure() -> None:
 @pytest.mark.train
 def test_rosss_estimate_is_scikit_learns_in_one_dimension() -> None:
     selection = pytest.importorskip("sklearn.feature_selection", reason="needs [train]")
-    x, y = gaussians.Mixture.of(3, 1).draw(800, np.random.default_rng(5))
+    x, y = gaussian_cases.Mixture.of(3, 1).draw(800, np.random.default_rng(5))
     scaled = x / x.std(axis=0)  # so does scikit-learn, which adds a little noise
     (theirs,) = selection.mutual_info_classif(x, y, n_neighbors=3, random_state=0)
     assert ross(scaled, y, k=3).mean() == pytest.approx(theirs, abs=0.01)
@@ -80,15 +75,15 @@ def test_frames_of_one_touch_know_one_another_and_no_other_touch_does() -> None:
     touch = np.repeat(np.arange(100), 10)
     x = rng.normal(size=(100, 3))[touch] + 0.01 * rng.normal(size=(1000, 3))
     y = rng.integers(0, 2, 100)[touch]
-    apart = Apart(touch, np.arange(1000), np.zeros(1000, dtype=int))
+    exclusion = Exclusion(touch, np.arange(1000), np.zeros(1000, dtype=int))
     assert ross(x, y).mean() > 0.6
-    assert np.nanmean(ross(x, y, apart=apart)) < 0.1
+    assert np.nanmean(ross(x, y, exclusion=exclusion)) < 0.1
 
 
 def test_what_is_close_in_time_is_left_out_within_a_session_only() -> None:
     session, time = np.array([0, 0, 0, 1]), np.array([0, 2, 9, 2])
-    apart = Apart(np.arange(4), time, session, window=3)
-    assert apart.forbidden(slice(0, 2)).tolist() == [
+    exclusion = Exclusion(np.arange(4), time, session, window=3)
+    assert exclusion.mask(slice(0, 2)).tolist() == [
         [True, True, False, False],
         [True, True, False, False],
     ]
@@ -112,8 +107,8 @@ def test_whitening_and_ranks_make_normal_coordinates() -> None:
 
 def test_heavy_tails_say_more_than_correlation_does() -> None:
     rng = np.random.default_rng(8)
-    _, _, gauss = gaussians.correlated(2, 0.6, 10, rng)
-    x, y, truth = gaussians.heavy(2, 0.6, 3000, rng)
+    _, _, gauss = gaussian_cases.correlated(2, 0.6, 10, rng)
+    x, y, truth = gaussian_cases.heavy(2, 0.6, 3000, rng)
     assert truth > gauss + 0.05
     assert ksg(x, y).mean() == pytest.approx(truth, abs=0.08)
     assert math.isfinite(truth)

@@ -21,7 +21,7 @@ from models.__main__ import main
 from models.data import recipe
 from models.data.recipe import RECIPES, UNTOUCHED
 from models.results import training
-from models.training import loop
+from models.training import loop, progress
 
 pytestmark = pytest.mark.train
 
@@ -138,7 +138,7 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
     real: Callable[..., None] = loop._Run.epoch
     begun: list[int] = []
 
-    def epoch(self: Any, watch: loop.Watch) -> None:
+    def epoch(self: Any, watch: progress.Watch) -> None:
         begun.append(1)
 
         def interrupted(epochs: list[training.Epoch], share: float) -> None:

@@ -1,0 +1,90 @@
+"""Numbers, times and names as reports, cards and terminals show them."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from models.results.figure import Figure
+
+NONE: Final = "–"  # a figure that is not known
+LABELS: Final = {"null": "nothing", "twist_cw": "twist ↻", "twist_ccw": "twist ↺"}
+
+
+def label(name: str) -> str:
+    """Return a class's name for people."""
+    return LABELS.get(name, name.replace("_", " "))
+
+
+def percent(share: float, digits: int = 1) -> str:
+    """Return a share, such as "98.8 %"; with two digits close to 0 and 1."""
+    if not math.isfinite(share):
+        return NONE
+    if share in (0.0, 1.0):
+        return f"{100 * share:.0f} %"
+    if share > 0.99 or share < 0.01:
+        digits = max(digits, 2)
+    return f"{100 * share:.{digits}f} %"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with that many digits after the point."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else NONE
+
+
+def count(value: float) -> str:
+    """Return a whole number, thousands apart."""
+    return f"{value:,.0f}".replace(",", " ") if math.isfinite(value) else NONE
+
+
+def seconds(value: float) -> str:
+    """Return a short time."""
+    return f"{value:.2f} s" if math.isfinite(value) else NONE
+
+
+def duration(value: float) -> str:
+    """Return a length of time: seconds below two minutes, minutes below two hours, else hours."""
+    if not math.isfinite(value):
+        return NONE
+    if value < 120:
+        return f"{value:.0f} s"
+    return f"{value / 60:.0f} min" if value < 7200 else f"{value / 3600:.1f} h"
+
+
+def lateness(value: float) -> str:
+    """Return a delay in seconds as "120 ms after", or "120 ms before" if it is negative."""
+    if not math.isfinite(value):
+        return f"{NONE} after"
+    return f"{abs(1000 * value):.0f} ms {'after' if value >= 0 else 'before'}"
+
+
+def points(share: float) -> str:
+    """Return a difference of shares in percentage points."""
+    return f"{100 * share:.1f} points" if math.isfinite(share) else NONE
+
+
+def share_interval(figure: Figure) -> str:
+    """Return a share and its interval: "98.80 % (97.10–99.30)"."""
+    return percent(figure.value, 2) + _interval(figure, 100.0, 2)
+
+
+def number_interval(figure: Figure, digits: int = 3) -> str:
+    """Return a number and its interval: "0.112 (0.105–0.121)"."""
+    return number(figure.value, digits) + _interval(figure, 1.0, digits)
+
+
+def _interval(figure: Figure, times: float, digits: int) -> str:
+    if not (math.isfinite(figure.low) and math.isfinite(figure.high)):
+        return ""
+    return f" ({times * figure.low:.{digits}f}–{times * figure.high:.{digits}f})"
+
+
+def several(amount: int, one: str, many: str = "") -> str:
+    """Return a number and its noun: "1 event", "2 events"."""
+    return f"{count(amount)} {one if amount == 1 else many or one + 's'}"
+
+
+def joined(names: Sequence[str]) -> str:
+    """Return names in a row: "a, b and c"."""
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,88 @@
+"""Cards as Markdown: of an evaluation, of a training, and of a user identification."""
+
+from collections.abc import Iterable, Mapping
+
+from controller.bundles.bundle import Bundle
+from models.formatting import several
+from models.reports import markdown, tables
+from models.reports.tables import Table
+from models.results import missed_gestures
+from models.results.evaluation import Evaluation
+from models.results.training import Training
+from models.results.users import Telling
+
+USERS_WARNING = (
+    "User identification is a convenience: a person with similar touches is taken for another. It "
+    "locks nothing, and nothing may be locked with it."
+)
+
+
+def evaluation(found: Evaluation) -> str:
+    """Return the card of an evaluation."""
+    debounce = ", ".join(f"{name} {value:g}" for name, value in found.debounce.items())
+    parts = [
+        f"# {found.bundle}",
+        f"Labels {', '.join(found.labels)}. Debouncer: {debounce}. SHA-256 `{found.hash[:16]}…`",
+        _made(found.card),
+        *found.notes,
+        markdown.table(tables.figures(found.results)),
+        *missed_gestures.of_all(found.results),
+    ]
+    for result in found.results:
+        parts += [f"## {result.name}", markdown.table(tables.answered(result))]
+        parts.append(markdown.table(tables.gestures(result)))
+        if result.users > 1:
+            parts.append(markdown.table(tables.sessions("user", result.by_user)))
+        if result.sessions > 1:
+            parts.append(markdown.table(tables.sessions("session", result.by_session)))
+    for name in dict.fromkeys(one.on for one in found.broken):
+        rows = [one for one in found.broken if one.on == name]
+        parts += [f"## {name}, with a fault", markdown.table(tables.broken(rows))]
+    return "\n\n".join(parts)
+
+
+def training(loaded: Bundle, found: Training) -> str:
+    """Return the card of a training."""
+    weights = (len(loaded.gesture_onnx) + len(loaded.location_onnx)) // 1024
+    parts = [
+        f"# {found.name}",
+        f"{found.rows}×{found.columns} taxels at {found.rate_hz:g} Hz, windows of "
+        f"{loaded.window} images; labels {', '.join(loaded.labels)}. {weights} KiB of networks. "
+        f"SHA-256 `{loaded.hash[:16]}…`",
+        _made(loaded.card),
+        _listed((*found.how, *found.symmetries)),
+        headline(found),
+        markdown.table(tables.classes(found)) if found.gesture is not None else "",
+        _listed(found.advice),
+        _listed(found.notes),
+    ]
+    return "\n\n".join(filter(None, parts))
+
+
+def headline(found: Training) -> str:
+    """Return the scores of a training beside those of the paper's protocol."""
+    held = [found.split, *([found.location.unseen] if found.location else [])]
+    unseen = " ".join(f"Unseen: {part}." for part in held if part)
+    return "\n\n".join(filter(None, [markdown.table(tables.honesty(found)), unseen]))
+
+
+def users(found: Telling) -> str:
+    """Return the card of a user identification."""
+    parts = [
+        f"# {found.name}: {several(len(found.people), 'person', 'people')}",
+        f"`{found.command}`",
+        f"Identified by {', '.join(found.gestures)}. {found.split}",
+        *found.notes,
+        *(markdown.table(one) for one in tables.users(found)),
+        USERS_WARNING,
+    ]
+    return "\n\n".join(parts)
+
+
+def _made(card: Mapping[str, object]) -> str:
+    rows = [[key.replace("_", " "), str(value)] for key, value in card.items()]
+    return markdown.table(Table(["made", ""], rows))
+
+
+def _listed(lines: Iterable[str]) -> str:
+    return "\n".join(f"- {line}" for line in lines)

@@ -1,0 +1,113 @@
+"""Drawings for report pages: matplotlib figures as SVG elements in the colours of the page.
+
+A drawing follows the page into dark mode: draw in `COLOURS`, and `svg` puts the style sheet's
+variables in their place.
+"""
+
+import io
+import math
+import re
+from collections.abc import Iterable
+from typing import Any, Final
+
+import matplotlib as mpl
+from markupsafe import Markup, escape
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+# Variables of style.css and their values on light paper.
+COLOURS: Final = {
+    "ink": "#1e2535", "dim": "#5d6880", "line": "#dfe3ec", "panel": "#f5f7fb", "paper": "#ffffff",
+    "unseen": "#1f6fd0", "random": "#c2510f", "train": "#7b869c", "good": "#1b7f4b",
+    "doubtful": "#96640a", "violet": "#8a3fb0", "pink": "#b8336a", "teal": "#0f7f8c",
+}  # fmt: skip
+INK, DIM, LINE, PANEL, PAPER = (COLOURS[it] for it in ("ink", "dim", "line", "panel", "paper"))
+UNSEEN, RANDOM, TRAIN = (COLOURS[it] for it in ("unseen", "random", "train"))
+SERIES: Final = (UNSEEN, *(COLOURS[it] for it in ("good", "violet", "doubtful", "pink", "teal")))
+STYLE: Final[dict[Any, Any]] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": DIM,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.labelcolor": DIM,
+    "axes.linewidth": 1.0,
+    "axes.spines.left": False,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlecolor": DIM,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 12,
+    "font.size": 12,
+    "grid.color": LINE,
+    "legend.frameon": False,
+    "legend.labelcolor": "linecolor",
+    "lines.linewidth": 2.2,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "orbtouch",
+    "text.color": INK,
+    "xtick.color": DIM,
+    "xtick.major.size": 0,
+    "xtick.minor.size": 0,
+    "ytick.color": DIM,
+    "ytick.major.size": 0,
+    "ytick.minor.size": 0,
+}
+PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
+PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
+PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
+
+styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
+
+
+def new(width: float, height: float) -> tuple[Figure, Axes]:
+    """Return an empty drawing of a size in pixels, and its axes."""
+    size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
+    figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def svg(figure: Figure, alternative: str) -> Markup:
+    """Return a drawing as an SVG element.
+
+    Args:
+        figure: Drawn in `COLOURS`.
+        alternative: Its content, for screen readers.
+    """
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
+    width, height = figure.get_size_inches() * PIXELS_PER_INCH
+    _, _, inside = buffer.getvalue().partition("<svg ")[2].partition(">")
+    inside = re.sub(r"<metadata>.*?</metadata>|<defs>\s*<style.*?</defs>", "", inside, flags=re.S)
+    inside = re.sub(r' id="[\w.]+_\d+"|font-family: [^;"]*;? ?', "", inside)
+    inside = re.sub(r"\s+", " ", inside).replace("xlink:href", "href")
+    for name, colour in COLOURS.items():
+        inside = inside.replace(colour, f"var(--{name})")
+    return Markup(  # matplotlib escaped the texts inside
+        f'<svg viewBox="0 0 {width:.0f} {height:.0f}" role="img" '
+        f'style="max-width:{width:.0f}px" aria-label="{escape(alternative)}">{inside}'
+    )
+
+
+def limits(
+    values: Iterable[float], *, least: float = 0.0, room: float = 0.06
+) -> tuple[float, float]:
+    """Return the limits of an axis around all finite values.
+
+    Args:
+        values: Values to show.
+        least: Smallest length of the axis.
+        room: Left at either end, as a share of the length.
+    """
+    known = [value for value in values if math.isfinite(value)] or [0.0, 1.0]
+    low, high = min(known), max(known)
+    spare = max(least - (high - low), 0.0) / 2.0 + room * max(high - low, least)
+    return low - spare, high + spare
+
+
+def name_point(axes: Axes, at: tuple[float, float], name: str, colour: str) -> None:
+    """Draw a large point with its name above; nothing where it is not finite."""
+    if all(map(math.isfinite, at)):
+        axes.plot(*at, "o", color=colour, mec=PAPER, ms=13, clip_on=False)
+        axes.annotate(name, at, xytext=(0, 10), textcoords="offset points", ha="center",
+                      weight="bold", color=colour)  # fmt: skip

@@ -1,0 +1,206 @@
+"""Content of a report's sections that is computed: warnings, summaries, maps and matrices."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from markupsafe import Markup
+
+from models.formatting import count, duration, label, percent, several
+from models.reports import figures, tables
+from models.reports.tables import Table
+from models.results import missed_gestures
+from models.results.evaluation import Broken, Evaluation
+from models.results.training import ENOUGH, ClassRow, SessionRow, Training
+
+DEAD: Final = "dead:"  # a fault of one taxel: "dead:ROW,COLUMN"
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """A confusion matrix: rows are what was done, columns what it was taken for.
+
+    Attributes:
+        columns: Names of the columns.
+        rows: Name of each row, its counts, and their sum; 0 where the row has no shares.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[tuple[str, Sequence[int], int]]
+
+
+def matrix(
+    names: Sequence[str], counts: Sequence[Sequence[int]], first: tuple[str, str] = ("", "")
+) -> Matrix:
+    """Return a confusion matrix.
+
+    Args:
+        names: Of the classes.
+        counts: Events or windows, (classes, classes).
+        first: Other names of the first row and the first column, which are of no class then.
+    """
+    titles, columns = ([first[i] or label(names[0]), *map(label, names[1:])] for i in (0, 1))
+    totals = [sum(row) for row in counts]
+    if first[0]:
+        totals[0] = 0
+    return Matrix(columns, list(zip(titles, counts, totals, strict=True)))
+
+
+def without_null(counts: Sequence[Sequence[int]]) -> list[Sequence[int]]:
+    """Return a confusion matrix without the row and the column of null."""
+    return [row[1:] for row in counts[1:]]
+
+
+def answered_rightly(
+    labels: Sequence[str], counts: missed_gestures.Table, on: str
+) -> tuple[str, str, str]:
+    """Return the headline of gestures answered rightly: value, meaning, and those that fail.
+
+    Args:
+        labels: "null" first.
+        counts: Events by answer, (classes, classes).
+        on: What it was measured on.
+    """
+    right, events = missed_gestures.right(counts)
+    failing = [
+        missed_gestures.counts(labels, counts, one) for one in missed_gestures.failing(counts)
+    ]
+    below = "; ".join([f"{count(right)} of {count(events)} {on}", *failing])
+    share = right / events if events else math.nan
+    return percent(share), "of gestures answered rightly", below
+
+
+def advice(trained: Training, judged: Evaluation | None) -> list[str]:
+    """Return what to do next: the advice of the evaluation, then of the training."""
+    advised = missed_gestures.of_all(judged.results) if judged is not None else []
+    return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
+
+
+def class_table(found: Training) -> Table:
+    """Return the table of classes, with a mark of enough examples in place of the advice."""
+    made = tables.classes(found)
+    rows = [
+        [cells[0], _enough(row), *cells[1:-1]]
+        for row, cells in zip(found.classes, made.rows, strict=True)
+    ]
+    return Table([made.head[0], "enough?", *made.head[1:-1]], rows, words=2)
+
+
+def _enough(row: ClassRow) -> str:
+    if row.label == "null":
+        return ""
+    if row.more:
+        return chip("doubtful", f"{row.more} more")
+    enough = row.advice.startswith("enough")
+    return chip("good", "enough") if enough else chip("doubtful", "make it clearer")
+
+
+def chip(kind: str, text: str) -> Markup:
+    """Return a short text with a border, in the colour of "good", "doubtful" or "failed"."""
+    return Markup('<span class="chip {}">{}</span>').format(kind, text)
+
+
+def most_confused(found: Training) -> str:
+    """Return the two gestures that are confused most, a sentence."""
+    assert found.gesture is not None
+    counts, names = found.gesture.event_confusion, found.labels
+    pairs = [
+        (counts[i][j] + counts[j][i], sum(counts[i]) + sum(counts[j]), names[i], names[j])
+        for i in range(1, len(names))
+        for j in range(i + 1, len(names))
+    ]
+    swapped, both, one, other = max(pairs, default=(0, 0, "", ""))
+    if not swapped:
+        return "No gesture was taken for another."
+    return f"Most often confused: {label(one)} and {label(other)}, in {swapped} of {both} events."
+
+
+def label_summary(found: Training) -> dict[str, Any] | None:
+    """Return sums and means of all labels' lateness, by name; None where labels are the truth."""
+    late = [row.lateness for row in found.sessions if row.lateness is not None]
+    if not late:
+        return None
+    begins = sorted(of.begin_s for of in late if math.isfinite(of.begin_s))
+    wrong = [(of.wrong, of.wrong_after) for of in late if math.isfinite(of.wrong)]
+    sums = ("edges", "moved", "masked", "unfelt", "unlabelled")
+    return {
+        **{name: sum(getattr(of, name) for of in late) for name in sums},
+        "begin_s": begins[len(begins) // 2] if begins else math.nan,
+        "wrong": [sum(one) / len(wrong) for one in zip(*wrong, strict=True)],
+    }
+
+
+def session_table(found: Training, rows: Sequence[SessionRow]) -> Table:
+    """Return the table of recordings."""
+    columns: tuple[tables.Column, ...] = (
+        ("session", _session),
+        ("", lambda row: "held out" if row.held_out else ""),
+        ("length", lambda row: duration(row.seconds)),
+        ("check", lambda row: chip(row.verdict, row.verdict)),
+        ("labels", lambda row: row.labeller),
+        *((label(name), lambda row, name=name: count(row.examples.get(name, 0)))
+          for name in found.labels[1:]),
+    )  # fmt: skip
+    return tables.table(columns, rows, words=2)
+
+
+def _session(row: SessionRow) -> Markup:
+    name = Markup("{}").format(row.path.rpartition("/")[2])
+    if row.verdict == "good":
+        return name
+    findings = (Markup("<br><small>{}</small>").format(text) for text in row.findings)
+    return name + Markup("").join(findings)
+
+
+def flattered(found: Evaluation, trained: Training | None) -> str:
+    """Return a warning if sessions of the training were judged, else ""."""
+    rows = trained.sessions if trained is not None else ()
+    learned = {Path(row.path).stem for row in rows if not row.held_out}
+    judged = [row.name for result in found.results for row in result.by_session]
+    known = sum(name in learned for name in judged)
+    if not known:
+        return ""
+    return (
+        f"{known} of the {several(len(judged), 'session')} judged here "
+        f"{'is' if known == 1 else 'are'} called like those that it learned from. If they are the "
+        "same, these figures flatter: judge it on others."
+    )
+
+
+def taxel(one: Broken) -> tuple[int, int] | None:
+    """Return the row and column of a dead taxel; None: something else is broken."""
+    if not one.fault.startswith(DEAD):
+        return None
+    row, _, column = one.fault.removeprefix(DEAD).partition("=")[0].partition(",")
+    return int(row), int(column)
+
+
+def faults(
+    found: Evaluation, size: tuple[int, int]
+) -> Iterator[tuple[str, Markup | None, str, Table]]:
+    """Yield for each set of sessions its name and its figures under faults.
+
+    These are a map of event accuracy with each taxel dead, the worst of them in a sentence, and the
+    table of all other faults.
+    """
+    usual = {result.name: result.event_accuracy.value for result in found.results}
+    for name in dict.fromkeys(one.on for one in found.broken):
+        here = [one for one in found.broken if one.on == name]
+        dead = {place: one.event_accuracy.value for one in here if (place := taxel(one))}
+        whole = usual.get(name, math.nan)
+        drawn = figures.dead_taxels(dead, whole, size) if dead else None
+        others = tables.broken(one for one in here if not taxel(one))
+        yield name, drawn, _cost(dead, whole), others
+
+
+def _cost(dead: Mapping[tuple[int, int], float], usual: float) -> str:
+    """Return the dead taxel that costs most, a sentence."""
+    worst = min(dead, key=lambda place: dead[place], default=None)
+    if worst is None or dead[worst] >= usual:
+        return "None of them costs a gesture."
+    return (
+        f"The worst is row {worst[0]}, column {worst[1]}: {percent(dead[worst])}; unbroken, "
+        f"{percent(usual)}."
+    )

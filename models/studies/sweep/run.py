@@ -1,0 +1,308 @@
+"""Run of a sweep: each missing training on this machine (joblib) or on a Dask cluster.
+
+A job says everything that its result depends on, and is named by a hash of that and of the
+program's version. Its result is one file, so an interrupted sweep goes on with what is missing.
+"""
+
+import hashlib
+import io
+import json
+import logging
+import os
+import platform
+import threading
+import time
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import redirect_stderr, suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from controller.console import count
+from controller.errors import TroubleError
+from controller.recordings.recording import software
+from models import formatting, processes, user_files
+from models.data.load import Say
+from models.studies.sweep import figures
+from models.studies.sweep.plan import Job, Plan
+
+JOBS: Final = "jobs"  # folder of the results, a file each
+RESULTS: Final = "results.json"
+LETTERS: Final = 24  # of a job's name: 96 bits
+DEATHS: Final = 3  # of worker processes, without a finished job between them
+ANSWER_S: Final = 10.0  # for a scheduler to answer
+
+Answer = dict[str, Any]  # "name"; "result", or "failed"; "where", "cpu_s"; JSON
+
+_ALONE: Final = threading.Lock()  # PyTorch's random numbers are the process's, not the thread's
+
+
+class ClusterError(ValueError):
+    """The cluster cannot be used; the message is one sentence."""
+
+
+class ClusterLostError(TroubleError):
+    """The cluster went away; the message is one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A plan, and where it is run.
+
+    Attributes:
+        plan: What is trained.
+        folder: Holds the results.
+        digest: Hash of the recordings and their vocabulary; "" if data are simulated.
+        places: Absolute folders of the recordings.
+        workers: Processes on this machine.
+        cluster: Address of a Dask scheduler; "": this machine.
+    """
+
+    plan: Plan
+    folder: Path
+    digest: str = ""
+    places: tuple[str, ...] = ()
+    workers: int = 1
+    cluster: str = ""
+
+    def named(self) -> dict[str, Job]:
+        """Return all jobs by name, in the plan's order."""
+        own = own_version()
+        return {name_of(job, own): job for job in self.plan.jobs(self.digest)}
+
+    def order(self, name: str, job: Job) -> Job:
+        """Return a job as it is sent: with its name, our version, and the recordings' place."""
+        data = {**job["data"], "folders": list(self.places)} if self.places else job["data"]
+        return {"name": name, "version": own_version(), "job": {**job, "data": data}}
+
+
+def run(sweep: Sweep, say: Say) -> dict[str, Any]:
+    """Train what is missing; write `RESULTS` and return its content.
+
+    Raises:
+        ClusterError: The cluster cannot be used.
+        ClusterLostError: It went away.
+    """
+    user_files.folder_target(sweep.folder / JOBS)
+    named, done = sweep.named(), answers(sweep.folder)
+    finished = sum(name in done for name in named)
+    say(count(len(named), "training") + (f", {finished} of them done already" if finished else ""))
+    if len(done) > finished:
+        others = len(done) - finished
+        say(f"not used, being of other settings or another version: {count(others, 'result')}")
+    failed: dict[str, str] = {}
+    began = time.monotonic()
+    orders = [sweep.order(name, job) for name, job in named.items() if name not in done]
+    for number, answer in enumerate(_answers(sweep, orders, say), 1):
+        if "failed" in answer:
+            failed[answer["name"]] = answer["failed"]
+            outcome = f"failed: {answer['failed']}"
+        else:
+            user_files.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
+            outcome = f"score {figures.score(answer['result']):.4g}"
+        left = (time.monotonic() - began) / number * (len(orders) - number)
+        more = f"; {formatting.duration(left)} left" if number < len(orders) else ""
+        at = describe(named[answer["name"]])
+        say(f"{finished + number}/{len(named)} {at}: {outcome}{more}")
+    found = results(sweep, answers(sweep.folder), failed)
+    user_files.write_text(sweep.folder / RESULTS, _json(found))
+    return found
+
+
+def results(sweep: Sweep, done: Mapping[str, Answer], failed: Mapping[str, str]) -> dict[str, Any]:
+    """Return all results in the plan's order, without where and when they were made."""
+    plan = sweep.plan
+    died = "its process died again and again (out of memory?)"
+    return {
+        "sweep": plan.name,
+        "version": own_version(),
+        "axes": plan.axes,
+        "data": {**plan.data, **({"sha256": sweep.digest} if sweep.digest else {})},
+        "train": plan.train,
+        "test": plan.test,
+        "jobs": [
+            {"name": name, "at": job["at"], "fold": job["test"]["fold"]}
+            | ({"result": done[name]["result"]} if name in done
+               else {"failed": failed.get(name, died)})
+            for name, job in sweep.named().items()
+        ],
+    }  # fmt: skip
+
+
+def answers(folder: Path) -> dict[str, Answer]:
+    """Return the finished jobs in a sweep's folder, by name; damaged ones are left out."""
+    found = {}
+    for path in sorted((folder / JOBS).glob("[!.]*.json")):
+        with suppress(user_files.UserFileError, KeyError, TypeError, AttributeError, ValueError):
+            answer = user_files.read_json(path)
+            if answer["name"] == path.stem:
+                figures.score(answer["result"])
+                found[path.stem] = answer
+    return found
+
+
+def describe(job: Job) -> str:
+    """Return a job's place, such as "users 3, seed 1, fold 2"."""
+    fold = {"fold": job["test"]["fold"] + 1} if "folds" in job["test"] else {}
+    return figures.title({**job["at"], **fold})
+
+
+def name_of(job: Job, version: str) -> str:
+    """Return a hash of what a job's result depends on; not of where recordings are."""
+    data = {key: value for key, value in job["data"].items() if key != "folders"}
+    whole = {"data": data, "test": job["test"], "train": job["train"], "version": version}
+    canonical = json.dumps(whole, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()[:LETTERS]
+
+
+@cache
+def own_version() -> str:
+    """Return the versions that results depend on: this program, its sources, NumPy, PyTorch."""
+    digest = hashlib.sha256()
+    for package in ("controller", "models"):
+        root = Path(str(files(package)))
+        for path in sorted(root.rglob("*"), key=lambda path: path.as_posix()):
+            if path.suffix in (".py", ".toml"):
+                source = path.read_bytes().replace(b"\r\n", b"\n")
+                digest.update(
+                    f"{path.relative_to(root).as_posix()}:{len(source)}:".encode() + source
+                )
+    numpy, torch = map(_version, ("numpy", "torch"))
+    return f"{software()} (sources {digest.hexdigest()[:12]}, NumPy {numpy}, PyTorch {torch})"
+
+
+def _version(package: str) -> str:
+    """Return a package's version, without the suffix of the processor that it was built for."""
+    with suppress(PackageNotFoundError):
+        return version(package).partition("+")[0]
+    return "missing"
+
+
+def perform(order: Job) -> Answer:
+    """Do one job, on whatever machine; every error becomes a sentence.
+
+    Args:
+        order: As `Sweep.order` makes it.
+    """
+    with _ALONE, redirect_stderr(io.StringIO()):
+        began = time.thread_time()
+        outcome = _outcome(order)
+        cpu_s = time.thread_time() - began
+    where = f"{platform.node()} {os.getpid()}"
+    return {"name": order["name"], **outcome, "where": where, "cpu_s": cpu_s}
+
+
+def _outcome(order: Job) -> dict[str, Any]:
+    if order["version"] != own_version():
+        return {"failed": f"{platform.node()} has {own_version()}, not {order['version']}"}
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # before PyTorch is imported
+    try:
+        from models.studies.sweep import training
+
+        return {"result": training.train(order["job"])}
+    except (ValueError, OSError) as error:
+        return {"failed": " ".join(str(error).split())}
+    except Exception as error:  # the other jobs go on
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(frame.filename).name}, line {frame.lineno}"
+        return {"failed": f"{type(error).__name__} in {place}: {' '.join(str(error).split())}"}
+
+
+def _answers(sweep: Sweep, orders: Sequence[Job], say: Say) -> Iterator[Answer]:
+    """Yield the answers to all orders, in any order."""
+    if not orders:
+        return
+    if sweep.cluster:
+        yield from _on_cluster(orders, sweep.cluster, say)
+    else:
+        yield from _on_this_machine(orders, sweep.workers, say)
+
+
+def _on_this_machine(orders: Sequence[Job], workers: int, say: Say) -> Iterator[Answer]:
+    """Do jobs in processes of one thread each; those of a dead process are done again."""
+    from joblib import Parallel, delayed, parallel_config
+    from joblib.externals.loky import get_reusable_executor
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    processes.spare()
+    left, deaths = {order["name"]: order for order in orders}, 0
+    workers = min(workers, len(orders))  # of one, joblib makes no process
+    try:
+        while left and deaths < DEATHS:
+            calls = [delayed(perform)(order) for order in left.values()]
+            try:
+                with parallel_config("loky", n_jobs=workers, inner_max_num_threads=1):
+                    with processes.deaf():
+                        done = Parallel(return_as="generator_unordered", batch_size=1)(calls)
+                    for answer in done:
+                        del left[answer["name"]]
+                        deaths = 0
+                        yield answer
+            except TerminatedWorkerError:
+                deaths += 1
+                say(f"a process died (out of memory?); begun again: {len(left)}")
+    finally:
+        if workers > 1:
+            get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
+def _on_cluster(orders: Sequence[Job], address: str, say: Say) -> Iterator[Answer]:
+    """Do jobs on the workers of a scheduler, which repeats those of lost workers.
+
+    Dask is called directly: joblib's back end for it waits forever for a job that kills its worker.
+    """
+    import distributed
+
+    for name in ("distributed", "distributed.client"):  # errors are reported here
+        logging.getLogger(name).disabled = True
+    connect: Any = distributed.Client
+    completed: Any = distributed.as_completed
+    try:
+        if not address.rpartition(":")[2].isdigit():
+            raise ValueError("it has no port")
+        client = connect(address, timeout=ANSWER_S)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"no Dask scheduler answers at {address!r} ({error}); give HOST:PORT, and start one "
+            "with: dask scheduler (docs/sweeps.md)"
+        ) from None
+    with client:
+        _check_workers(client, address, say)
+        futures = {client.submit(perform, order, pure=False): order["name"] for order in orders}
+        for future in completed(futures):
+            if future.status == "finished":
+                yield future.result(timeout=ANSWER_S)
+            elif future.status == "error":
+                problem = future.exception(timeout=ANSWER_S)
+                said = f"{type(problem).__name__}: {' '.join(str(problem).split())}"
+                yield {"name": futures[future], "failed": said}
+            else:
+                raise ClusterLostError(
+                    "the scheduler is gone; start it again, and the same command goes on from here"
+                )
+
+
+def _check_workers(client: Any, address: str, say: Say) -> None:
+    """Refuse a cluster without workers, or with one of another version."""
+    found = client.run(own_version, on_error="return")
+    if not found:
+        raise ClusterError(
+            f"the scheduler at {address} has no workers; start some with: dask worker {address} "
+            "--nthreads 1"
+        )
+    for worker, theirs in found.items():
+        if theirs != own_version():
+            raise ClusterError(
+                f"the worker {worker} has another version than {own_version()}: {theirs}; install "
+                "one everywhere, with the [train,sweep] extras, and restart the workers"
+            )
+    say(f"{address}: {count(len(found), 'worker')} of this version")
+
+
+def _json(content: Any) -> str:
+    """Return JSON, the same for the same content."""
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,0 +1,172 @@
+"""Gesture recognition: CNN-3D learns the class of the last frame of each window."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from models.data.augment import Symmetry, vary_windows
+from models.data.examples import Examples
+from models.data.recipe import NetworkRecipe
+from models.data.splits import Parts
+from models.evaluation import scores
+from models.results.training import Epoch, GestureResult
+from models.training.loop import Index, Task, TrainingJob, batched, fit_shown
+from models.training.networks import Network, gesture_net
+
+
+class GestureTask(Task):
+    """Training task of CNN-3D.
+
+    Attributes:
+        examples: The windows.
+        ends: Last frames of the windows of each part: "train", "check" (held out), "random".
+    """
+
+    def __init__(
+        self,
+        examples: Examples,
+        parts: Parts,
+        classes: int,
+        symmetry: Symmetry,
+        recipe: NetworkRecipe,
+        device: torch.device,
+        answers: int = 0,
+    ) -> None:
+        """Join them.
+
+        Args:
+            examples: The windows.
+            parts: Positions in `examples.ends`.
+            classes: Outputs of the network.
+            symmetry: How examples may be turned and mirrored.
+            recipe: How the network is trained.
+            device: Runs it.
+            answers: Classes from here on are auxiliary (0: none); the others count in the loss as
+                they would without them.
+        """
+        self.examples, self.symmetry, self._device = examples, symmetry, device
+        self._images = torch.from_numpy(examples.images).to(device)
+        self._label = torch.from_numpy(examples.label).to(device)
+        self._steps = torch.arange(1 - examples.window, 1, device=device)
+        self.ends = {
+            "train": examples.ends[parts.train],
+            "check": examples.ends[parts.check],
+            "random": examples.ends[parts.random],
+        }
+        label = examples.label[self.ends["train"]]
+        self._null = self.ends["train"][label == 0]
+        self._drawn = round(recipe.null_share * len(self._null))
+        self._weights = _weights(label, classes, recipe, answers or classes).to(device)
+        shape = (examples.window, *examples.images.shape[1:])
+        net = gesture_net(shape, classes, recipe).to(device)
+        super().__init__(net, recipe, self.ends["train"][label != 0])
+
+    def steps(self) -> int:
+        """Return the number of batches of an epoch, which draws some of the null windows."""
+        return -(-(len(self.train) + self._drawn) // self.recipe.batch)
+
+    def batches(self, rng: np.random.Generator) -> Iterator[Index]:
+        """Yield one epoch's windows in batches, by their last frames."""
+        some = rng.choice(self._null, self._drawn, replace=False)
+        order = rng.permutation(np.concatenate([self.train, some]))
+        yield from np.array_split(order, self.steps())
+
+    def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
+        """Return the loss of a batch, and its share of right answers."""
+        windows, label = self._cut(batch)
+        how = self.recipe.augmentation
+        windows, label = vary_windows(how, windows, label, self.symmetry, generator)
+        logits = self.net(windows)
+        right = float((logits.detach().argmax(dim=1) == label).float().mean())
+        return nn.functional.cross_entropy(logits, label, self._weights), right
+
+    def check(self) -> tuple[float, float]:
+        """Return loss and share of right answers on the windows held out."""
+        logits, label = self.answers(self.ends["check"])
+        if not len(label):
+            return np.nan, np.nan
+        return float(nn.functional.cross_entropy(logits, label)), _right(logits, label)
+
+    def random(self) -> float:
+        """Return the share of right answers on windows at random."""
+        return _right(*self.answers(self.ends["random"]))
+
+    def answers(self, ends: Index) -> tuple[Tensor, Tensor]:
+        """Return logits (windows, classes) and classes (windows,) by the windows' last frames."""
+        label = self._label[torch.from_numpy(ends).to(self._device)]
+        return batched(self.net, lambda some: self._cut(some)[0], ends), label
+
+    def _cut(self, ends: Index) -> tuple[Tensor, Tensor]:
+        """Return windows (batch, window, rows, columns) and their classes (batch,)."""
+        last = torch.from_numpy(ends).to(self._device)
+        return self._images[last[:, None] + self._steps], self._label[last]
+
+
+def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
+    """Train CNN-3D; its probabilities are calibrated if the recipe has it.
+
+    Returns:
+        The scores, and the network as the device runs it.
+    """
+    examples, labels = job.data.examples, job.data.vocabulary.labels
+    classes = job.answers or len(labels)
+    symmetry = Symmetry.of(job.data.vocabulary, *examples.images.shape[1:])
+    torch.manual_seed(job.seed)
+    recipe, parts = job.recipe.gesture, job.split.windows
+    task = GestureTask(examples, parts, len(labels), symmetry, recipe, job.device, classes)
+    fitted = fit_shown(task, "CNN-3D", _describe, job.seed, job.folder)
+    # From here on there are no auxiliary classes, nor their windows.
+    ends = {part: every[examples.label[every] < classes] for part, every in task.ends.items()}
+    logits, label = (one.cpu().numpy() for one in task.answers(ends["check"]))
+    logits = logits[:, :classes]
+    random = task.answers(ends["random"])[0][:, :classes].argmax(dim=1).cpu().numpy()
+    temperature = scores.temperature(logits, label) if job.recipe.scaled else 1.0
+    net = task.net.cpu().folded().narrowed(classes)
+    with torch.no_grad():
+        for parameter in net.get_submodule("out").parameters():
+            parameter.div_(temperature)
+    named = logits.argmax(axis=1)
+    events = scores.events(examples, ends["check"], scores.softmax(logits, temperature))
+    right = events.named == events.label
+    result = GestureResult(
+        fitted.epochs,
+        fitted.best,
+        fitted.stopped,
+        scores.honest_share(examples, (ends["check"], named), (ends["random"], random), classes),
+        float(right.mean()) if len(right) else np.nan,
+        _table(scores.confusion(named, label, classes)),
+        _table(scores.confusion(events.named, events.label, classes)),
+        scores.calibration(logits, label, temperature),
+        net.weights(),
+    )
+    return result, net.eval()
+
+
+def _describe(epoch: Epoch) -> str:
+    return (
+        f"loss {epoch.loss:.3f}, unseen {epoch.check_loss:.3f}, "
+        f"right {epoch.check:.1%} (windows at random {epoch.random:.1%})"
+    )
+
+
+def _right(logits: Tensor, label: Tensor) -> float:
+    """Return the share of right answers; NaN if there are none at all."""
+    return float((logits.argmax(dim=1) == label).float().mean()) if len(label) else np.nan
+
+
+def _table(matrix: NDArray[np.int64]) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
+def _weights(label: Index, classes: int, recipe: NetworkRecipe, answers: int) -> Tensor:
+    """Return each class's weight in the loss, (classes,): rare gestures count more."""
+    count = np.bincount(label, minlength=classes).astype(np.float64)
+    weights = np.ones(classes)
+    made = np.flatnonzero(count[1:]) + 1
+    if recipe.balance and len(made):
+        usual = count[made[made < answers]].mean()
+        weights[made] = np.clip((usual / count[made]) ** recipe.balance, 0.5, 4.0)
+    return torch.from_numpy(weights.astype(np.float32))

@@ -1,0 +1,132 @@
+"""Touch position: CNN-2D learns the place of a touch from its image."""
+
+import sys
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from models.data import splits
+from models.data.augment import Symmetry, vary_images
+from models.data.recipe import NetworkRecipe
+from models.data.splits import Parts
+from models.data.touch_images import Touches
+from models.evaluation import position_error, scores
+from models.results.training import Epoch, LocationResult
+from models.training.loop import Index, Task, TrainingJob, fit_shown
+from models.training.networks import Network, location_net
+
+ON_SITE = 0.25  # grid units from a taxel, the finger's aim being no better
+
+
+class LocationTask(Task):
+    """Training task of CNN-2D; `parts` are positions in `touches`."""
+
+    def __init__(
+        self,
+        touches: Touches,
+        parts: Parts,
+        symmetry: Symmetry,
+        recipe: NetworkRecipe,
+        device: torch.device,
+    ) -> None:
+        net = location_net(touches.images.shape[1:], recipe).to(device)
+        super().__init__(net, recipe, parts.train)
+        self.touches, self.parts, self.symmetry, self._device = touches, parts, symmetry, device
+        self._images = torch.from_numpy(touches.images).to(device)
+        self._place = torch.from_numpy(touches.place).to(device)
+
+    def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
+        """Return the loss of a batch, and its mean error, grid units."""
+        index = torch.from_numpy(batch).to(self._device)
+        images, place = vary_images(
+            self.recipe.augmentation,
+            self._images[index],
+            self._place[index],
+            self.symmetry,
+            generator,
+        )
+        if self.recipe.label_noise:
+            noise = torch.randn(place.shape, generator=generator, device=self._device)
+            place = place + self.recipe.label_noise * noise
+        off = self.net(images) - place
+        error = float(off.detach().abs().mean())
+        if not self.recipe.robust:
+            return off.square().mean(), error
+        # Huber: the first and last frames of a touch are faint, and must not rule.
+        zero = torch.zeros_like(off)
+        return nn.functional.smooth_l1_loss(off, zero, beta=self.recipe.robust), error
+
+    def check(self) -> tuple[float, float]:
+        """Return loss and mean error on the images held out."""
+        off = self.errors(self.parts.check)
+        if not len(off):
+            return np.nan, np.nan
+        return float(np.square(off).mean()), float(np.abs(off).mean())
+
+    def random(self) -> float:
+        """Return the mean error on images at random."""
+        off = self.errors(self.parts.random)
+        return float(np.abs(off).mean()) if len(off) else np.nan
+
+    def better(self, one: Epoch, other: Epoch) -> bool:
+        """Whether an epoch errs less on the images held out."""
+        return one.check < other.check
+
+    def errors(self, images: Index) -> NDArray[np.float32]:
+        """Return the errors of some of the images, (images, 2), grid units."""
+        index = torch.from_numpy(images).to(self._device)
+        with torch.no_grad():
+            off = self.net(self._images[index]) - self._place[index]
+        return np.asarray(off.cpu().numpy(), dtype=np.float32)
+
+
+def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, Network]:
+    """Train CNN-2D on images of touches.
+
+    Returns:
+        The scores, and the network as the device runs it.
+    """
+    data = job.data
+    # Only located gestures have a place; turned and mirrored as the strictest of them allows.
+    located = [data.vocabulary.labels.index(name) for name in data.vocabulary.located]
+    whole = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
+    torch.manual_seed(job.seed)
+    parts = splits.split_touches(job.split, data.examples, found, job.seed)
+    if parts.words:
+        print(parts.words, file=sys.stderr)
+    task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)
+    fitted = fit_shown(task, "CNN-2D", _describe, job.seed, job.folder)
+    off = task.errors(parts.check)
+    last = found.last[parts.check]
+    place, error = found.place[parts.check][last], off[last]
+    away = np.abs(place - np.rint(place)).max(axis=1, initial=0.0) > ON_SITE
+    each = np.abs(error).mean(axis=1)
+    session = data.examples.session[found.frame[parts.check]]
+    scored = scores.honest_error(session, off, task.errors(parts.random))
+    net = task.net.cpu().folded()
+    result = LocationResult(
+        fitted.epochs,
+        fitted.best,
+        fitted.stopped,
+        scored,
+        tuple(tuple(row) for row in np.hstack([place, error]).astype(float).tolist()),
+        _mean(each[~away]),
+        _mean(each[away]),
+        net.weights(),
+        parts.words,
+        position_error.measure(found.blur[parts.check], off.astype(np.float64)),
+    )
+    return result, net.eval()
+
+
+def _describe(epoch: Epoch) -> str:
+    return (
+        f"error {epoch.train:.3f}, unseen {epoch.check:.3f} grid units "
+        f"(images at random {epoch.random:.3f})"
+    )
+
+
+def _mean(values: NDArray[np.floating]) -> float:
+    return float(values.mean()) if len(values) else np.nan

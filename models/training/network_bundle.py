@@ -1,0 +1,284 @@
+"""Bundles of newly trained gesture and location networks."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from controller.bundles import bundle
+from controller.bundles.bundle import Bundle
+from controller.console import count
+from controller.recognition.debounce import DebounceSettings
+from controller.recordings.recording import software
+from models.data import splits, touch_images
+from models.data.augment import Symmetry
+from models.data.examples import read_training
+from models.data.load import Data
+from models.data.recipe import Recipe
+from models.data.splits import Split
+from models.data.touch_images import Touches
+from models.evaluation import held_out_replay
+from models.reports import page
+from models.results.training import Training
+from models.training import advice, base_bundle, export
+from models.training.gesture_task import train_gestures
+from models.training.location_task import train_locations
+from models.training.loop import TrainingJob
+from models.training.request import Request, Say
+
+COMPARED: Final = 2000  # examples on which PyTorch and ONNX Runtime are compared
+LONGEST: Final = 4000  # characters of the card's command; a manifest has at most 64 kB
+# Until `models tune` finds better: few false alarms at little delay on simulated sessions.
+DEBOUNCE: Final = DebounceSettings(smoothing=0.6, on=0.85, off=0.2)
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkPlan:
+    """A training of CNN-3D, CNN-2D or both.
+
+    Attributes:
+        request: Its options.
+        data: Examples.
+        split: Which of them are held out.
+        recipe: How networks are trained.
+        touches: Images of touches.
+        gesture: CNN-3D is trained.
+        location: CNN-2D is trained.
+        lender: Bundle of the network that is not trained; None: there is none.
+        answers: Classes that the bundle answers; further ones are auxiliary.
+    """
+
+    request: Request
+    data: Data
+    split: Split
+    recipe: Recipe
+    touches: Touches
+    gesture: bool
+    location: bool
+    lender: Bundle | None
+    answers: int
+
+    @property
+    def auxiliary(self) -> tuple[str, ...]:
+        """Labels that are learned and not answered."""
+        return self.data.vocabulary.labels[self.answers :]
+
+    @classmethod
+    def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "NetworkPlan":
+        """Check a training, and announce it.
+
+        Args:
+            request: Its options.
+            data: Examples.
+            base: Bundle of the network that is not trained, if it fits.
+            say: Takes lines of progress.
+
+        Raises:
+            ValueError: It cannot be done; one sentence.
+        """
+        answers = _answers(request, data)
+        recipe = request.networks()
+        users = len({row.user for row in data.rows})
+        recipe = replace(recipe, gesture=recipe.gesture.of_people(users))
+        found = touch_images.find(data.examples, recipe.averaged, request.seed)
+        gesture, location = _networks(request.task, data, found)
+        alone = gesture and not location
+        if request.bare and not (alone and request.base is None):
+            raise ValueError("--bare is for gestures alone; add --task gesture, leave --with out")
+        if request.auxiliary and not alone:
+            raise ValueError("--auxiliary is for gestures alone; add --task gesture")
+        lender = None
+        if not request.bare:
+            lender = base_bundle.choose(
+                base, data, gesture=gesture, location=location, named=request.base
+            )
+        split = splits.split_windows(data, request.split, request.seed)
+        made = cls(request, data, split, recipe, found, gesture, location, lender, answers)
+        for line in _announcement(made, _expected(made)):
+            say(line)
+        return made
+
+    def train(self, device: torch.device, folder: Path, say: Say) -> Training:
+        """Train the networks; write the bundle, its card and its report."""
+        request, data, split, lender = self.request, self.data, self.split, self.lender
+        shape = data.examples.images.shape[1:]
+        result = _expected(self)
+        job = TrainingJob(data, split, self.recipe, request.seed, device, folder, self.answers)
+        networks = export.networks_of(lender) if lender is not None else None
+        gesture, location = networks or (None, export.no_location(*shape))
+        if self.gesture:
+            scored, net = train_gestures(job)
+            result = replace(result, gesture=scored)
+            gesture, worst = export.export_gestures(net, _windows(data, split, request.seed))
+            say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
+        if self.location:
+            located, net = train_locations(job, self.touches)
+            result = replace(result, location=located)
+            location, worst = export.export_location(net, _images(self.touches, request.seed))
+            say(f"PyTorch and ONNX Runtime agree within {worst:.1e}")
+        assert gesture is not None
+        manifest = _manifest(self, result, located=bool(location.onnx))
+        if result.gesture is not None:
+            tried = folder / "tried.orb"
+            export.write_bundle(tried, manifest, gesture, location)
+            answered = held_out_replay.replay(bundle.read(tried), data, split)
+            result = replace(result, gesture=replace(result.gesture, answered=answered))
+            measured = request.advised and not request.auxiliary
+            result = advice.advise(result, job, measured=measured, say=say)
+        export.write_bundle(request.out, manifest, gesture, location)
+        result = replace(result, debounce=manifest["debounce"])
+        page.write_training(request.out, bundle.read(request.out), result)
+        return result
+
+
+def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
+    """Return whether CNN-3D is trained, and CNN-2D.
+
+    Raises:
+        ValueError: The data are not enough for it.
+    """
+    located = bool(len(found.images))
+    if task in ("both", "location") and not located:
+        raise ValueError(
+            "no recording knows where a touch is; record some with: controller teach "
+            "--protocol locations, or train --task gesture"
+        )
+    label = data.examples.label[data.examples.ends]
+    if task in ("both", "gesture") and len(np.unique(label[label >= 0])) < 2:
+        raise ValueError("all windows are of one class; record others, null among them")
+    return task != "location", task in ("both", "location") or (not task and located)
+
+
+def _answers(request: Request, data: Data) -> int:
+    """Return how many classes the bundle answers: all that are not auxiliary.
+
+    Raises:
+        ValueError: The auxiliary ones are not the last.
+    """
+    labels = data.vocabulary.labels
+    if not request.auxiliary:
+        return len(labels)
+    own = read_training(request.paths).labels
+    if own != labels[: len(own)]:
+        raise ValueError(
+            f"the recordings have the labels {', '.join(own)}, those with auxiliary gestures "
+            f"{', '.join(labels)}; they shall begin alike"
+        )
+    return len(own)
+
+
+def _expected(plan: NetworkPlan) -> Training:
+    """Return the result as far as it is known before anything is learned."""
+    data, recipe = plan.data, plan.recipe
+    vocabulary, shape = data.vocabulary, data.examples.images.shape[1:]
+    rows = zip(data.rows, plan.split.held, strict=True)
+    symmetry = Symmetry.of(vocabulary, *shape).sentences(vocabulary.labels)
+    return Training(
+        name=plan.request.out.name,
+        command=plan.request.command,
+        software=software(),
+        recipe=recipe.name,
+        how=tuple(recipe.sentences(gesture=plan.gesture, location=plan.location)),
+        rows=shape[0],
+        columns=shape[1],
+        pitch_mm=data.pitch_mm,
+        rate_hz=data.settings.rate_hz,
+        unit=data.unit,
+        labels=vocabulary.labels[: plan.answers],
+        vocabulary=vocabulary.name,
+        split=plan.split.words,
+        symmetries=tuple(symmetry) if recipe.gesture.augmentation.symmetric else (),
+        sessions=tuple(replace(row, held_out=bool(held)) for row, held in rows),
+        classes=advice.counts(data, plan.split)[: plan.answers],
+        gesture=None,
+        location=None,
+        notes=data.notes,
+    )
+
+
+def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
+    """Return what will be done, in lines."""
+    minutes = sum(row.seconds for row in result.sessions) / 60.0
+    doubtful = sum(row.verdict != "good" for row in result.sessions)
+    labellers = sorted({row.labeller for row in result.sessions})
+    lines = [
+        *result.notes,
+        f"{count(len(result.sessions), 'recording')}, {count(round(minutes), 'minute')}, "
+        f"{result.rows}×{result.columns} taxels at {result.rate_hz:g} Hz in {result.unit}; "
+        f"{' and '.join(labellers)} labels",
+    ]
+    if plan.auxiliary:
+        words = ", ".join(plan.auxiliary)
+        lines.append(f"learned beside the others, and left out in the end: {words}")
+    if doubtful:
+        lines.append(f"doubtful: {doubtful}; controller recordings check says why")
+    lines += [
+        f"  {row.label}: {f'{row.examples} examples, ' if row.examples else ''}{row.seconds:.0f} s"
+        for row in result.classes
+    ]
+    lines += [result.split, *result.symmetries, f"recipe {result.recipe}"]
+    lines += [f"  {line}" for line in result.how]
+    if plan.lender is not None:
+        which = "location" if plan.gesture else "gesture"
+        lines.append(f"the {which} network is that of the bundle {plan.lender.hash[:12]}")
+    elif not plan.location:
+        lines.append("no recording has a touch's place, and the bundle will not locate touches")
+    return lines
+
+
+def _windows(data: Data, split: Split, seed: int) -> NDArray[np.float32]:
+    """Return recorded windows (n, window, rows, columns) for the comparison of the engines."""
+    held = split.windows.check if len(split.windows.check) else split.windows.train
+    ends = data.examples.ends[held]
+    rng = np.random.default_rng((seed, 4))
+    return data.examples.windows(rng.choice(ends, min(COMPARED, len(ends)), replace=False))
+
+
+def _images(found: Touches, seed: int) -> NDArray[np.float32]:
+    """Return recorded images (n, rows, columns) for the comparison of the engines."""
+    rng = np.random.default_rng((seed, 5))
+    return found.images[rng.permutation(len(found.images))[:COMPARED]]
+
+
+def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str, Any]:
+    """Return the content of bundle.toml."""
+    data, lender = plan.data, plan.lender
+    made = {
+        "software": result.software,
+        "command": textwrap.shorten(result.command, LONGEST, placeholder=" ..."),
+        "data": f"{count(len(result.sessions), 'recording')}, SHA-256 {data.digest[:16]}",
+        "split": result.split,
+    }
+    if plan.auxiliary:
+        made["auxiliary"] = ", ".join(plan.auxiliary)
+    if lender is not None:
+        made["with"] = lender.hash[:16]
+    if plan.gesture or lender is None:
+        labels, settings, debounce = result.labels, data.settings, DEBOUNCE
+        lent = base_bundle.mapping_of(plan.request.base) if lender is not None else {}
+        asked = base_bundle.mapping(data.vocabulary, lent, located=located)
+        table = {label: asks for label, asks in asked.items() if label in labels}
+    else:
+        labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
+        table = base_bundle.mapping_of(plan.request.base)
+    spread = result.location.spread if result.location else lender and lender.spread
+    located_to = {} if spread is None else {"location": asdict(spread)}
+    return {
+        "format": bundle.FORMAT,
+        "labels": list(labels),
+        "rows": result.rows,
+        "columns": result.columns,
+        "pitch_mm": result.pitch_mm,
+        "rate_hz": settings.rate_hz,
+        "window": settings.window,
+        "preprocess": asdict(settings),
+        "debounce": asdict(debounce),
+        "mapping": table,
+        **located_to,
+        "card": made,
+    }

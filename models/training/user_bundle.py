@@ -1,0 +1,333 @@
+"""Bundles that identify users: a bundle gets a user network and its enrolled users."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import tomli_w
+import torch
+from numpy.typing import NDArray
+
+from controller import config, files
+from controller.bundles import bundle, mapping_file
+from controller.bundles.bundle import Bundle
+from controller.console import count
+from controller.recognition import users
+from controller.recognition.mapping import USERS
+from controller.recognition.users import Users
+from models.data import splits
+from models.data.load import Data
+from models.data.recipe import USER
+from models.evaluation import user_metrics
+from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
+from models.reports import page
+from models.results.training import SessionRow
+from models.results.users import Enrolled, Telling
+from models.training import export, user_task
+from models.training.networks import Network
+from models.training.request import Request, Say
+from models.training.user_task import UserGestures
+
+SPLITS: Final = ("session", "time")
+
+
+@dataclass(frozen=True, slots=True)
+class UserPlan:
+    """A training of a user network.
+
+    Attributes:
+        request: Its options.
+        data: Examples.
+        names: Enrolled users; the network's outputs 1 and on.
+        labels: Gestures that identify them.
+        gestures: Everybody's gestures, strangers' among them.
+        held: Gestures that are held out, (events,).
+    """
+
+    request: Request
+    data: Data
+    names: tuple[str, ...]
+    labels: tuple[str, ...]
+    gestures: UserGestures
+    held: NDArray[np.bool_]
+
+    @property
+    def enrolled(self) -> str:
+        """Return the number of users in words."""
+        return count(len(self.names), "person", "people")
+
+    @classmethod
+    def of(cls, request: Request, data: Data, base: Bundle, say: Say) -> "UserPlan":
+        """Check a training, and announce it.
+
+        Args:
+            request: Its options.
+            data: Examples.
+            base: The bundle that users are added to.
+            say: Takes lines of progress.
+
+        Raises:
+            ValueError: It cannot be done; one sentence.
+        """
+        for note in data.notes:
+            say(note)
+        _check_windows(base, data)
+        labels = _labels(request.gestures, data, base)
+        names, gestures = _gestures(request, data, labels)
+        if request.mapping is not None:
+            Users(names).overridden(*mapping_file.read(request.mapping, base.labels))
+        made = cls(
+            request, data, names, labels, gestures, _held(data, gestures, names, request.split)
+        )
+        say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
+        return made
+
+    def train(self, device: torch.device, folder: Path, say: Say) -> Telling:
+        """Train the networks; write the bundle, its card and its report.
+
+        The figures are of a network that learned nothing from the gestures held out. The bundle
+        gets a network that learned from all, unless time is split.
+        """
+        request, everything = self.request, self.gestures
+        recipe = USER.lasting(request.epochs)
+        outputs, by_time = 1 + len(self.names), request.split == "time"
+        before = np.zeros_like(self.held)  # their windows share frames with what is held out
+        before[:-1] = self.held[1:] & (everything.day[1:] == everything.day[:-1])
+        learned = everything.some(~self.held & ~before if by_time else ~self.held)
+        random = user_task.random_windows(len(learned.ends), request.seed)
+        net, score = user_task.train_users(
+            learned,
+            outputs,
+            request.seed,
+            recipe=recipe,
+            random=random,
+            name="users",
+            folder=folder,
+        )
+        found = _scored(self, net, score)
+        if not by_time:
+            net, _ = user_task.train_users(
+                everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
+            )
+        known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
+        said = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
+        write_users(request, net, known, f"{said}{found.seen[1].value:.1%}")
+        page.write_users(request.out, found)
+        return found
+
+
+def write_users(request: Request, net: Network, known: Users, said: str) -> None:
+    """Write the base bundle with its users; mappings and networks that it has for them stay.
+
+    Args:
+        request: Names the bundles, and a mapping file whose [users.NAME] are kept.
+        net: The user network.
+        known: The users.
+        said: The card's entry on them.
+
+    Raises:
+        ValueError: It would be refused when it is read.
+    """
+    data = files.read_bytes(request.base or bundle.default_path(), bundle.MAX_BYTES)
+    base, parts = bundle.parse(data), bundle.unpack(data)
+    table, content = bundle.manifest(parts[bundle.MANIFEST]), bundle.content(parts)
+    exported, _ = export.export_gestures(net, base.golden.windows)
+    heads = [name for name in base.users.heads if name in known.names]
+    for name in set(base.users.heads) - set(heads):
+        content.pop(users.head_part(name))
+    rules = table.get("users", {}).get("mapping", {})
+    if request.mapping is not None:
+        for name, own in config.read_toml(request.mapping).get(USERS, {}).items():
+            rules[name] = {**rules.get(name, {}), **own}
+    table["users"] = {
+        "names": list(known.names),
+        "gestures": list(known.gestures),
+        "temperature": known.temperature,
+        "accept": known.accept,
+        "stay": known.stay,
+        "forget_s": known.forget_s,
+        "heads": heads,
+        "mapping": {name: own for name, own in rules.items() if name in known.names},
+    }
+    table["card"]["users"] = said
+    answers = {name: base.golden.heads[name] for name in heads}
+    golden = replace(base.golden, people=exported.outputs, heads=answers)
+    content |= {users.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
+    bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
+
+
+def _check_windows(base: Bundle, data: Data) -> None:
+    """Refuse recordings whose windows are not the bundle's.
+
+    Raises:
+        ValueError: They are not.
+    """
+    shape = data.examples.images.shape[1:]
+    if shape != (base.rows, base.columns) or data.settings != base.preprocess:
+        raise ValueError(
+            f"the recordings are of {shape[0]}×{shape[1]} taxels at {data.settings.rate_hz:g} Hz, "
+            f"and the bundle makes its windows of {base.rows}×{base.columns} at "
+            f"{base.rate_hz:g} Hz in another way; train its gestures on such recordings first, and "
+            "name it with --with"
+        )
+
+
+def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
+    """Return the gestures that identify users.
+
+    Raises:
+        ValueError: One was not recorded, or the bundle would never answer it.
+    """
+    known = data.vocabulary.labels[1:]
+    for label in wanted:
+        if label not in known:
+            raise ValueError(f"there is no gesture {label!r}; there are {', '.join(known)}")
+    labels = tuple(wanted) or known
+    if strange := [label for label in labels if label not in base.labels]:
+        both = ",".join(label for label in known if label in base.labels)
+        raise ValueError(
+            f"the bundle does not know {' and '.join(strange)}; train its gestures on such "
+            "recordings first, and name that bundle with --with"
+            + (f", or leave some out: --gestures {both}" if both else "")
+        )
+    return labels
+
+
+def _gestures(
+    request: Request, data: Data, labels: Sequence[str]
+) -> tuple[tuple[str, ...], UserGestures]:
+    """Return the enrolled users' names, and everybody's gestures.
+
+    Raises:
+        ValueError: A user has no name, shares recordings with another, or is alone.
+    """
+    strange = np.array([_within(row, request.others) for row in data.rows])
+    for folder in request.others:
+        if not any(_within(row, (folder,)) for row in data.rows):
+            raise ValueError(f"{folder} holds nothing to learn strangers from; leave it out")
+    if strange.all():
+        raise ValueError("all recordings are of --others; name those of the people to enrol first")
+    own = [row.user for row, out in zip(data.rows, strange, strict=True) if not out]
+    names = tuple(sorted(set(own)))
+    if not all(name.isascii() and name.isalnum() and len(name) <= 40 for name in names):
+        raise ValueError(
+            "a recording does not say who made it; rename it: sub-NAME_ses-DATE_run-01"
+        )
+    if len(names) < 2 and not strange.any():
+        raise ValueError(
+            f"only {names[0]} was recorded; record a second person, or others, who shall be "
+            "nobody, and name them with --others DIR"
+        )
+    output = {name: number for number, name in enumerate(names, 1)}
+    rows = zip(data.rows, strange, strict=True)
+    user = np.array([0 if out else output[row.user] for row, out in rows])
+    for group in (data.user, data.session):
+        if any(len(set(user[group == number])) > 1 for number in np.unique(group)):
+            raise ValueError(
+                "recordings of two people share frames, or one person is to be known and is "
+                "among the others as well; remove the copies"
+            )
+    classes = [data.vocabulary.labels.index(label) for label in labels]
+    return names, UserGestures.of(data.examples, classes, user, data.session)
+
+
+def _within(row: SessionRow, folders: Sequence[Path]) -> bool:
+    return any(Path(row.path).is_relative_to(folder) for folder in folders)
+
+
+def _held(
+    data: Data, gestures: UserGestures, names: Sequence[str], split: str
+) -> NDArray[np.bool_]:
+    """Return which gestures are held out, (events,): each user's last session, half the strangers.
+
+    Raises:
+        ValueError: A user has one session only, or there is no such split.
+    """
+    if (split or "session") not in SPLITS:
+        splits.require(split)  # windows at random are refused with the reason
+        raise ValueError(f"people are split by {' or '.join(SPLITS)}, not by {split}")
+    person = data.user[gestures.session]
+    stranger = gestures.user == 0
+    held: NDArray[np.bool_] = stranger & np.isin(person, np.unique(person[stranger])[1::2])
+    if split == "time":
+        held |= ~stranger & splits.last_events(gestures.day)
+        return held
+    for number, name in enumerate(names, 1):
+        own = gestures.user == number
+        sessions = np.unique(gestures.day[own])
+        if len(sessions) < 2:
+            raise ValueError(
+                f"{name} has one session only, and a network would learn that day, not {name}: "
+                "record more on other days, or see with --split time what one is worth"
+            )
+        held |= own & (gestures.day == sessions[-1])
+    return held
+
+
+def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
+    """Return what a network is worth on the gestures held out.
+
+    Args:
+        plan: The gestures.
+        net: Learned nothing from those.
+        random: Its score on windows at random.
+    """
+    names, gestures, request = plan.names, plan.gestures, plan.request
+    away = gestures.some(plan.held)
+    found = user_task.gesture_evidence(net, away)
+    strange = away.user == 0
+    own = found[~strange], away.user[~strange], away.day[~strange]
+    others = found[strange], away.day[strange]
+    fitted = user_metrics.tuned((own[0], others[0]), own[1], others[1], len(names))
+    known = replace(fitted, names=names)
+    belief, first = user_metrics.beliefs(own[0], own[2], known, 1)
+    right = 1 + belief[:, 1:].argmax(axis=1) == own[1][first]
+    people = tuple(
+        Enrolled(
+            name,
+            len(np.unique(gestures.day[gestures.user == number])),
+            int((gestures.user == number).sum()),
+            float(right[own[1][first] == number].mean()),
+        )
+        for number, name in enumerate(names, 1)
+    )
+    strangers = len(np.unique(plan.data.user[away.session[strange]]))
+    return Telling(
+        name=request.out.name,
+        command=request.command,
+        gestures=plan.labels,
+        people=people,
+        split=(
+            "Held out: the last gestures of each session, which says little of another day."
+            if request.split == "time"
+            else "Held out: the last session of each; the network in the bundle learned from all."
+        ),
+        random=random,
+        seen={seen: user_metrics.share(*own, known, seen) for seen in SEEN},
+        events=len(first),
+        strangers=strangers,
+        open=tuple(user_metrics.openly(own, others, known, seen) for seen in SEEN)
+        if strangers
+        else (),
+        temperature=known.temperature,
+        accept=known.accept,
+        notes=tuple(_notes(len(names), strangers)),
+    )
+
+
+def _notes(people: int, strangers: int) -> list[str]:
+    """Return what limits the figures of so many users, and strangers held out."""
+    notes = []
+    if people == 1:
+        notes.append(
+            "One person alone is enrolled, so which of them it is was no question: what counts is "
+            "how strangers fare."
+        )
+    if not strangers:
+        notes.append(
+            "Nobody was held out as a stranger, so nothing is known of how often one is taken for "
+            "somebody; add recordings of two others or more with --others DIR."
+        )
+    return notes
