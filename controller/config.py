@@ -175,26 +175,40 @@ def _within(value: Any, limits: Mapping[str, Any]) -> bool:
     return True
 
 
-def line_of(text: str, table: str, key: str = "", count: int = 1) -> str:
+def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:
     """Return ", line N" of an entry in a TOML text; "" if it cannot be found.
+
+    An entry may stand anywhere that TOML lets it, such as `game.left = ...` below [profile].
 
     Args:
         text: The whole file.
         table: In which table it is; "" is the top.
-        key: Its name; "" is the header of the table itself.
+        key: Its name; "" is the table itself.
         count: Which of several tables of one name, [[table]], from 1.
+        near: Return the closest line above, such as that of an inline table, if there is one.
     """
-    here, seen = "", 0
+    owner = _parts(table) if table else []
+    wanted = owner + (_parts(key) if key else [])
+    header: list[str] = []
+    closest, depth, seen = "", 0, 0
     for number, line in enumerate(text.splitlines(), 1):
-        if header := re.match(r"\s*\[\[?\s*\"?([\w.-]*)\"?\s*\]", line):
-            here = header[1]
-            seen += here == table
-            if here == table and not key and seen == count:
-                return f", line {number}"
-        elif here == table and key and re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", line):
-            if seen in (0, count):
-                return f", line {number}"
-    return ""
+        if opened := re.match(r"\s*\[\[?([^]]*)\]", line):
+            here = header = _parts(opened[1])
+            seen += here == owner
+        elif assigned := re.match(r"\s*([^=#]+?)\s*=", line):
+            here = header + _parts(assigned[1])
+        else:
+            continue
+        if wanted and here[: len(wanted)] == wanted and seen in (0, count):
+            return f", line {number}"
+        if depth < len(here) and wanted[: len(here)] == here:
+            closest, depth = f", line {number}", len(here)
+    return closest if near else ""
+
+
+def _parts(key: str) -> list[str]:
+    """Return the parts of a dotted key, without quotes and spaces."""
+    return re.sub(r"[\s\"']", "", key).split(".")
 
 
 def _decoded(text: str | bytes, limit_bytes: int) -> str:

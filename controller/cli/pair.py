@@ -69,10 +69,10 @@ def _seconds(words: str) -> int:
 
 async def _pair(options: argparse.Namespace) -> int:
     """Open the window, and close it when somebody has paired or the time is up."""
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, anyone
+    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
     from controller.links.bluetooth.prompt import Prompt
 
-    confirm: Confirm = anyone if options.yes else Prompt().confirm
+    confirm: Confirm = accept_all if options.yes else Prompt().confirm
     bus = await Bus.connect()
     try:
         adapter = await bus.adapter(options.adapter)

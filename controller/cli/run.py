@@ -50,7 +50,7 @@ def main(words: Sequence[str]) -> int:
             return complain("controller", error, TROUBLE)
         finally:
             parts.link.close()
-        problem: str = getattr(parts.link, "problem", "")
+        problem = parts.link.problem
         return complain("controller", problem, TROUBLE) if problem else 0
 
 
@@ -66,7 +66,7 @@ def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
 def _run(parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None) -> None:
     """Run until stopped, or until a recording ends or is complete."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
-    if url := getattr(parts.link, "url", None):
+    if url := parts.link.url:
         _announce(url)
     if printing and replaying:
         _replay(open_device(parts, 1), lambda: bool(ends))
@@ -144,8 +144,7 @@ def _state(parts: Parts) -> str:
     """Return how the link is, in a line."""
     if parts.link.connected:
         return "a host is connected"
-    ready: str = getattr(parts.link, "state", "ready")
-    where: str = getattr(parts.link, "url", parts.options.link)
+    ready, where = parts.link.state, parts.link.url or parts.options.link
     return f"waiting for a host at {where}" if ready == "ready" else ready
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, TextIO, runtime_checkable
+from typing import TYPE_CHECKING, Final, TextIO
 
 import numpy as np
 
@@ -49,22 +49,6 @@ if TYPE_CHECKING:
 TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
 
 _log = logging.getLogger("controller")
-
-
-@runtime_checkable
-class Pairable(Protocol):
-    """A link that new hosts can be let into."""
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-
-
-@runtime_checkable
-class Renewable(Protocol):
-    """A link that can be another device from one moment to the next."""
-
-    def renew(self, welcome: Welcome, reason: str) -> None:
-        """Say Bye to the host, and Welcome when it comes back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,11 +157,10 @@ def renew(parts: Parts) -> Parts:
     bundle, engine, mapping, proved = _deployed(options)
     sensor = _sensor(options, bundle)
     recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
-    if isinstance(parts.link, Renewable):
-        try:
-            parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
-        except ProtocolError as error:
-            raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
+    try:
+        parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
+    except ProtocolError as error:
+        raise LinkError(f"{error}; use fewer or shorter labels and commands") from None
     _log.info("going on with bundle %.8s on %s", bundle.hash, recognizer.engine)
     return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping, sensor=sensor)
 
@@ -372,8 +355,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         tape = recording_session.tape(parts, parts.runs, sensor, pipeline, keyboard)
     script: Iterator[Wish] = iter(())
     obey = None
-    touched = options.link != PRINT and getattr(link, "touched", True)
-    if sensor.virtual and not touched:  # nobody else touches it
+    if sensor.virtual and not link.touchable:
         from controller.capture.simulated_hand import CuedHand
         from controller.sensors.virtual import show
 
@@ -386,7 +368,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
         _log.info("nothing touches this orb, so its own hand %s", told)
     schedule = steady(sensor.rate_hz)
     press = None
-    if isinstance(link, Pairable) and tape is None and not sensor.virtual:
+    if tape is None and not sensor.virtual:
         press = partial(link.pair, WINDOW_S)
     return Device(
         sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey, on_long_press=press,
@@ -403,7 +385,7 @@ def clerk(parts: Parts) -> BundleUpdater | None:
     from controller.runtime.bundle_updates import BundleUpdater
 
     objection = ""
-    if not getattr(link, "proves", False):
+    if not link.authenticated:
         objection = (
             "this link does not prove who is there; give orb and host the same --key FILE, or copy "
             "the bundle to the orb and run `controller install` there"

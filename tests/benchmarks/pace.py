@@ -122,7 +122,7 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
     end_s = time.time() + 60 * minutes
     context = multiprocessing.get_context("spawn")
     helpers = [
-        context.Process(target=listen, args=(link.url, end_s), daemon=True),  # type: ignore[attr-defined]
+        context.Process(target=listen, args=(link.url, end_s), daemon=True),
         context.Process(target=toil, args=(end_s,), daemon=True),
     ]
     for helper in helpers:

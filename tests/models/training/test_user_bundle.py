@@ -19,8 +19,8 @@ from models.data.examples import Examples
 from models.data.recipe import UNVARIED_USER, VARIED_USER
 from models.data.simulate import DataSet
 from models.evaluation import user_metrics
-from models.training.simulated_users import SimulatedUsers
 from models.training.user_task import AFTER, UserGestures, event_means
+from tests.benchmarks.simulated_users import SimulatedUsers
 
 pytestmark = pytest.mark.train
 

@@ -14,7 +14,7 @@ from controller.config import MAX_BYTES, parse_json
 from controller.files import atomic_write, read_bytes, state_folder
 from controller.links.bluetooth.hid.host_selection import StoredHosts
 
-FULL: Final = 100  # percent: also what a device says that has no battery
+FULL: Final = 100  # percent; also without a battery
 SUPPLIES: Final = Path(
     "/sys/class/power_supply"
 )  # Linux: Documentation/ABI/testing/sysfs-class-power
@@ -38,7 +38,7 @@ def recall(path: Path) -> StoredHosts:
     except FileNotFoundError:
         return StoredHosts()
     except (OSError, ValueError, KeyError, TypeError) as error:
-        log.warning("cannot read %s, so hosts are learnt anew: %s", path, error)
+        log.warning("cannot read %s, so no host is known: %s", path, error)
         return StoredHosts()
     known = [host for host in hosts if is_address(host)]
     return StoredHosts(tuple(dict.fromkeys(known)), wanted if wanted in known else "")
