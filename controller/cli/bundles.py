@@ -8,8 +8,7 @@ from typing import Any
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.record_words import about, called
-from controller.bundles.deploy.store import BundleStore, InstalledRecord
+from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
 from controller.console import TROUBLE, complain, one_line, run
 
 
@@ -42,21 +41,21 @@ def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, An
     """Return what is known of one bundle."""
     entry, path = record.entry(name), shelf.path(name)
     row: dict[str, Any] = {
-        "name": called(name),
+        "name": shown_name(name),
         "path": str(path),
         "in_use": name == record.current,
         "previous": name == record.previous,
         "engine": entry.engine if entry else "",
         "step_us": entry.step_us if entry else None,
         "installed": entry.installed if entry else "",
-        "corrects": called(entry.corrects) if entry else "",
+        "corrects": shown_name(entry.corrects) if entry else "",
         "problem": "",
     }
     try:
         bundle = bundles.read(path)
     except BundleError as error:
         return {**row, "problem": str(error)}
-    return {**row, "hash": bundle.hash, "about": about(bundle), "card": bundle.card}
+    return {**row, "hash": bundle.hash, "about": summary(bundle), "card": bundle.card}
 
 
 def _lines(row: dict[str, Any]) -> Iterator[str]:

@@ -7,7 +7,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "teach": ("controller.cli.teach", "record examples of your own gestures"),
     "recordings": ("controller.cli.recordings", "inspect, check, convert and mend recordings"),
     "install": (
-        "controller.bundles.deploy.install",
+        "controller.cli.install",
         "test a bundle on this device and take it into use",
     ),
     "models": ("controller.cli.bundles", "list the bundles of this device"),

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from controller import folders
+from controller import files
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, chosen
 from controller.diagnostics import (
@@ -79,7 +79,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     """
     real = options.sensor == REAL
     yield from system_checks.libraries(options.bundle, pi=real)
-    yield system_checks.disk(folders.state())
+    yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
     if real:
         yield from system_checks.permissions()

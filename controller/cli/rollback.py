@@ -4,8 +4,7 @@ import argparse
 from collections.abc import Sequence
 
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.record_words import called
-from controller.bundles.deploy.store import BundleStore
+from controller.bundles.deploy.store import BundleStore, shown_name
 from controller.console import TROUBLE, complain, run
 from controller.errors import reason
 
@@ -27,5 +26,5 @@ def _rollback(argv: Sequence[str]) -> int:
         return complain("controller", error, TROUBLE)
     except OSError as error:
         return complain("controller", f"{shelf.folder} cannot be written: {reason(error)}", TROUBLE)
-    print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
+    print(f"{shown_name(record.current)} is in use; {shown_name(record.previous)} is kept")
     return 0

@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import mean, median
 from controller.recognition import drift
 from controller.recognition.frames import (
     LEAST_REST,
@@ -137,10 +136,10 @@ class BaselineTracker:
         here = np.mean(self._frames, axis=0)
         # What all taxels have in common is air or warmth: that may well have changed since.
         z = z_image(here, known, self.settings)
-        common = float(median(z)) if self._soft else 1.0
+        common = float(np.median(z)) if self._soft else 1.0
         rest = known * common
         change = z_image(here, rest, self.settings) - 1.0
-        still = mean(np.abs(change)) < self.gate
+        still = float(np.mean(np.abs(change))) < self.gate
         if not still and (not self._soft or drift.shape(z - 1.0) != "touch"):
             self.image, self.idle = None, 0.0  # another sensor, or much has changed: begin anew
             return []
@@ -156,7 +155,7 @@ class BaselineTracker:
         Where a lead is there now that was not there at rest, its first reading becomes its rest.
         """
         rest = self.certain
-        level = LEAST_REST * mean(rest)
+        level = LEAST_REST * float(np.mean(rest))
         back = lost & (values > level)
         rest[back] = self._recent[back] = values[back]
         return np.where(lost, rest, values)
@@ -179,14 +178,14 @@ class BaselineTracker:
             self._steady_run = 0
             if self._quiet_run > self._settle:
                 hidden = self._soft and self.gate > 2.0 * self.settings.gate
-                pace = _WARY if hidden and 1.0 - mean(image) > _LOW * self.gate else 1.0
+                pace = _WARY if hidden and 1.0 - float(np.mean(image)) > _LOW * self.gate else 1.0
                 rest += pace * max(self._follow, 1.0 / (self.seen + 1)) * (values - rest)
                 self.idle += pace * 0.2 * self._follow * (deviation - self.idle)
                 self.seen += 1
             return
         self._quiet_run = 0
         change = z_image(values, self._recent, self.settings) - 1.0
-        steady = mean(np.abs(change)) < self.gate
+        steady = float(np.mean(np.abs(change))) < self.gate
         self._steady_run = self._steady_run + 1 if steady else 0
         if self._steady_run >= self._adopt:
             self._steady_run = 0

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import median
 from controller.recognition.drift import TOUCHED, tone
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
@@ -137,5 +136,5 @@ def response_slope(along: NDArray[np.float64], felt: NDArray[np.float64]) -> NDA
     Returns:
         Slope of the regression, (rows, columns); NaN far from every touch.
     """
-    near = felt > _FELT * float(median(felt))
+    near = felt > _FELT * float(np.median(felt))
     return np.divide(along, felt, out=np.full_like(felt, np.nan), where=near)

@@ -3,13 +3,11 @@
 The names that frames, images and windows go by, and the settings that say how they are made.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-
-from controller.median import mean
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
@@ -42,11 +40,11 @@ class PreprocessSettings:
             a hand, which it never does to "difference" (`controller.recognition.drift`).
     """
 
-    normalise: str = "ratio"
-    scale: float = 1.0
-    rate_hz: float = 10.0
-    window: int = 10
-    start_s: float = 1.0
+    normalise: str = field(default="ratio", metadata={"choices": get_args(Normalise)})
+    scale: float = field(default=1.0, metadata={"range": (1e-9, 1e9)})  # images stay finite
+    rate_hz: float = field(default=10.0, metadata={"range": (0.1, 1000.0)})
+    window: int = field(default=10, metadata={"range": (1, 250)})
+    start_s: float = field(default=1.0, metadata={"range": (0.0, 100.0)})  # all its frames are kept
     follow_s: float = 2.0
     settle_s: float = 0.4
     gate: float = 0.015
@@ -91,4 +89,4 @@ def z_image(
 
 def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return which taxels have no lead, now or at rest; shapes as in `z_image`."""
-    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * mean(rest)))
+    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * float(np.mean(rest))))

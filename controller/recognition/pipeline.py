@@ -128,7 +128,7 @@ class PipelineSettings(Protocol):
         """Enrolled users."""
 
     @property
-    def tells(self) -> bool:
+    def identifies(self) -> bool:
         """Whether there is a network that identifies users."""
 
 
@@ -194,7 +194,7 @@ class Pipeline:
         if bundle.users.names and isinstance(recognizer, UserNetworks):
             self._company = recognizer
             self._player = player if player in bundle.users.names else ""
-            if bundle.tells and not self._player:
+            if bundle.identifies and not self._player:
                 self._witness = UserIdentifier(bundle.users, settings.rate_hz)
         self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
         self._certain[NULL] = 1.0

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import mean
 from controller.recognition.baseline import BaselineTracker, StoredBaseline
 from controller.recognition.dead_taxels import ResponseMonitor, TaxelInterpolator
 from controller.recognition.frames import (
@@ -187,13 +186,13 @@ class Preprocessor:
         found = self._rest.image is not None
         if found:
             self._images.extend(image.astype(np.float32) for image in images)
-        deviation = mean(np.abs(images[-1] - 1.0))
+        deviation = float(np.mean(np.abs(images[-1] - 1.0)))
         return Prepared(images[-1].astype(np.float32), found, deviation, found)
 
     def _try(self, values: NDArray[np.float64], known: NDArray[np.float64]) -> Prepared:
         """Take one of the first frames of a sensor that was calibrated."""
         image = z_image(values, known, self.settings).astype(np.float32)
-        prepared = Prepared(image, False, mean(np.abs(image - 1.0)), False)
+        prepared = Prepared(image, False, float(np.mean(np.abs(image - 1.0))), False)
         frames = self._rest.try_known(values)
         if frames:
             untouched = np.ones(self.shape, dtype=np.float32)
@@ -219,7 +218,7 @@ class Preprocessor:
         if dead is not None:
             z = 1.0 + self._filler.fill(felt - 1.0, dead if lost is None else dead | lost)
         image = z.astype(np.float32)
-        deviation = mean(np.abs(image - 1.0))
+        deviation = float(np.mean(np.abs(image - 1.0)))
         quiet = deviation < self._rest.gate
         self._owed = felt, lost, values, image, deviation, quiet
         self._images.append(image)

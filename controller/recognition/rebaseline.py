@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import mean
 from controller.recognition import drift
 from controller.recognition.frames import PreprocessSettings, z_image
 
@@ -99,7 +98,7 @@ class Rebaseline:
         return found if not self._soft or drift.unevenness(change) < _LOCAL else None
 
     def _differ(self, one: Reading, other: Reading) -> float:
-        return mean(np.abs(z_image(one, other, self._settings) - 1.0))
+        return float(np.mean(np.abs(z_image(one, other, self._settings) - 1.0)))
 
 
 def still_frames(settings: PreprocessSettings) -> int:

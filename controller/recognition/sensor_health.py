@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.median import median
 from controller.recognition import drift
 from controller.recognition.preprocess import Prepared
 from controller.recognition.taxel_text import names
@@ -157,7 +156,7 @@ class HealthMonitor:
         far = np.abs(flat) > limits
         told.film = frozenset(np.flatnonzero(far).tolist())
         if far.any():
-            percent = 100 * np.expm1(median(flat[far]))
+            percent = 100 * np.expm1(np.median(flat[far]))
             where = names(far.reshape(why.film.shape))
             lines.append(f"{where}: drifted by {percent:+.0f} %; the film may be cracking")
         return lines

@@ -199,7 +199,7 @@ def _settings(bundle: Bundle, mapping: Mapping) -> tuple[object, ...]:
     b = bundle
     return (
         b.labels, b.rows, b.columns, b.pitch_mm, b.rate_hz, b.window, b.preprocess, b.debounce,
-        b.spread, b.users, b.tells, mapping,
+        b.spread, b.users, b.identifies, mapping,
     )  # fmt: skip
 
 
@@ -403,7 +403,7 @@ def _install(shelf: BundleStore, path: Path, corrects: str | None = None) -> str
     """Take a bundle that has come into use."""
     from controller.bundles.deploy.install import install
 
-    return install(path, shelf, other_sensor=False, tell=_log.info, corrects=corrects)
+    return install(path, shelf, other_sensor=False, report=_log.info, corrects=corrects)
 
 
 def _corrected(parts: Parts, shelf: BundleStore, label: str, images: list[Image]) -> str:

@@ -14,8 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, TextIO
 
-from controller import folders
-from controller.files import atomic_write
+from controller.files import atomic_write, runtime_folder
 from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime.latency import HOPS, LatencyStatistics, StageLatency
 from controller.runtime.realtime import IdleCollector
@@ -172,7 +171,7 @@ def pace(digest: list[StageLatency], period_s: float, missed: int) -> LatencyRep
 
 def status_folders() -> list[Path]:
     """Return where running controllers tell how they are: the service, then the user's own."""
-    return [Path("/run/orbtouch"), folders.runtime()]
+    return [Path("/run/orbtouch"), runtime_folder()]
 
 
 def status_file() -> Path | None:

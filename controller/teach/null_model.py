@@ -39,7 +39,9 @@ def _bundle(labels: tuple[str, ...], grid: Geometry, rate_hz: float) -> Bundle:
     nothing = np.zeros(0, dtype=np.float32)
     window = max(1, round(rate_hz))
     return Bundle(
-        labels, grid.rows, grid.columns, grid.pitch_mm, rate_hz, window,
-        PreprocessSettings(rate_hz=rate_hz, window=window), DebounceSettings(), Mapping(), {},
-        b"", b"", Golden(nothing, nothing, nothing, nothing), "",
+        labels=labels, rows=grid.rows, columns=grid.columns, pitch_mm=grid.pitch_mm,
+        rate_hz=rate_hz, window=window,
+        preprocess=PreprocessSettings(rate_hz=rate_hz, window=window),
+        debounce=DebounceSettings(), mapping=Mapping(), card={}, gesture_onnx=b"",
+        location_onnx=b"", golden=Golden(nothing, nothing, nothing, nothing), hash="",
     )  # fmt: skip

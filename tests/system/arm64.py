@@ -36,7 +36,7 @@ TESTS: Final = """
     controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
     controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
     controller/capture/cues controller/links/links controller/runtime/loop
-    controller/recognition/mapping controller/median controller/recognition/pipeline
+    controller/recognition/mapping controller/npz controller/recognition/pipeline
     controller/recognition/preprocess controller/protocol/messages controller/recordings/recorder
     controller/recordings/recording controller/recordings/recovery controller/bundles/store
     controller/start controller/capture/session_recorder controller/recognition/touch_position

@@ -231,7 +231,7 @@ def run_of_a_bundle(
 ) -> Iterator[tuple[Parts, Device, BundleStore]]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
-    monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
+    monkeypatch.setattr("controller.files.state_folder", lambda: tmp_path / "state")
     words = (
         f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"
     )
