@@ -9,7 +9,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from controller import console, npz
+from controller import console
 from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
@@ -120,13 +120,13 @@ def teach(
             table["mapping"][label] = command if isinstance(command, str) else [*command]
     _enrol(table, heads, labels)
     table["card"]["added"] = [*table["card"].get("added", []), note or _told(fresh)]
-    golden = npz.unpack(content[bundles.GOLDEN], bundles.MAX_BYTES)
-    golden |= {"windows": questions, "probabilities": answers[EVERYBODY]}
-    golden |= {f"head.{user}": answers[user] for user in heads}
+    own = {user: answers[user] for user in heads}
+    golden = replace(loaded.golden, windows=questions, probabilities=answers[EVERYBODY], heads=own)
     if heads:
-        golden["people"] = _people(content, len(table["users"]["names"]), questions)
+        people = _people(content, len(table["users"]["names"]), questions)
+        golden = replace(golden, people=people)
         content.setdefault(users_table.NETWORK, b"")
-    content[bundles.GOLDEN] = npz.pack(golden)
+    content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
     return AdaptedBundle(
         tomli_w.dumps(table).encode(),

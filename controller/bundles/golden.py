@@ -45,18 +45,12 @@ class Golden:
     heads: Mapping[str, Answers] = field(default_factory=dict)
 
     def pack(self) -> bytes:
-        """Return the file."""
-        arrays = {
-            "windows": self.windows,
-            "probabilities": self.probabilities,
-            "images": self.images,
-            "touches": self.touches,
-        }
-        if self.people.shape[1]:
-            arrays[_PEOPLE] = self.people
-        return npz.pack(
-            arrays | {f"{_HEAD}{name}": answers for name, answers in self.heads.items()}
-        )
+        """Return the file `golden.npz`."""
+        names = ("windows", "probabilities", "images", "touches", _PEOPLE)
+        arrays = {name: getattr(self, name) for name in names}
+        if not self.people.shape[1]:
+            del arrays[_PEOPLE]
+        return npz.pack(arrays | {f"{_HEAD}{name}": heads for name, heads in self.heads.items()})
 
 
 def read(

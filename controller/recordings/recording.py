@@ -29,7 +29,7 @@ UNKNOWN: Final = -1  # a label that no source gave
 RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: all labels at their longest, three times
-TOO_LONG: Final = f"says too much of its origin; {MAX_PROVENANCE} characters are allowed"
+TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
 MAX_TEXT: Final = 1000  # characters of any name
 MAX_TAXELS: Final = 4096  # 64×64
 MAX_LABELS: Final = 256
@@ -224,9 +224,9 @@ def parse_provenance(text: str) -> Provenance:
     except RecordingError:
         raise
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        raise RecordingError("says nothing legible about its origin") from None
+        raise RecordingError("holds nothing legible about its origin") from None
     if not possible:
-        raise RecordingError("says impossible things about its origin")
+        raise RecordingError("holds impossible things about its origin")
     return origin
 
 

@@ -149,7 +149,7 @@ def exchange(parts: Parts, device: Device) -> None:
     if device.recorder is not None and parts.runs is not None:
         from controller.runtime import recording_session
 
-        device.recorder.continue_in(recording_session.begin(parts, parts.runs, device.sensor))
+        device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
     if device.latency is not None:
         device.latency.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)

@@ -162,7 +162,7 @@ class Device:
                 self.request(wish, at_s)
         self.now_s = t_s
         if self.recorder is not None:
-            self.recorder.start_next_if_full()
+            self.recorder.turn()
         if self.latency is not None:
             self.latency.start(late_s)
         frame = self._scan(t_s)
@@ -241,7 +241,7 @@ class Device:
         """Keep a frame, and let the virtual hand do what the cues ask for."""
         label = "" if self._virtual is None else self._virtual.label(step.t_s)
         truth = recorder.labels.index(label) if label in recorder.labels else UNKNOWN
-        said = recorder.record(frame, step, truth, self.sensor.button(step.t_s))
+        said = recorder.take(frame, step, truth, self.sensor.button(step.t_s))
         if self._hand is not None and said.asked is not None and said.fresh:
             self._hand.heed(said.asked, step.t_s)
         if recorder.done:

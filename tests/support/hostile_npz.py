@@ -251,7 +251,7 @@ FILES: Final[dict[str, tuple[Callable[[], bytes], str]]] = {
     "labels in one word": (lambda: says(labels="np"), "nothing legible"),
     "a form that is true": (lambda: says(schema=True), "has form True, this program reads"),
     "a form of a thousand forms": (lambda: says(schema=[1] * 1000), "has form .{20}, this"),
-    "a million lists": (lambda: but(meta=np.array("[]," * 1_000_000)), "says too much"),
+    "a million lists": (lambda: but(meta=np.array("[]," * 1_000_000)), "holds too much"),
     "letters beyond all letters": (
         lambda: but(meta=np.frombuffer(b"\xff" * 400, "<U100")[0:1].reshape(())),
         "texts that are none",
