@@ -1,9 +1,9 @@
 """State of held keys: from commands and snapshots to strokes. Pure; time comes in.
 
 Everything that is down belongs to the command that put it down. A key goes up when no command
-holds it any longer, and everything goes up at once when it is disarmed, when the profile changes,
-and when the orb is silent. Nothing goes down but what the mapping names, and nothing while it is
-disarmed.
+holds it any longer. Everything goes up at once when it is disarmed, when the profile or the host
+changes, and when the orb is silent. Nothing goes down but what the mapping names, and nothing
+while it is disarmed.
 """
 
 from collections import deque
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from controller.keymap.key_names import Chord, danger
-from controller.keymap.keymap import Arm, Entry, KeyMap, Mode, Press, Switch, Text
+from controller.keymap.keymap import Arm, Entry, KeyMap, Mode, Press, SelectHost, Switch, Text
 
-WORD_S: Final = 1.0  # the orb tells ten times a second what is held; after this it holds nothing
+SILENCE_S: Final = 1.0  # the orb reports ten times a second what is held; after this, nothing is
 LETTER_S: Final = 0.012  # a typed letter is down, and then up, for so long
 
 
@@ -27,13 +27,20 @@ class Stroke:
 
 
 @dataclass(slots=True)
-class _Grip:
-    """One command's hold on its keys."""
+class _Hold:
+    """One command's hold on its keys.
+
+    Attributes:
+        press: What it presses.
+        next_s: When the keys go up by themselves or, waiting, go down again.
+        again_s: When they go down again, once they are up.
+        down: Whether they are down.
+    """
 
     press: Press
-    up_s: float  # when they go up by themselves
-    again_s: float  # when they go down again
-    down: bool = True
+    next_s: float
+    again_s: float = 0.0
+    down: bool = False
 
 
 class KeyState:
@@ -42,128 +49,134 @@ class KeyState:
     Attributes:
         armed: Whether commands press anything.
         profile: The one in force.
-        down: What is down, in the order in which it went down.
-        output: Strokes to make, oldest first; the owner of the device takes them.
-        told: Sentences for the user, oldest first; the owner of the terminal takes them.
+        down: Keys that are down, in the order in which they went down.
+        strokes: Strokes to make, oldest first; the owner of the device takes them.
+        hosts: Numbers of the hosts that were selected, oldest first; taken as `strokes` are.
+        notes: Sentences for the user, oldest first; the owner of the terminal takes them.
     """
 
-    def __init__(self, key_map: KeyMap) -> None:
-        """Begin disarmed, in the first profile."""
-        self.armed = False
+    def __init__(self, key_map: KeyMap, *, armed: bool = False, gap_s: float = 0.0) -> None:
+        """Begin with everything up, in the first profile.
+
+        Args:
+            key_map: What commands do.
+            armed: Whether to begin armed.
+            gap_s: How long a key that is pressed again stays up before, seconds.
+        """
+        self.armed = armed
         self.profile = key_map.first
         self.down: list[str] = []
-        self.output: list[Stroke] = []
-        self.told: list[str] = []
+        self.strokes: list[Stroke] = []
+        self.hosts: list[int] = []
+        self.notes: list[str] = []
         self._map = key_map
-        self._grips: dict[str, _Grip] = {}
-        self._since_s: dict[str, float] = {}  # held commands for which something waits
-        self._heard_s = 0.0  # when the orb last told what is held
+        self._gap_s = gap_s
+        self._holds: dict[str, _Hold] = {}
+        self._since_s: dict[str, float] = {}  # held commands whose long hold is not over
+        self._reported_s = 0.0  # when the orb last reported what is held
         self._letters: deque[Chord] = deque()
         self._letter_s = 0.0  # when the next half of a letter is due
 
     @property
-    def entries(self) -> dict[str, Entry]:
-        """What commands do in this profile."""
-        return self._map.profiles[self.profile]
+    def due_s(self) -> float | None:
+        """When `tick` has something to do, None if never."""
+        times = [hold.next_s for hold in self._holds.values()]
+        if any(hold.press.mode is not Mode.TAP for hold in self._holds.values()):
+            times.append(self._reported_s + SILENCE_S)
+        if self._letters:
+            times.append(self._letter_s)
+        return min(times, default=None)
 
     def command(self, name: str, now_s: float) -> None:
         """Do what a command asks for; unknown ones, and most while disarmed, do nothing."""
         self.tick(now_s)
-        self._do(name, now_s)
+        self._do(name, self._map.profiles[self.profile].get(name), now_s)
         if name in self._map.long:
-            self._heard_s = self._since_s[name] = now_s
+            self._reported_s = self._since_s[name] = now_s
 
-    def _do(self, name: str, now_s: float) -> None:
-        entry = self.entries.get(name)
+    def _do(self, name: str, entry: Entry | None, now_s: float) -> None:
         match entry:
             case Arm():
-                self._toggle()
+                self.toggle("by the orb")
             case Switch(profile=profile):
                 self.switch(profile)
-            case Press() if self.armed and not self._letters:
-                self._heard_s = now_s
+            case SelectHost(number=number):
+                self.release()
+                self.hosts.append(number)
+            case Press() | Text() if self.armed and self._letters:
+                self.notes.append(f"{name} was dropped: a text is being typed")
+            case Press() if self.armed:
+                self._reported_s = now_s
                 self._press(name, entry, now_s)
-            case Text() if self.armed and not self._letters:
+            case Text() if self.armed:
                 self.release()
                 self._letters.extend(entry.chords)
                 self._letter_s = now_s
                 self.tick(now_s)
-            case Press() | Text() if self.armed:
-                self.told.append(f"{name} was dropped: a text is being typed")
 
     def state(self, held: Collection[str], now_s: float) -> None:
-        """Take a snapshot of the commands that are held; it lets go, and never presses."""
-        self._heard_s = now_s
+        """Take a snapshot of the commands that are held; it releases, and never presses."""
+        self._reported_s = now_s
         self.tick(now_s)
-        for name in [name for name in self._since_s if name not in held]:
-            del self._since_s[name]
-        self._wait(now_s)
-        for name, grip in list(self._grips.items()):
-            if grip.press.mode in (Mode.HOLD, Mode.REPEAT) and name not in held:
+        self._since_s = {name: s for name, s in self._since_s.items() if name in held}
+        self._end_waits(now_s)
+        for name, hold in list(self._holds.items()):
+            if hold.press.mode in (Mode.HOLD, Mode.REPEAT) and name not in held:
                 self._drop(name)
 
-    def word(self, now_s: float) -> None:
-        """Take note that the orb still holds what it held."""
-        self._heard_s = now_s
+    def still_held(self, now_s: float) -> None:
+        """Record that the orb still holds what it held."""
+        self._reported_s = now_s
         self.tick(now_s)
-        self._wait(now_s)
+        self._end_waits(now_s)
 
     def tick(self, now_s: float) -> None:
         """Let time pass: taps end, held keys repeat, texts go on."""
-        if now_s - self._heard_s >= WORD_S:
+        silent = now_s >= self._reported_s + SILENCE_S  # computed as in `due_s`
+        if silent:
             self._since_s.clear()
-        for name, grip in list(self._grips.items()):
-            lasting = grip.press.mode in (Mode.HOLD, Mode.REPEAT)
-            if lasting and now_s - self._heard_s >= WORD_S:
+        for name, hold in list(self._holds.items()):
+            if silent and hold.press.mode is not Mode.TAP:
                 self._drop(name)
-                self.told.append(f"{name} was let go: the orb no longer says that it is held")
-            elif grip.press.mode is Mode.REPEAT:
-                self._repeat(name, grip, now_s)
-            elif grip.up_s <= now_s:
-                self._drop(name)
+                self.notes.append(f"{name} was released: the orb no longer reports what is held")
+            while name in self._holds and hold.next_s <= now_s:
+                self._turn(name, hold, now_s)
         self._type(now_s)
 
-    def _wait(self, now_s: float) -> None:
-        """Do what a long hold does; once, and only when the orb has just said that it lasts."""
+    def _end_waits(self, now_s: float) -> None:
+        """Do what a long hold does; once, and only when the orb has just reported it."""
         for name, since_s in list(self._since_s.items()):
             if now_s - since_s >= self._map.long_s:
-                del self._since_s[name]
-                entry = self._map.long[name]
-                if isinstance(entry, Switch):
-                    self.switch(entry.profile)
-                else:
-                    self._toggle()
+                self._since_s.pop(name, None)
+                self._do(name, self._map.long[name], now_s)
 
-    def _toggle(self) -> None:
-        self.disarm("by the orb") if self.armed else self.arm("by the orb")
+    def toggle(self, why: str) -> None:
+        """Disarm if armed, else arm."""
+        self.disarm(why) if self.armed else self.arm(why)
 
     def arm(self, why: str) -> None:
         """Let commands press keys from now on."""
         if not self.armed:
             self.armed = True
-            self.told.append(f"armed {why}: profile {self.profile}")
+            self.notes.append(f"armed {why}: profile {self.profile}")
 
     def disarm(self, why: str) -> None:
-        """Let go of everything, and let commands press nothing."""
+        """Release everything, and let commands press nothing."""
         self.release()
         if self.armed:
             self.armed = False
-            self.told.append(f"disarmed {why}")
+            self.notes.append(f"disarmed {why}")
 
-    def switch(self, profile: str) -> None:
-        """Let go of everything, and change the profile."""
+    def switch(self, profile: str = "") -> None:
+        """Release everything, and change the profile; "" is the file's next one."""
         self.release()
-        self.profile = profile
-        self.told.append(f"profile {profile}")
-
-    def switch_on(self) -> None:
-        """Change to the next profile of the file."""
         names = list(self._map.profiles)
-        self.switch(names[(names.index(self.profile) + 1) % len(names)])
+        self.profile = profile or names[(names.index(self.profile) + 1) % len(names)]
+        self.notes.append(f"profile {self.profile}")
 
     def release(self) -> None:
-        """Let go of everything."""
-        self._grips.clear()
+        """Release everything."""
+        self._holds.clear()
         self._letters.clear()
         self._since_s.clear()
         self._up(self.down)
@@ -171,58 +184,69 @@ class KeyState:
     # -- the keys ----------------------------------------------------------------------
 
     def _press(self, name: str, press: Press, now_s: float) -> None:
-        """Put a command's keys down; a toggle that is down goes up."""
-        was_down = name in self._grips
+        """Put a command's keys down, the main one again; a toggle that is down goes up."""
+        before = self._holds.get(name)
+        if before is not None and not before.down and press.mode is not Mode.REPEAT:
+            return  # its keys are up for a moment before this press
+        again = before is not None or press.chord[-1] in self.down
         self._drop(name)
-        if was_down and press.mode is Mode.TOGGLE:
+        if before is not None and press.mode is Mode.TOGGLE:
             return
-        if not self._down(press.chord, name):
-            return
-        up_s = now_s + press.down_s if press.mode in (Mode.TAP, Mode.REPEAT) else float("inf")
-        self._grips[name] = _Grip(press, up_s, now_s + press.every_s)
+        hold = self._holds[name] = _Hold(press, now_s)
+        if again and self._gap_s:
+            self._up(press.chord[-1:])
+            hold.next_s = now_s + self._gap_s
+        else:
+            self._turn(name, hold, now_s)
 
-    def _repeat(self, name: str, grip: _Grip, now_s: float) -> None:
-        if grip.down and grip.up_s <= now_s:
-            grip.down = False
-            self._let_go(grip)
-        if grip.again_s <= now_s:  # once, however late it is
-            if self._down(grip.press.chord, name):
-                grip.down = True
-                grip.up_s, grip.again_s = now_s + grip.press.down_s, now_s + grip.press.every_s
-            else:
-                self._drop(name)
+    def _turn(self, name: str, hold: _Hold, now_s: float) -> None:
+        """Put a command's keys down if they are up, or else up."""
+        if not hold.down:
+            self._begin(name, hold, now_s)
+        elif hold.press.mode is Mode.REPEAT:
+            hold.down, hold.next_s = False, hold.again_s
+            self._lift(hold.press.chord)
+        else:
+            self._drop(name)
+
+    def _begin(self, name: str, hold: _Hold, now_s: float) -> None:
+        press = hold.press
+        if not self._down(press.chord, name):
+            del self._holds[name]
+            return
+        ends = press.mode in (Mode.TAP, Mode.REPEAT)
+        hold.down, hold.again_s = True, now_s + press.every_s
+        hold.next_s = now_s + press.down_s if ends else float("inf")
 
     def _drop(self, name: str) -> None:
-        grip = self._grips.pop(name, None)
-        if grip is not None:
-            self._let_go(grip)
+        """End a command's hold on its keys."""
+        if (hold := self._holds.pop(name, None)) is not None and hold.down:
+            self._lift(hold.press.chord)
 
-    def _let_go(self, grip: _Grip) -> None:
-        """Lift a grip's keys, but for those that another one holds."""
-        others = {key for g in self._grips.values() if g.down for key in g.press.chord}
-        self._up([key for key in grip.press.chord if key not in others])
+    def _lift(self, chord: Chord) -> None:
+        """Put keys up, but for those that another command holds."""
+        holds = [hold for hold in self._holds.values() if hold.down]
+        self._up({*chord}.difference(*(hold.press.chord for hold in holds)))
 
     def _down(self, chord: Chord, name: str) -> bool:
-        """Put keys down, the main one anew if it is down; refuse what is dangerous together."""
+        """Put keys down, the main one again if it is down; refuse what is dangerous together."""
         if risk := danger({*self.down, *chord}, self._map.allowed):
-            self.told.append(f"{name} was dropped: with what is down it would make {risk}")
+            self.notes.append(f"{name} was dropped: with what is down it would make {risk}")
             return False
         self._up([key for key in chord[-1:] if key in self.down])
         for key in chord:
             if key not in self.down:
                 self.down.append(key)
-                self.output.append(Stroke(key, down=True))
+                self.strokes.append(Stroke(key, down=True))
         return True
 
     def _up(self, keys: Collection[str]) -> None:
-        """Lift keys, the latest first."""
-        for key in reversed(self.down):
-            if key in keys:
-                self.output.append(Stroke(key, down=False))
+        """Put keys up, the latest first."""
+        self.strokes += [Stroke(key, down=False) for key in reversed(self.down) if key in keys]
         self.down = [key for key in self.down if key not in keys]
 
     def _type(self, now_s: float) -> None:
-        """Put the next letter down, or lift it, when it is time."""
+        """Put the next letter down, or up, when it is time."""
         if self._letters and self._letter_s <= now_s:
             self._letter_s = now_s + LETTER_S
             if self.down:

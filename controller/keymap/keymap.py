@@ -1,22 +1,31 @@
-"""Key mappings: each command's entry, profile by profile."""
+"""Key mappings: what each command does, profile by profile, and which outputs a target has."""
 
-from collections.abc import Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final, Literal
 
 from controller.errors import UserError
-from controller.keymap.key_names import Chord
+from controller.keymap.key_names import KEYS, PAD, Chord
 
 DOWN_S: Final = 0.05  # a tap lasts three pictures of a game at 60 Hz
 EVERY_S: Final = 0.15  # from one press of a repeating key to the next
 LONG_S: Final = 1.5  # a pinch in a game lasts half a second
+NEXT_HOST: Final = 0  # in place of a host's number
 
 Kind = Literal["keyboard", "gamepad"]
 
 
 class KeyMapError(UserError, ValueError):
-    """The mapping cannot be used; the message names the entry, and what belongs there."""
+    """The mapping cannot be used; the message names the entry, and what belongs there.
+
+    Attributes:
+        path: The entry's place in the file: names of tables, and its own.
+    """
+
+    def __init__(self, message: str, path: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.path = path
 
 
 class Mode(Enum):
@@ -30,7 +39,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Keys that a command presses, and for how long."""
+    """Keys or pad buttons that a command presses, and for how long."""
 
     chord: Chord
     mode: Mode = Mode.TAP
@@ -57,7 +66,37 @@ class Switch:
     profile: str
 
 
-Entry = Press | Text | Arm | Switch
+@dataclass(frozen=True, slots=True)
+class SelectHost:
+    """The command connects another of the paired hosts: 1, 2 ..., or `NEXT_HOST`."""
+
+    number: int
+
+
+Entry = Press | Text | Arm | Switch | SelectHost
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """The outputs of a target: what its mappings can name.
+
+    Attributes:
+        entries: Kinds of entries, such as "key" and "profile".
+        names: Keys and pad buttons.
+        plain: The kind of an entry that is only a text; "" if the kind has to be written.
+        advice: What to do about a file that cannot be read.
+        docs: The page that explains the mapping.
+    """
+
+    entries: tuple[str, ...]
+    names: Collection[str]
+    plain: str = ""
+    advice: str = "name a mapping with --mapping"
+    docs: str = "docs/keys.md"
+
+
+KEYBOARD: Final = Outputs(("key", "text", "arm", "profile"), frozenset(KEYS), "key")
+GAMEPAD: Final = Outputs(("pad", "arm", "profile"), frozenset(PAD), "pad")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +108,7 @@ class KeyMap:
         arm_key: The key of our window and terminal that arms and disarms.
         profile_key: The one that changes to the next profile.
         allowed: Dangerous chords that the user wants.
-        long: What a command does in every profile when it is held for `long_s`: arm, or change
-            the profile.
+        long: What a command does in every profile when it is held for `long_s`.
         long_s: How long that is.
     """
 
@@ -95,11 +133,9 @@ class KeyMap:
         if not profile:
             return self
         if profile not in self.profiles:
-            raise KeyMapError(
-                f"there is no profile {profile!r}; there are: {', '.join(self.profiles)}"
-            )
-        first = {profile: self.profiles[profile]}
-        return replace(self, profiles={**first, **self.profiles})
+            there = ", ".join(self.profiles)
+            raise KeyMapError(f"there is no profile {profile!r}; there are: {there}")
+        return replace(self, profiles={profile: self.profiles[profile], **self.profiles})
 
     @property
     def commands(self) -> frozenset[str]:
@@ -109,14 +145,7 @@ class KeyMap:
     @property
     def keys(self) -> frozenset[str]:
         """All keys that can ever be pressed."""
-        return frozenset(
-            key for entries in self.profiles.values() for e in entries.values() for key in _keys(e)
-        )
-
-
-def _keys(entry: Entry) -> Iterator[str]:
-    if isinstance(entry, Press):
-        yield from entry.chord
-    elif isinstance(entry, Text):
-        for chord in entry.chords:
-            yield from chord
+        entries = [entry for profile in self.profiles.values() for entry in profile.values()]
+        pressed = [entry.chord for entry in entries if isinstance(entry, Press)]
+        typed = [chord for entry in entries if isinstance(entry, Text) for chord in entry.chords]
+        return frozenset().union(*pressed, *typed)

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import queue
 import selectors
 import socket
 import threading
 import time
-from collections import deque
 from functools import partial
 from typing import Protocol
 
-from controller.links import Access
+from controller.links.base import Access, Link, RequestQueue
 from controller.log_limit import LogLimit
 from controller.protocol.device_session import DeviceSession
 from controller.protocol.messages import SILENCE_MS, Bye, Command, Hello, Message, Welcome
@@ -50,7 +48,7 @@ class Stream(Protocol):
 
 
 class Peer:
-    """Somebody at the other end, welcomed or not; since when not, is in `since_ms`."""
+    """The other end of a stream, with a session or without one since `since_ms`."""
 
     def __init__(self, stream: Stream, session: DeviceSession, since_ms: int) -> None:
         self.stream = stream
@@ -68,7 +66,7 @@ class Peer:
             del output[:sent]
 
 
-class StreamLink:
+class StreamLink(Link):
     """The common part; a link adds where its peers come from.
 
     Attributes:
@@ -76,43 +74,40 @@ class StreamLink:
             counted in `outbox`.
         outbox: Commands that no host has acknowledged yet, and how many were lost.
         patient: Whether a peer may stay without a session; else it is let go after 2 s.
-        proves: Whether a host has to prove who it is before it is heard.
     """
 
+    dropped = 0
     patient = False
-    proves = False
 
     def __init__(self, welcome: Welcome, access: Access) -> None:
         """Prepare; `start` begins.
 
         Args:
-            welcome: What the device says of itself.
-            access: Who is let in.
+            welcome: The description of the device.
+            access: Which hosts are let in.
 
         Raises:
             ProtocolError: The wire cannot carry this Welcome.
         """
         encode(welcome, session=0, sequence=0, t_ms=0)  # better now than at the first Hello
-        self.dropped = 0
         self.outbox = RetransmitQueue()
         self._welcome, self._access = welcome, access
-        self.proves = self.proves or bool(access.key or access.token)
+        self.authenticated = self.authenticated or bool(access.key or access.token)
         self._number = welcome.boot_nonce & 0xFFFF  # of the newest session
         self._lock = threading.Lock()  # guards peers and sessions
         self._peers: list[Peer] = []
         self._host: Peer | None = None  # the one peer that was welcomed
-        self._left: list[Peer] = []  # whose host has come anew on another line
+        self._replaced: list[Peer] = []  # peers whose host has connected again, by another stream
         self._hush = LogLimit()
-        self._requests: queue.SimpleQueue[tuple[int, Message]] = queue.SimpleQueue()
-        self._ready: deque[tuple[int, Message]] = deque()  # taken from the queue by `wait`
+        self._requests: RequestQueue[tuple[int, Message]] = RequestQueue()
         self._polled = 0  # the session that the loop knows of; 0: none
         self._closing = False
         self._failure: BaseException | None = None
-        self._bell, self._button = socket.socketpair()
-        self._bell.setblocking(False)
-        self._button.setblocking(False)
+        self._wake_reader, self._wake_end = socket.socketpair()
+        self._wake_reader.setblocking(False)
+        self._wake_end.setblocking(False)
         self._selector = selectors.DefaultSelector()
-        self._selector.register(self._bell, selectors.EVENT_READ, self._answer)
+        self._selector.register(self._wake_reader, selectors.EVENT_READ, self._woken)
         self._thread = threading.Thread(target=self._run, name="link", daemon=True)
         self._start_ns = time.monotonic_ns()
 
@@ -124,12 +119,12 @@ class StreamLink:
 
     @property
     def connected(self) -> bool:
-        """Whether the host that `poll` last told of is still there."""
+        """Whether the host of the latest Hello that `poll` returned is still there."""
         host = self._host
         return host is not None and host.session.number == self._polled
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Send to the host that `poll` last told of; drop it if that one is gone.
+        """Send to the host of the latest Hello that `poll` returned; drop it if that one is gone.
 
         A command waits for a moment, in case the same host comes back.
         """
@@ -138,20 +133,20 @@ class StreamLink:
             if host is None and isinstance(message, Command):
                 self.outbox.put(message, t_ms, self._now_ms())
                 return
-            if host is None or not self._heard_of(host, message):
+            if host is None or not self._is_for(host, message):
                 self.dropped += 1
                 return
             before = host.session.dropped
             host.session.send(message, t_ms, self._now_ms())
             self.dropped += host.session.dropped - before
-            # If the stream is gone the thread will notice, too, and tell.
+            # If the stream is gone, the thread will find that out, too.
             with contextlib.suppress(OSError):
                 host.flush()
             waiting = bool(host.session.output)
         if waiting:
-            self._ring()
+            self._wake()
 
-    def _heard_of(self, host: Peer, message: Message) -> bool:
+    def _is_for(self, host: Peer, message: Message) -> bool:
         """Whether the loop means this host; a command is for the one before, if it is back."""
         session = host.session
         return session.number == self._polled or (session.resumed and isinstance(message, Command))
@@ -160,24 +155,18 @@ class StreamLink:
         """Return the host's new requests, oldest first."""
         if self._failure:
             raise RuntimeError("the link's thread has died") from self._failure
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._ready.append(self._requests.get_nowait())
-        requests = [request for _, request in self._ready]
-        for number, request in self._ready:
+        requests = self._requests.take()
+        for number, request in requests:
             if isinstance(request, Hello | Bye):
                 self._polled = number if isinstance(request, Hello) else 0
-        self._ready.clear()
-        return requests
+        return [request for _, request in requests]
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has something to tell, or after the timeout."""
-        if not self._ready:
-            with contextlib.suppress(queue.Empty):
-                self._ready.append(self._requests.get(timeout=max(timeout_s, 0.0)))
+        """Return when `poll` has requests, or after the timeout."""
+        self._requests.wait(timeout_s)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Be another device from now on; the host is told why, and comes back by itself.
+        """Replace the description of the device; the host gets the reason, and reconnects.
 
         Raises:
             ProtocolError: The wire cannot carry this Welcome.
@@ -186,20 +175,20 @@ class StreamLink:
         with self._lock:
             self._welcome = welcome
             for peer in self._peers:
-                self._tell(peer, peer.session.renew(welcome, reason, self._now_ms()))
-        self._ring()
+                self._forward(peer, peer.session.renew(welcome, reason, self._now_ms()))
+        self._wake()
 
     def close(self) -> None:
-        """Say Bye to the host, let go of everything, and end the thread."""
+        """Send Bye to the host, close everything, and end the thread."""
         if not self._closing:
             self._closing = True
-            self._ring()
+            self._wake()
         self._thread.join()
 
-    def _ring(self) -> None:
+    def _wake(self) -> None:
         """Wake the thread."""
         with contextlib.suppress(OSError):  # full, it rings already; or the thread has just ended
-            self._button.send(b"!")
+            self._wake_end.send(b"!")
 
     # --- the thread's side ---
 
@@ -231,15 +220,15 @@ class StreamLink:
             self._peers.append(peer)
 
     def _detach(self, peer: Peer, reason: str) -> None:
-        """Let go of a peer; tell the loop if it was the host."""
+        """Close a peer; forward its end if it was the host."""
         with self._lock:
             self._peers.remove(peer)
-            self._tell(peer, peer.session.end(reason))
+            self._forward(peer, peer.session.end(reason))
         self._selector.unregister(peer.stream)
         peer.stream.close()
 
     def _serve(self, peer: Peer, events: int) -> None:
-        """Read from a peer if `select` says so, and write to it what waits."""
+        """Read from a peer if it has something, and write to it what waits."""
         if peer not in self._peers:
             return  # it left while this round's other events were handled
         try:
@@ -248,9 +237,9 @@ class StreamLink:
                 if not data:
                     raise ConnectionResetError("the other end closed it")
                 with self._lock:
-                    self._hear(peer, data)
-                while self._left:
-                    self._detach(self._left.pop(), "the host has come anew")
+                    self._receive(peer, data)
+                while self._replaced:
+                    self._detach(self._replaced.pop(), "the host has connected again")
             with self._lock:
                 peer.flush()
         except BlockingIOError:
@@ -264,42 +253,42 @@ class StreamLink:
         if key.events != wanted:
             self._selector.modify(peer.stream, wanted, key.data)
 
-    def _hear(self, peer: Peer, data: bytes) -> None:
+    def _receive(self, peer: Peer, data: bytes) -> None:
         """Give a peer's bytes to its session, and the requests in them to the loop."""
         session = peer.session
         taken = self._host not in (None, peer)
         session.taken_by = self.outbox.host if taken else 0
         if session.state == "waiting":
             session.number = self._number  # so that no two sessions have one number
-        self._tell(peer, session.receive(data, self._now_ms()))
+        self._forward(peer, session.receive(data, self._now_ms()))
         self._number = session.number or self._number
-        self._note_refusal(session)
-        if self._requests.qsize() > REQUESTS:
+        self._log_refusal(session)
+        if len(self._requests) > REQUESTS:
             raise ConnectionAbortedError("the host sends faster than the orb can follow")
 
-    def _tell(self, peer: Peer, requests: list[Message]) -> None:
-        """Queue requests for the loop, and keep track of who is the host."""
+    def _forward(self, peer: Peer, requests: list[Message]) -> None:
+        """Queue requests for the loop, and keep track of which peer is the host."""
         for request in requests:
             if isinstance(request, Hello):
                 if self._host not in (None, peer):
-                    self._left += filter(None, (self._host,))
+                    self._replaced += filter(None, (self._host,))
                 self._host = peer
-                self._note(f"host {request.host!r} connected, session {peer.session.number}")
+                self._log(f"host {request.host!r} connected, session {peer.session.number}")
             elif isinstance(request, Bye):
                 if peer is not self._host:
                     continue  # its host is here already, on another line
                 self._host = None
-                self._note(f"host gone: {request.reason}")
+                self._log(f"host gone: {request.reason}")
             self._requests.put((peer.session.number, request))
 
-    def _note_refusal(self, session: DeviceSession) -> None:
-        """Log why somebody was turned away."""
+    def _log_refusal(self, session: DeviceSession) -> None:
+        """Log why a host was refused."""
         reason, session.refused = session.refused, ""
         if reason:
-            self._note(f"a host was turned away: {reason}", logging.WARNING)
+            self._log(f"a host was turned away: {reason}", logging.WARNING)
 
-    def _note(self, line: str, level: int = logging.INFO) -> None:
-        """Log what a peer did, but not for every knock at the door."""
+    def _log(self, line: str, level: int = logging.INFO) -> None:
+        """Log what a peer did, at a limited rate."""
         if self._hush.lets(line):
             log.log(level, "%s", line)
 
@@ -307,7 +296,7 @@ class StreamLink:
         """Let time pass: heartbeats, hosts that fell silent, peers that have no session."""
         for peer in tuple(self._peers):
             with self._lock:
-                self._tell(peer, peer.session.tick(now_ms))
+                self._forward(peer, peer.session.tick(now_ms))
             if peer.session.live:
                 peer.since_ms = now_ms
             if self.patient or now_ms - peer.since_ms <= SILENCE_MS:
@@ -315,15 +304,15 @@ class StreamLink:
             else:
                 self._detach(peer, "no session")
 
-    def _answer(self, events: int) -> None:
+    def _woken(self, events: int) -> None:
         """The bell rang: something waits to be written, or the link is to close."""
         with contextlib.suppress(BlockingIOError):
-            self._bell.recv(CHUNK)
+            self._wake_reader.recv(CHUNK)
         for peer in tuple(self._peers):
             self._serve(peer, 0)
 
     def _shut(self) -> None:
-        """Say Bye to the host, and close everything."""
+        """Send Bye to the host, and close everything."""
         host = self._host
         if host is not None:
             with self._lock, contextlib.suppress(OSError):
@@ -334,8 +323,8 @@ class StreamLink:
         for peer in tuple(self._peers):
             self._detach(peer, "the orb was switched off")
         self._selector.close()
-        self._bell.close()
-        self._button.close()
+        self._wake_reader.close()
+        self._wake_end.close()
 
     def _linger(self, host: Peer) -> None:
         """Wait a moment for the host to take what was sent.

@@ -1,4 +1,4 @@
-"""A link to hosts that know nothing of us: the orb as a Bluetooth gamepad and keyboard.
+"""Link that presents the orb as a Bluetooth gamepad and keyboard, to hosts without our software.
 
 hid:                        over GATT (Bluetooth low energy), on the first adapter
 hid:hci1                    on another adapter
@@ -9,25 +9,24 @@ hid:?host=AA:BB:CC:DD:EE:FF for one host only
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import queue
 import threading
 import time
-from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 from urllib.parse import parse_qsl
 
 from controller.errors import how_to_install
-from controller.links import LinkAwayError, LinkError
+from controller.keymap import keymap_file
+from controller.keymap.keymap import KeyMap
+from controller.links.base import LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.hid import host_store
-from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection
-from controller.links.bluetooth.hid.mapping import HidMap, read
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.protocol.messages import (
     VERSION,
     Bye,
@@ -39,25 +38,23 @@ from controller.protocol.messages import (
     Welcome,
 )
 
-if TYPE_CHECKING:
-    from controller.links.bluetooth.registration import Registration
-
 CLASSIC = "classic"
 
 log = logging.getLogger(__name__)
 
 
 def create(url: str, welcome: Welcome, access: object) -> HidLink:
-    """Offer the orb to paired hosts; who is let in is for the pairing to say.
+    """Offer the orb to paired hosts.
 
     Raises:
         LinkError: There is no Bluetooth, it is another program's, or the URL has a mistake.
-        HidMapError: The mapping has one.
+        KeyMapError: The mapping has one.
     """
     head, _, query = url.partition(":")[2].partition("?")
     words = [word for word in head.split(",") if word]
     classic = CLASSIC in words
     adapters = [word for word in words if word != CLASSIC]
+    adapter = adapters[0] if adapters else ""
     options = dict(parse_qsl(query, keep_blank_values=True))
     if head.startswith("//") or len(adapters) > 1 or set(options) - {"keys", "host"}:
         raise LinkError(
@@ -67,25 +64,25 @@ def create(url: str, welcome: Welcome, access: object) -> HidLink:
     host = options.get("host", "").upper()
     if host and not host_store.is_address(host):
         raise LinkError(f"{options['host']} is no Bluetooth address, such as AA:BB:CC:DD:EE:FF")
-    keys = read(options.get("keys", "gamepad"))
+    keys = keymap_file.load(Path(options.get("keys", "gamepad")), OUTPUTS)
     if not bluez.available():
         raise LinkAwayError(f"hid: needs dbus-fast; {how_to_install('bluetooth')}")
-    return HidLink(keys, welcome.name, adapters[0] if adapters else "", classic=classic, only=host)
+    return HidLink(keys, welcome.name, adapter, classic=classic, only=host)
 
 
-class HidLink:
-    """One host at a time, bonded and encrypted; it hears what is pressed, and nothing else.
+class HidLink(BluetoothLink):
+    """One host at a time, bonded and encrypted; it gets what is pressed, and nothing else.
 
     Attributes:
-        dropped: Messages that found no host.
-        connected: Whether a host has the orb; changes only in `poll`, with Hello and Bye.
-        touched: No host can touch a virtual orb through this link.
+        connected: Whether a host is active; changes only in `poll`, with Hello and Bye.
     """
 
-    touched = False
+    touchable = False
+    dropped = 0
+    connected = False
 
     def __init__(
-        self, keys: HidMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
+        self, keys: KeyMap, name: str, adapter: str, *, classic: bool = False, only: str = ""
     ) -> None:
         """Register with BlueZ, and begin.
 
@@ -94,89 +91,70 @@ class HidLink:
             name: Under which hosts find the orb.
             adapter: Its name or address; "": the first.
             classic: Over classic Bluetooth instead of GATT.
-            only: The address of the one host that may have the orb; "": any that is paired.
+            only: The address of the one host that may be active; "": any that is paired.
 
         Raises:
-            LinkError: BlueZ does not want us.
+            LinkError: BlueZ refuses the registration.
         """
-        from controller.links.bluetooth.registration import RegistrationThread
-
-        self.dropped = 0
-        self.connected = False
-        self._news: queue.SimpleQueue[Message] = queue.SimpleQueue()
-        self._ready: deque[Message] = deque()  # taken from the queue by `wait`
+        self._requests: RequestQueue[Message] = RequestQueue()
         self._closed = threading.Event()
         place = host_store.place()
-        self._pad = HidDevice(
-            Held(keys),
+        self._device = HidDevice(
+            keys,
             HostSelection(host_store.recall(place), only, time.monotonic()),
-            tell=self._tell,
-            remember=partial(host_store.remember, place),
+            notify=self._report_host,
+            store=partial(host_store.remember, place),
         )
-        self._keeper = RegistrationThread([_part(self._pad, name, classic=classic)], adapter)
+        transport = _transport(self._device, name, classic=classic)
+        self._registration = RegistrationThread(transport, adapter)
         try:
-            self._keeper.start()
+            self._registration.start()
         except BluetoothError as error:
             self._closed.set()
             raise LinkAwayError(f"cannot be a Bluetooth gamepad: {error}") from None
 
-    @property
-    def state(self) -> str:
-        """Whether Bluetooth is "ready", or what is missing."""
-        return self._keeper.state
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-        self._keeper.pair(seconds)
-
     def send(self, message: Message, t_ms: int) -> None:
-        """Press what a command asks for, as long as the orb says that it is held."""
+        """Press what a command asks for, as long as the orb reports that it is held."""
         if not self.connected:
             self.dropped += 1
         if isinstance(message, Command | State | Telemetry) and not self._closed.is_set():
-            self._keeper.submit(self._take(message))
+            self._registration.submit(self._take(message))
 
     def poll(self) -> list[Message]:
-        """Return Hello for every host that has got the orb, and Bye when none has it."""
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._ready.append(self._news.get_nowait())
-        messages = list(self._ready)
-        self._ready.clear()
+        """Return Hello for every host that has become active, and Bye when none is."""
+        messages = self._requests.take()
         if messages:
             self.connected = isinstance(messages[-1], Hello)
         return messages
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has something to tell, or after the timeout."""
-        if not self._ready:
-            with contextlib.suppress(queue.Empty):
-                self._ready.append(self._news.get(timeout=max(timeout_s, 0.0)))
+        """Return when `poll` has requests, or after the timeout."""
+        self._requests.wait(timeout_s)
 
     def close(self) -> None:
-        """Tell the host that nothing is down, let it go, and let BlueZ forget us."""
+        """Release everything on the host, disconnect it, and let BlueZ forget us."""
         self._closed.set()
-        self._keeper.close()
+        self._registration.close()
 
     async def _take(self, message: Message) -> None:
-        self._pad.take(message)
+        self._device.take(message)
 
-    def _tell(self, address: str) -> None:
-        """Take note of who has the orb; called on the keeper's thread."""
+    def _report_host(self, address: str) -> None:
+        """Queue that another host is active; called on the registration's thread."""
         if address:
             log.info("host %s has the orb", address)
-            self._news.put(Hello(VERSION, VERSION, "", address, False))
+            self._requests.put(Hello(VERSION, VERSION, "", address, False))
         else:
             log.info("no host has the orb")
-            self._news.put(Bye("the host has gone"))
+            self._requests.put(Bye("the host has gone"))
 
 
-def _part(pad: HidDevice, name: str, *, classic: bool) -> Registration:
-    """Return what brings reports to hosts."""
+def _transport(device: HidDevice, name: str, *, classic: bool) -> HidTransport:
+    """Return the transport that brings reports to hosts."""
     if classic:
-        from controller.links.bluetooth.hid.classic import ClassicPart
+        from controller.links.bluetooth.hid.classic import ClassicTransport
 
-        return ClassicPart(pad, name)
-    from controller.links.bluetooth.hid.gatt import GattPart
+        return ClassicTransport(device, name)
+    from controller.links.bluetooth.hid.gatt import GattTransport
 
-    return GattPart(pad, name, host_store.charge)
+    return GattTransport(device, name, host_store.charge)

@@ -1,7 +1,7 @@
 """A link that waits for a host on a TCP port: listen://127.0.0.1:PORT.
 
-Only this machine can come there. Other machines can when the user asks for it, with an address such
-as 0.0.0.0 (all of this machine's), and with a key, or by saying that it shall be open without.
+Only this machine can connect, unless the user names an address such as 0.0.0.0 (all of this
+machine's), and either a key, or that the link is open without one.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import selectors
 import socket
 from urllib.parse import urlsplit
 
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import Welcome
 
-SEND_BUFFER = 32 * 1024  # bytes: what a host does not read shall wait where it can be dropped
-PEERS = 8  # connections at a time; one of them is the host, the others are told so
+SEND_BUFFER = 32 * 1024  # bytes: what a host does not read waits where it can be dropped
+PEERS = 8  # connections at a time; one of them is the host, the others get a refusal
 
 log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ _OWN = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where a wildcard is reached from
 
 
 def _bind(url: str, access: Access) -> socket.socket:
-    """Return a socket that listens, or say in one sentence why not."""
+    """Return a socket that listens; LinkError if it cannot."""
     try:
         parts = urlsplit(url)
         host, port = parts.hostname or "", parts.port
@@ -88,8 +88,15 @@ def _bind(url: str, access: Access) -> socket.socket:
     if port is None:
         raise LinkError(f"cannot listen at {url}; write listen://127.0.0.1:PORT, 0 for any port")
     host = "127.0.0.1" if host == "localhost" else host
-    if not _is_loopback(host):
-        _expose(url, host, port, access)
+    try:
+        loopback = ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        raise LinkError(
+            f"cannot listen at {url}, whose address is no number of this machine's; "
+            f"write listen://127.0.0.1:{port}, or 0.0.0.0 with --key FILE"
+        ) from None
+    if not loopback:
+        _check_exposed(url, port, access)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family, backlog=PEERS)
@@ -101,40 +108,26 @@ def _bind(url: str, access: Access) -> socket.socket:
         raise LinkAwayError(f"cannot listen at {url}: {what}") from error
 
 
-def _expose(url: str, host: str, port: int, access: Access) -> None:
-    """Say what it means to listen for other machines; refuse it where nobody has agreed.
+def _check_exposed(url: str, port: int, access: Access) -> None:
+    """Warn about listening for other machines; refuse it where the user has not agreed.
 
     Raises:
-        LinkError: There is neither a key nor the user's word, or the address is none.
+        LinkError: There is no key, and the link may not be open without one.
     """
-    with contextlib.suppress(ValueError):
-        ipaddress.ip_address(host)
-        if access.key:
-            log.warning(
-                "listening at %s for hosts with the key; what the orb feels is not encrypted: "
-                "others on this network can read it, but not change it",
-                url,
-            )
-            return
-        if access.exposed:
-            log.warning(
-                "listening at %s without a key: everybody who reaches this address sees what the "
-                "orb feels, can keep your own host out and, if the orb is virtual, move it",
-                url,
-            )
-            return
+    if access.key:
+        log.warning(
+            "listening at %s for hosts with the key; what the orb feels is not encrypted: "
+            "others on this network can read it, but not change it",
+            url,
+        )
+    elif access.exposed:
+        log.warning(
+            "listening at %s without a key: everybody who reaches this address sees what the "
+            "orb feels, can keep your own host out and, if the orb is virtual, move it",
+            url,
+        )
+    else:
         raise LinkError(
             f"will not listen at {url}, where strangers could connect; add --key FILE, or "
             f"--unprotected to let everybody in, or write listen://127.0.0.1:{port}"
         )
-    raise LinkError(
-        f"cannot listen at {url}, whose address is no number of this machine's; "
-        f"write listen://127.0.0.1:{port}, or 0.0.0.0 with --key FILE"
-    )
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -1,14 +1,15 @@
 """Several links at a time, such as rfcomm:+hid: for a laptop and a television.
 
-Everything that the orb says goes out on all of them. To the loop they are one link: it begins with
-the first host that comes, and ends with the last one that goes.
+Every message goes out on all of them. To the loop they are one link: its session begins with the
+first host that comes, and ends with the last one that goes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller.links import Access, Link, LinkError, module_of, split
+from controller.links import module_of, split
+from controller.links.base import Access, Link, LinkError
 from controller.protocol.messages import Bye, Contacts, Hello, Message, Welcome
 
 GLANCE_S = 0.05  # how late a request on any link but the first may be seen
@@ -34,22 +35,16 @@ def create(url: str, welcome: Welcome, access: Access) -> MultiLink:
     return MultiLink(links)
 
 
-class MultiLink:
-    """Several links that look like one.
-
-    Attributes:
-        url: Where hosts connect to; not there if no link says so.
-        touched: Whether a host can touch a virtual orb through one of the links.
-    """
+class MultiLink(Link):
+    """Several links that look like one."""
 
     def __init__(self, links: Sequence[Link]) -> None:
         """Take over links that are open."""
         self.links = tuple(links)
-        for link in links:
-            if url := getattr(link, "url", ""):
-                self.url: str = url
-                break
-        self.touched = any(getattr(link, "touched", True) for link in links)
+        self.url = next((link.url for link in links if link.url), "")
+        touchable = [link for link in links if link.touchable]
+        self.touchable = bool(touchable)
+        self.authenticated = self.touchable and all(link.authenticated for link in touchable)
 
     @property
     def dropped(self) -> int:
@@ -68,7 +63,7 @@ class MultiLink:
             link.send(message, t_ms)
 
     def poll(self) -> list[Message]:
-        """Return what hosts ask for: one Hello when the first comes, Bye when the last has gone.
+        """Return requests: one Hello when the first host comes, Bye when the last has gone.
 
         A host that comes later is no new beginning, unless it wants to own the clock; one that goes
         before the last takes its fingers off the orb.
@@ -84,26 +79,18 @@ class MultiLink:
         return requests
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` may have something to tell, or after the timeout."""
+        """Return when `poll` may have requests, or after the timeout."""
         self.links[0].wait(min(timeout_s, GLANCE_S))
 
     def pair(self, seconds: int) -> None:
-        """Let new hosts pair for a while, on every link that knows of pairing."""
+        """Let new hosts pair for a while, on every link that has pairing."""
         for link in self.links:
-            if pair := getattr(link, "pair", None):
-                pair(seconds)
-
-    @property
-    def proves(self) -> bool:
-        """Whether a host has to prove who it is, on every link that hosts can talk on."""
-        talking = [link for link in self.links if hasattr(link, "proves")]
-        return bool(talking) and all(link.proves for link in talking)
+            link.pair(seconds)
 
     def renew(self, welcome: Welcome, reason: str) -> None:
-        """Be another device from now on, on every link that says what it is."""
+        """Replace the description of the device, on every link that sends it."""
         for link in self.links:
-            if renew := getattr(link, "renew", None):
-                renew(welcome, reason)
+            link.renew(welcome, reason)
 
     def close(self) -> None:
         """Close all links, the last one first."""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import queue
 import socket
+from collections.abc import Callable
+from functools import partial
 
 from controller.errors import how_to_install
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError, RequestQueue
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError
 from controller.links.bluetooth.identifiers import CHANNEL
+from controller.links.bluetooth.registration import BluetoothLink, RegistrationThread
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
-PEERS = 4  # connections at a time; one of them is the host, the others are told so
+PEERS = 4  # connections at a time; one of them is the host, the others get a refusal
 
 log = logging.getLogger(__name__)
 
@@ -37,75 +38,60 @@ def create(url: str, welcome: Welcome, access: Access) -> RfcommLink:
     return RfcommLink(adapter, welcome, access)
 
 
-class RfcommLink(StreamLink):
+class RfcommLink(StreamLink, BluetoothLink):
     """One host at a time, bonded and encrypted; bluetoothd and the adapter may come and go.
 
     Attributes:
         url: Where hosts connect to: rfcomm://ADDRESS:CHANNEL.
     """
 
+    authenticated = True  # only bonded hosts on an encrypted line are let in
+
     def __init__(self, adapter: str, welcome: Welcome, access: Access) -> None:
         """Register with BlueZ, and begin."""
-        from controller.links.bluetooth.registration import RegistrationThread
         from controller.links.bluetooth.serial_profile import SerialService
 
         super().__init__(welcome, access)
-        self._arrived: queue.SimpleQueue[tuple[socket.socket, str, str]] = queue.SimpleQueue()
-        self._leaving: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._paths: dict[socket.socket, str] = {}  # whose device each is
+        self._calls: RequestQueue[Callable[[], None]] = RequestQueue()  # of the other thread
+        self._paths: dict[socket.socket, str] = {}  # of each one's device in BlueZ
         service = SerialService(self._accept, self._leave)
-        self._keeper = RegistrationThread([service], adapter)
+        self._registration = RegistrationThread(service, adapter)
         try:
-            self._keeper.start()
+            self._registration.start()
         except BluetoothError as error:
             self._shut()
             raise LinkAwayError(f"cannot wait for hosts over Bluetooth: {error}") from None
         self.url = f"rfcomm://{service.address}:{CHANNEL}"
         self.start()
 
-    proves = True  # who is not bonded, and on an encrypted line, is not let in at all
-
-    @property
-    def state(self) -> str:
-        """Whether Bluetooth is "ready", or what is missing."""
-        return self._keeper.state
-
-    def pair(self, seconds: int) -> None:
-        """Let new hosts find and pair with us for a while, without waiting."""
-        self._keeper.pair(seconds)
-
     def close(self) -> None:
-        """Say Bye, let BlueZ forget us, and end both threads."""
+        """Send Bye, unregister, and end both threads."""
         super().close()
-        self._keeper.close()
+        self._registration.close()
 
-    # --- the keeper's side ---
+    # --- the registration's side ---
 
-    def _accept(self, connection: socket.socket, who: str, path: str) -> None:
-        self._arrived.put((connection, who, path))
-        self._ring()
+    def _accept(self, connection: socket.socket, host: str, path: str) -> None:
+        self._calls.put(partial(self._join, connection, host, path))
+        self._wake()
 
     def _leave(self, path: str) -> None:
-        self._leaving.put(path)
-        self._ring()
+        self._calls.put(partial(self._part, path))
+        self._wake()
 
     # --- the thread's side ---
 
-    def _answer(self, events: int) -> None:
-        super()._answer(events)
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._join(*self._arrived.get_nowait())
-        with contextlib.suppress(queue.Empty):
-            while True:
-                self._part(self._leaving.get_nowait())
+    def _woken(self, events: int) -> None:
+        super()._woken(events)
+        for call in self._calls.take():
+            call()
 
-    def _join(self, connection: socket.socket, who: str, path: str) -> None:
+    def _join(self, connection: socket.socket, host: str, path: str) -> None:
         self._paths = {open_: its for open_, its in self._paths.items() if open_.fileno() >= 0}
         if len(self._paths) >= PEERS:
             connection.close()
             return
-        log.info("%s opened the serial port", who)
+        log.info("%s opened the serial port", host)
         self._paths[connection] = path
         self._attach(connection)
 

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import serial
 
-from controller.links import Access, LinkAwayError, LinkError
+from controller.links.base import Access, LinkAwayError, LinkError
 from controller.links.byte_link import StreamLink
 from controller.protocol.messages import Welcome
 
@@ -32,9 +32,9 @@ def create(url: str, welcome: Welcome, access: Access) -> PortLink:
 
 
 class PortLink(StreamLink):
-    """Whoever is at the other end of the line is the host; a port that vanishes is reopened."""
+    """The host is at the other end of the line; a port that vanishes is reopened."""
 
-    patient = True  # a line is there before anybody speaks
+    patient = True  # a line is there before a host is
 
     def __init__(self, url: str, welcome: Welcome, access: Access) -> None:
         """Open the port, and begin."""
@@ -60,7 +60,7 @@ class PortLink(StreamLink):
 
 
 def _why(error: BaseException) -> str:
-    """Return what the system says is wrong; pyserial wraps its words, sometimes twice."""
+    """Return the system's reason of an error, which pyserial wraps, sometimes twice."""
     inner: BaseException | None = error
     while inner is not None:
         number = getattr(inner, "errno", None) or (inner.args[0] if inner.args else None)

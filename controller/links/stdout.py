@@ -1,16 +1,16 @@
-"""A link that nobody answers: commands, cues and who touches, as JSON lines."""
+"""A link in one direction: commands, cues and identified users, as JSON lines."""
 
 from __future__ import annotations
 
 import json
+import queue
 import sys
 import threading
-from collections import deque
 from collections.abc import Mapping
 from typing import TextIO
 
 from controller.console import let_go
-from controller.links import Access, LinkError
+from controller.links.base import Access, Link, LinkError
 from controller.protocol.messages import (
     Command,
     Message,
@@ -33,45 +33,40 @@ def create(url: str, welcome: Welcome, access: Access) -> StdoutLink:
     return StdoutLink(sys.stdout)
 
 
-class StdoutLink:
+class StdoutLink(Link):
     """Prints commands and cues. A thread writes, so that a slow reader delays no scan.
 
     Attributes:
         dropped: Lines that were not printed: the reader is too slow, or has gone.
-        connected: Whether somebody reads.
-        problem: Why nothing is printed any more, in one sentence; "" where the reader just went.
+        connected: Whether there is a reader.
     """
+
+    touchable = False
+    dropped = 0
+    connected = True
 
     def __init__(self, stream: TextIO) -> None:
         """Begin to write to `stream`, which stays open when the link is closed."""
-        self.dropped = 0
-        self.connected = True
-        self.problem = ""
         self._spot: PositionUncertainty | None = None  # the newest
         self._stream = stream
-        self._lines: deque[str] = deque()  # that wait to be written
-        self._news = threading.Condition()  # a line, or the end
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()  # to be written; "" is the end
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stdout", daemon=True)
         self._thread.start()
 
     def send(self, message: Message, t_ms: int) -> None:
-        """Print a Command, how sure its place is, and who touches; nothing else is for readers."""
+        """Print a Command with the uncertainty of its place, or an identified user."""
         if isinstance(message, PositionUncertainty):
             self._spot = message
         elif isinstance(message, Command):
             self._print(_line(message, self._spot, t_ms))
         elif isinstance(message, UserIdentified):
-            said = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
-            self._print(json.dumps(said) + "\n")
+            fields = {"t": t_ms / 1000, "user": message.user, "confidence": message.confidence}
+            self._print(json.dumps(fields) + "\n")
 
     def say(self, plain: Mapping[str, object]) -> None:
         """Print plain data that is no message, such as a cue."""
         self._print(json.dumps(plain) + "\n")
-
-    def poll(self) -> list[Message]:
-        """Return nothing: nobody answers."""
-        return []
 
     def wait(self, timeout_s: float) -> None:
         """Wait for the whole timeout."""
@@ -80,42 +75,31 @@ class StdoutLink:
     def close(self) -> None:
         """Print what is still to be printed, for as long as the reader reads."""
         if not self._closed.is_set():
-            with self._news:
-                self._closed.set()
-                self._news.notify()
+            self._closed.set()
+            self._lines.put("")
         self._thread.join()
 
     def _print(self, line: str) -> None:
-        if not self.connected or self._closed.is_set() or len(self._lines) >= LINES:
+        if not self.connected or self._closed.is_set() or self._lines.qsize() >= LINES:
             self.dropped += 1
         else:
-            with self._news:
-                self._lines.append(line)
-                self._news.notify()
+            self._lines.put(line)
 
     def _run(self) -> None:
-        while line := self._next():
+        line = " "
+        while line and self.connected:
+            line = self._lines.get()
             try:
                 self._stream.write(line)
-                if not self._lines:
+                if not line or self._lines.empty():
                     self._stream.flush()
             except BrokenPipeError:  # the reader has gone, as in `controller | head -1`
                 self.connected = False
             except OSError as error:
                 self.problem = f"cannot print the commands: {error.strerror or error}"
                 self.connected = False
-            if not self.connected:
-                let_go(self._stream)
-                return
-
-    def _next(self) -> str:
-        """Wait for the next line; "" when there will be none."""
-        with self._news:
-            while not self._lines:
-                if self._closed.is_set():
-                    return ""
-                self._news.wait()
-            return self._lines.popleft()
+        if not self.connected:
+            let_go(self._stream)
 
 
 def _line(command: Command, spot: PositionUncertainty | None, t_ms: int) -> str:

@@ -12,7 +12,6 @@ from host.connection.receiver import Connected, Received
 from host.discovery.notes import now
 from host.discovery.seek import DevicePort
 from host.targets import Target
-from host.targets._keys import KeysTarget
 
 _USUAL: Final = "tetris"
 
@@ -93,9 +92,7 @@ class DeviceDefaults:
     def close(self) -> None:
         """Note how it was left."""
         if self._device_id:
-            target = self._target
-            profile = target.pressed.profile if isinstance(target, KeysTarget) else ""
-            self._memory.remember(self._device_id, profile=profile)
+            self._memory.remember(self._device_id, profile=self._target.profile)
 
 
 def _path(path: Path | None) -> str:

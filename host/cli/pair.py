@@ -79,7 +79,7 @@ def _address(words: str) -> str:
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, anyone
+    from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
     from controller.links.bluetooth.prompt import Prompt
 
     bus = await Bus.connect()
@@ -87,7 +87,7 @@ async def _pair(options: argparse.Namespace) -> int:
         adapter = await bus.adapter(options.adapter)
         if not await bus.get(adapter, ADAPTER, "Powered"):
             await bus.set(adapter, ADAPTER, "Powered", "b", True)
-        agent = PairingAgent(bus, anyone if options.yes else Prompt().confirm)
+        agent = PairingAgent(bus, accept_all if options.yes else Prompt().confirm)
         # Not the default agent: BlueZ asks the one of whoever calls Pair, and nobody else's
         # pairing is ours to answer.
         await agent.register(NO_SCREEN if options.yes else SCREEN, default=False)

@@ -17,7 +17,7 @@ from host import window_loop as loop
 from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
-from host.connection.latency import EndToEndLatency, LatencyTarget
+from host.connection.latency import EndToEndLatency
 from host.connection.observers import Ear, ObservedReceiver
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
@@ -105,8 +105,7 @@ def _play(options: argparse.Namespace, seed: int) -> None:
 def _drawn(target: targets.Target, hops: EndToEndLatency) -> None:
     """Note that a picture is on the screen, and let the panel show how long that took."""
     hops.drawn()
-    if isinstance(target, LatencyTarget):
-        target.paced(hops)
+    target.paced(hops)
 
 
 def _ends() -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Final, Protocol, runtime_checkable
+from typing import Final
 
 import numpy as np
 
@@ -14,14 +14,6 @@ from host.connection.receiver import Delivered, Received
 
 FRAMES: Final = 600  # that count: a minute at 10 a second
 _SHARES: Final = (50.0, 95.0, 99.0)
-
-
-@runtime_checkable
-class LatencyTarget(Protocol):
-    """A target that shows how long frames take."""
-
-    def paced(self, hops: EndToEndLatency) -> None:
-        """Take the ledger as it is; called after every picture."""
 
 
 class EndToEndLatency:

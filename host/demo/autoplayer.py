@@ -8,6 +8,7 @@ import random
 from typing import Final
 
 from controller.protocol.messages import Perform, Welcome
+from host.targets.tetris import ACTIONS
 from tetris.bots.greedy import Plan, plan, plan_piece
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import Piece
@@ -21,14 +22,7 @@ MANUAL: Final[dict[str, tuple[str, tuple[float, float]]]] = {
     "rotate_cw": ("twist_cw", (2.0, 2.0)),
     "rotate_ccw": ("twist_ccw", (2.0, 2.0)),
 }
-COMMAND_OF: Final[dict[Action, str]] = {
-    Action.LEFT: "left",
-    Action.RIGHT: "right",
-    Action.DOWN: "down",
-    Action.HARD_DROP: "drop",
-    Action.ROTATE_CW: "rotate_cw",
-    Action.ROTATE_CCW: "rotate_ccw",
-}
+COMMAND_OF: Final = {action: command for command, action in ACTIONS.items()}
 HOLD: Final = "hold"
 MIDDLE: Final = (2.0, 2.0)
 FIRST_S: Final = 1.8  # the orb takes its rest image during the first second

@@ -11,8 +11,9 @@ import queue
 import subprocess
 import sys
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import IO, Final, Protocol
+from typing import IO, Final
 
 from controller.keymap.key_state import Stroke
 from controller.keymap.keymap import Kind
@@ -27,23 +28,30 @@ _BY_HAND: Final = "press it once on your own keyboard"
 _GUARD: Final = (sys.executable, "-m", "host.injection.watchdog")
 
 
-class Sender(Protocol):
-    """Where strokes go."""
+class Sender(ABC):
+    """What makes strokes."""
 
+    @abstractmethod
     def start(self) -> str:
-        """Start, or start again; return the name of the back end, "" if it was running."""
+        """Start, or start again; return the name of the back end, "" if it was running.
 
+        Raises:
+            BackendError: No key can be pressed here; the message is one sentence.
+        """
+
+    @abstractmethod
     def send(self, strokes: Iterable[Stroke]) -> None:
         """Make strokes, in order."""
 
     def check(self) -> str:
         """Send a heartbeat; return how and why all presses ended, "" if they did not."""
+        return ""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027
         """Release everything, for good."""
 
 
-class Injector:
+class Injector(Sender):
     """A watchdog process that presses keys for us.
 
     Attributes:
@@ -82,11 +90,7 @@ class Injector:
         self._trouble = ""
 
     def start(self) -> str:
-        """Start the watchdog if there is none; return the name of the back end, "" if there is one.
-
-        Raises:
-            BackendError: No key can be pressed here; the sentence says why.
-        """
+        """Start the watchdog if there is none; return its back end, "" if there is one."""
         if self.process is not None:
             return ""
         self._lift()
@@ -276,12 +280,12 @@ def _drain(output: IO[bytes], answers: "queue.SimpleQueue[str | None]") -> None:
     answers.put(None)
 
 
-class DryRunInjector:
-    """Says what would be pressed, for --dry-run."""
+class DryRunInjector(Sender):
+    """Prints what would be pressed, for --dry-run."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, print_line: Callable[[str], None]) -> None:
         """Take what prints a line."""
-        self._say = say
+        self._print_line = print_line
         self._name = "dry run"
 
     def start(self) -> str:
@@ -292,11 +296,4 @@ class DryRunInjector:
     def send(self, strokes: Iterable[Stroke]) -> None:
         """Print strokes."""
         for stroke in strokes:
-            self._say(f"{'press' if stroke.down else 'release'} {stroke.key}")
-
-    def check(self) -> str:
-        """Nothing can go wrong."""
-        return ""
-
-    def close(self) -> None:
-        """Nothing is held."""
+            self._print_line(f"{'press' if stroke.down else 'release'} {stroke.key}")

@@ -8,7 +8,7 @@ machine's monotonic clock, the same for both processes.
 
 It answers with `ready BACKEND` or `failed SENTENCE` at first, then `b TIME` to every b, which
 acknowledges all lines before it, and `released SENTENCE` when it has lifted everything by itself;
-after that it presses nothing until c. At the end of its input, or on a signal that asks it to end,
+after that it presses nothing until c. At the end of its input, or on SIGINT, SIGTERM or SIGHUP,
 it lifts everything and ends with status 0. Nothing but the keys that it was given at its start is
 pressed.
 """
@@ -33,11 +33,11 @@ _IDLE_S: Final = 60.0
 
 
 class Watchdog:
-    """What is down, and when the sender was last heard. Time comes in.
+    """State of pressed keys, and of the sender's heartbeat. Time comes in.
 
     Attributes:
         down: The keys, in the order in which they went down.
-        refused: How many presses came too late, or for keys that nobody named.
+        refused: How many presses came too late, or for keys that were not named at the start.
     """
 
     def __init__(self, backend: Backend, keys: Collection[str], now_ms: int) -> None:
@@ -50,11 +50,11 @@ class Watchdog:
 
     def line(self, line: str, now_ms: int) -> str:
         """Take one line of the sender; return the answer, "" if there is none."""
-        told = self.tick(now_ms)  # what comes too late cannot undo that it was late
+        answer = self.tick(now_ms)  # what comes too late cannot undo that it was late
         what, _, rest = line.partition(" ")
         time_ms, _, key = rest.partition(" ")
         if what not in ("b", "c", "d", "u") or not time_ms.isdecimal():
-            return told
+            return answer
         sent_ms = min(int(time_ms), now_ms)
         self._heard_ms = max(self._heard_ms, sent_ms)
         if what == "c":
@@ -67,7 +67,7 @@ class Watchdog:
             elif key not in self.down:
                 self.down.append(key)  # first: a press that fails half-way is lifted, too
                 self._backend.press(key)
-        return told or (f"b {time_ms}" if what == "b" else "")
+        return answer or (f"b {time_ms}" if what == "b" else "")
 
     def tick(self, now_ms: int) -> str:
         """Lift everything if the sender has hung while a key was down; return what to answer."""
@@ -107,7 +107,7 @@ def serve(
     answer: Callable[[str], None],
     clock: Callable[[], int],
 ) -> None:
-    """Watch until the input ends or a signal asks for the end, then lift everything.
+    """Watch until the input ends or a signal arrives, then lift everything.
 
     A signal raises nothing, so it cannot end a press or release half-way.
 
@@ -123,21 +123,21 @@ def serve(
         if number := getattr(signal, name, None):  # Windows has no SIGHUP
             signal.signal(number, lambda *_: lines.put(None))
     threading.Thread(target=_read, args=(read, lines), daemon=True).start()
-    guard = Watchdog(backend, keys, clock())
+    watchdog = Watchdog(backend, keys, clock())
     try:
         while True:
             try:
-                line = lines.get(timeout=guard.wait_s(clock()))
+                line = lines.get(timeout=watchdog.wait_s(clock()))
             except queue.Empty:
-                told = guard.tick(clock())
+                reply = watchdog.tick(clock())
             else:
                 if line is None:
                     return
-                told = guard.line(line, clock())
-            if told:
-                answer(told)
+                reply = watchdog.line(line, clock())
+            if reply:
+                answer(reply)
     finally:
-        guard.release()
+        watchdog.release()
         backend.close()
 
 

@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.errors import how_to_install
-from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
-from host.taps import TapError, TapUnavailableError
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Command, Telemetry, Welcome
+from host.taps.base import Tap, TapError, TapUnavailableError
 
 NETWORK: Final = "network"
 BUFFER_S: Final = 30  # of an inlet that does not read; pylsl's own 360 s cost more memory
 NONE: Final = "none"  # the marker when no gesture is held: LSL has no empty strings
-_QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would tell every network card
+_QUIET: Final = "[log]\nlevel = -2\n"  # errors only: liblsl would print every network card
 _MACHINE: Final = (
     "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n"
     "[ports]\nIPv6 = disable\n" + _QUIET
@@ -26,7 +27,7 @@ _MACHINE: Final = (
 _OWN: Final = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
 
 
-class LslTap:
+class LslTap(Tap):
     """The outlets of one device; another device, or another shape, gets new ones.
 
     Frames and probabilities have the device's rate, markers none. A sample's time is that of the
@@ -38,7 +39,6 @@ class LslTap:
         self._lsl = lsl
         self._outlets: dict[str, Any] = {}
         self._welcome: Welcome | None = None
-        self._nonce: int | None = None
         self._offset_s = float("inf")  # from the device's clock to LSL's
 
     def connected(self, welcome: Welcome) -> None:
@@ -71,12 +71,6 @@ class LslTap:
         """Push a marker."""
         self._push("commands", [message.name, message.label], t_ms)
 
-    def missed(self, count: int) -> None:
-        """Nothing: what was never heard has no time."""
-
-    def link(self, state: str) -> None:
-        """Nothing: an inlet sees that no samples come."""
-
     def close(self) -> None:
         """Take the outlets from the network."""
         self._outlets.clear()
@@ -84,28 +78,19 @@ class LslTap:
     def _make(
         self, name: str, kind: str, channels: Sequence[str], unit: str, welcome: Welcome
     ) -> None:
-        """Make one outlet, with its description."""
-        lsl, numbers = self._lsl, bool(unit)
-        info = lsl.StreamInfo(
-            f"OrbTouch {name}",
-            kind,
-            len(channels),
-            welcome.rate_hz if numbers else lsl.IRREGULAR_RATE,
-            lsl.cf_float32 if numbers else lsl.cf_string,
-            f"{welcome.device_id}:{name}",
-        )
-        root = info.desc()
-        root.append_child_value("manufacturer", "OrbTouch")
-        device = root.append_child("device")
+        """Make one outlet, with its description; without a unit it is one of markers."""
+        lsl, source = self._lsl, f"{welcome.device_id}:{name}"
+        rate_hz = welcome.rate_hz if unit else lsl.IRREGULAR_RATE
+        form = lsl.cf_float32 if unit else lsl.cf_string
+        info = lsl.StreamInfo(f"OrbTouch {name}", kind, len(channels), rate_hz, form, source)
+        info.desc().append_child_value("manufacturer", "OrbTouch")
+        device = info.desc().append_child("device")
         for key, value in _described(welcome).items():
             device.append_child_value(key, value)
-        entries = root.append_child("channels")
-        for label in channels:
-            entry = entries.append_child("channel")
-            entry.append_child_value("label", label)
-            entry.append_child_value("type", kind)
-            if unit:
-                entry.append_child_value("unit", unit)
+        info.set_channel_labels(list(channels))
+        info.set_channel_types(kind)
+        if unit:
+            info.set_channel_units(unit)
         self._outlets[name] = lsl.StreamOutlet(info, max_buffered=BUFFER_S)
 
     def _push(self, name: str, sample: list[Any], t_ms: int) -> None:
@@ -120,7 +105,7 @@ class LslTap:
 
 
 def _described(welcome: Welcome) -> dict[str, str]:
-    """Return what the description says of the device; what differs makes another stream."""
+    """Return the description of the device; another one makes another stream."""
     return {
         "id": welcome.device_id,
         "name": welcome.name,
@@ -137,9 +122,9 @@ def _described(welcome: Welcome) -> dict[str, str]:
 def create(where: str) -> LslTap:
     """Load liblsl; its streams are announced on this machine only, or on the network.
 
-    liblsl itself cannot be told to take connections from this machine only: who knows the port can
-    read a stream from elsewhere. A configuration file of the user's own, in LSLAPICFG or where LSL
-    looks for one, counts in place of ours.
+    liblsl has no option to take connections from this machine only: another machine that knows the
+    port can read a stream. A configuration file of the user's own, in LSLAPICFG or where LSL looks
+    for one, counts in place of ours.
 
     Raises:
         TapError: `where` is not understood.

@@ -2,64 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import time
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from controller.errors import how_to_install
-from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
-from host.taps import TapError, TapUnavailableError
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Command, Telemetry, Welcome
+from host.taps.base import Tap, TapError, TapUnavailableError
+
+if TYPE_CHECKING:
+    from pythonosc.udp_client import SimpleUDPClient
 
 DEFAULT: Final = "127.0.0.1:9000"
-DESCRIBE_S: Final = 2.0  # who starts to listen later hears what the numbers mean by then
+DESCRIBE_S: Final = 2.0  # between two descriptions, for programs that start later
 
 
-class Client(Protocol):
-    """What sends."""
+class OscTap(Tap):
+    """Messages below /orbtouch; docs/taps.md has the table."""
 
-    def send(self, address: str, values: list[str | float]) -> None:
-        """Send one message, without waiting."""
-
-    def close(self) -> None:
-        """Let go of the socket."""
-
-
-class Udp:
-    """A socket that sends to one address only; nobody else can reach it."""
-
-    def __init__(self, host: str, port: int, build: Callable[[str, list[Any]], bytes]) -> None:
-        """Take the address, and what makes a message's bytes; OSError if there is no such host."""
-        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-        self._build = build
-        self._socket = socket.socket(family, kind)
-        self._socket.setblocking(False)
-        try:
-            self._socket.connect(address)
-        except OSError:
-            self._socket.close()
-            raise
-
-    def send(self, address: str, values: list[str | float]) -> None:
-        """Send one message; a full buffer, or nobody there, is an OSError."""
-        self._socket.send(self._build(address, values))
-
-    def close(self) -> None:
-        """Let go of the socket."""
-        self._socket.close()
-
-
-class OscTap:
-    """Messages below /orbtouch; docs/taps.md has the table.
-
-    Attributes:
-        unsent: Messages that the system did not take: nobody listens, or the network is gone.
-    """
-
-    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, client: SimpleUDPClient, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Take what sends, and a clock in seconds."""
-        self.unsent = 0
         self._client, self._clock = client, clock
         self._welcome: Welcome | None = None
         self._described_s = -DESCRIBE_S
@@ -94,25 +62,23 @@ class OscTap:
         self._send("link", state)
 
     def close(self) -> None:
-        """Say nothing more."""
+        """Close the socket."""
         self._client.close()
 
     def _describe(self) -> None:
-        if (told := self._welcome) is None:
+        if (device := self._welcome) is None:
             return
         self._described_s = self._clock()
         self._send(
-            *("device", told.device_id, told.name, told.rows, told.columns, told.pitch_mm),
-            *(told.rate_hz, int(told.virtual)),
+            *("device", device.device_id, device.name, device.rows, device.columns),
+            *(device.pitch_mm, device.rate_hz, int(device.virtual)),
         )
-        self._send("labels", *told.labels)
-        self._send("commands", *told.commands)
+        self._send("labels", *device.labels)
+        self._send("commands", *device.commands)
 
     def _send(self, address: str, *values: str | float) -> None:
-        try:
-            self._client.send(f"/orbtouch/{address}", list(values))
-        except OSError:  # UDP's way of saying that nobody listened to the last one
-            self.unsent += 1
+        with contextlib.suppress(OSError):  # the buffer is full, or the network is gone
+            self._client.send_message(f"/orbtouch/{address}", values)
 
 
 def create(where: str) -> OscTap:
@@ -130,16 +96,14 @@ def create(where: str) -> OscTap:
     if not host or not port or parts.path:
         raise TapError(f"--tap osc://{where} is no address; write osc://{DEFAULT}")
     try:
-        from pythonosc import osc_message_builder
+        from pythonosc.udp_client import SimpleUDPClient
     except ModuleNotFoundError:
         raise TapUnavailableError(f"--tap osc needs python-osc; {how_to_install('osc')}") from None
-
-    def build(address: str, values: list[Any]) -> bytes:
-        return bytes(osc_message_builder.build_msg(address, values).dgram)
-
     try:
-        return OscTap(Udp(host, port, build))
+        # A number, since the client would resolve a name for every message.
+        address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0][4][0]
     except OSError as error:
         raise TapUnavailableError(
             f"--tap osc://{where}: {host} is not known ({error.strerror})"
         ) from error
+    return OscTap(SimpleUDPClient(str(address), port))

@@ -12,21 +12,17 @@ import pygame
 
 from controller.protocol.messages import (
     Command,
-    Health,
     Message,
-    Telemetry,
     UploadStatus,
-    UserIdentified,
 )
 from host.connection.latency import EndToEndLatency
 from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Refused, Stale
-from host.targets import TargetOptions
+from host.targets.base import Target, TargetOptions
 from host.ui.correction_keys import CorrectionKeys
 from host.ui.layout import DESIGN, WindowLayout
-from host.ui.orb_state import LinkState, OrbState
+from host.ui.orb_state import LinkState
 from host.ui.panel import Projection
 from host.ui.pause_menu import PauseMenu
-from host.ui.pointer_input import DomeArea, PointerInput
 from tetris.engine.events import Paused
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
@@ -55,8 +51,6 @@ HINTS: Final = {Phase.PAUSED: "P to go on", Phase.OVER: "pinch, or R, to play ag
 _TWO_FINGERS: Final = pygame.K_2
 _CTRL: Final = (pygame.K_LCTRL, pygame.K_RCTRL)
 _HELD: Final = (Action.LEFT, Action.RIGHT, Action.DOWN)  # what acts for as long as its key is down
-_RIGHT_BUTTON: Final = 3
-_BUTTONS: Final = (1, _RIGHT_BUTTON)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,18 +66,16 @@ class TickResult:
     events: tuple[Event, ...]
 
 
-class TetrisTarget:
-    """A game, the orb as it was last heard of, and the fingers on it.
+class TetrisTarget(Target):
+    """A game, and the orb that plays it.
 
     Attributes:
         game: The engine.
-        orb: What the panel shows.
-        touch: The player's fingers on a virtual orb.
         keys: The player's keyboard.
         reason: Why the link made the game pause; "" when it did not.
     """
 
-    size: Final = DESIGN
+    size = DESIGN
 
     def __init__(
         self, seed: int, config: Config | None = None, settings: Settings | None = None
@@ -95,17 +87,15 @@ class TetrisTarget:
             config: The rules; an orb's pace without them.
             settings: The player's keys, and what they want to see.
         """
+        super().__init__()
         self._settings = settings or Settings()
         self._look = _look(self._settings)
         self.game = Game(seed, config or PACE)
-        self.orb = OrbState()
-        self.touch = PointerInput()
         self.keys = hands(self._settings)
         self.correcting = CorrectionKeys()
         self.reason = ""
         self._now_s = 0.0
         self._running_s = 0.0  # when a game was last running or paused
-        self._button = 0
         self._waiting = 0  # Ctrl, which acts when it comes up: a correction may follow
         self._scene: WindowLayout | None = None
         self._asked: list[Action] = []  # by the menu
@@ -131,7 +121,7 @@ class TetrisTarget:
     def tick(
         self, now_s: float, received: Sequence[Received] = (), actions: Sequence[Action] = ()
     ) -> TickResult:
-        """Let time pass; take what came over the link, and then what the player's keys say.
+        """Let time pass; take what came over the link, and then the player's keys.
 
         Args:
             now_s: The present time, never earlier than before.
@@ -166,39 +156,27 @@ class TetrisTarget:
         return TickResult(tuple(acted), tuple(events))
 
     def _take(self, item: Received, now_s: float) -> tuple[Action, ...]:
-        """Take what came over the link; return what a change of the link asks of the game."""
+        """Take what came over the link; return the actions that a change of the link causes."""
+        before = self.orb.link
+        self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                self.orb.connected(welcome)
                 self.correcting.labels = welcome.labels
-                self.touch.lift_all()
-                self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
                 return self._go_on()
             case Stale():
-                return self._stop("stale", "the orb is silent", "")
-            case Lost(reason=reason) | Refused(reason=reason):
-                return self._stop("lost", "the link to the orb is lost", reason)
+                return self._stop(before, "the orb is silent")
+            case Lost() | Refused():
+                return self._stop(before, "the link to the orb is lost")
             case Delivered(message=message):
-                if isinstance(message, Telemetry):
-                    self.orb.telemetry(message, now_s)
-                elif isinstance(message, Command):
-                    self.orb.command(message, now_s)
-                elif isinstance(message, Health):
-                    self.orb.health = message.found
-                elif isinstance(message, UploadStatus):
+                if isinstance(message, UploadStatus):
                     self.correcting.answer(message, now_s)
-                elif isinstance(message, UserIdentified):
-                    self.orb.who(message)
-                return self._go_on() if self.orb.heard() else ()
+                return self._go_on() if before == "stale" else ()
             case Missed():
                 return ()  # too late to be played
 
-    def _stop(self, link: LinkState, reason: str, details: str) -> tuple[Action, ...]:
-        """Let go of everything, and pause a game that was running when the link went."""
-        was_live = self.orb.link == "live"
-        self.orb.silent(link, details or reason)
-        self.touch.lift_all()
-        if self.reason or (was_live and self.game.phase is Phase.RUNNING):
+    def _stop(self, link: LinkState, reason: str) -> tuple[Action, ...]:
+        """Pause a game that was running when the link went."""
+        if self.reason or (link == "live" and self.game.phase is Phase.RUNNING):
             self.reason, before = reason, self.reason
             return () if before else (Action.PAUSE,)
         return ()
@@ -244,7 +222,7 @@ class TetrisTarget:
                 self.touch.lift_all()
                 self.keys.release_all()
             case _ if self._scene:
-                self._point(event, now_s, self._scene)
+                self._point(event, now_s, self._scene.panel.projection, self._scene.size)
 
     def _waits(self, code: int) -> bool:
         """Return whether Ctrl acts when it comes up; not while nothing can be corrected."""
@@ -259,14 +237,8 @@ class TetrisTarget:
             self.keys.release(code, now_s)
 
     def outgoing(self, now_s: float) -> list[Message]:
-        """Return what the orb has to be told now: corrections, and contacts if it is virtual."""
-        said: list[Message] = [*self.correcting.outgoing()]
-        if not self._touchable:
-            self.orb.contacts = ()
-            return said
-        self.orb.contacts = self.touch.contacts(now_s)
-        contacts = self.touch.update(now_s)
-        return [*said, contacts] if contacts else said
+        """Return the messages for the device: corrections, and contacts on a virtual orb."""
+        return [*self.correcting.outgoing(), *super().outgoing(now_s)]
 
     def draw(self, surface: pygame.Surface) -> None:
         """Draw game, orb and cards as they were at the last tick."""
@@ -284,9 +256,6 @@ class TetrisTarget:
         if hops.frames % PACED_FRAMES == 0 and hops.pace is not None:
             self.orb.hops, self.orb.period_ms = tuple(hops.digest()), hops.pace.period_ms
 
-    def close(self) -> None:
-        """Nothing outside the window has to be let go."""
-
     def _hint(self) -> str:
         if told := self.correcting.told(self._now_s):
             return told
@@ -300,33 +269,6 @@ class TetrisTarget:
     def projection(self) -> Projection | None:
         """Where the dome is in the window; None before the first picture."""
         return self._scene.panel.projection if self._scene else None
-
-    @property
-    def _touchable(self) -> bool:
-        return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
-
-    def _point(self, event: pygame.event.Event, now_s: float, scene: WindowLayout) -> None:
-        """Take an event of the mouse or of a touch screen."""
-        if not self._touchable or getattr(
-            event, "touch", False
-        ):  # SDL shows a finger as a mouse too
-            return
-        to_grid = scene.panel.projection.to_grid
-        match event.type:
-            case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:
-                pinch = event.button == _RIGHT_BUTTON
-                if self.touch.press(*to_grid(*event.pos), now_s, pinch=pinch):
-                    self._button = event.button
-            case pygame.MOUSEMOTION:
-                self.touch.move(*to_grid(*event.pos))
-            case pygame.MOUSEBUTTONUP if event.button == self._button:
-                self.touch.release()
-            case pygame.FINGERDOWN | pygame.FINGERMOTION:
-                x, y = event.x * scene.size[0], event.y * scene.size[1]
-                down = event.type == pygame.FINGERDOWN
-                self.touch.finger(event.finger_id, *to_grid(x, y), down=down)
-            case pygame.FINGERUP:
-                self.touch.finger_up(event.finger_id)
 
 
 def _look(settings: Settings) -> ThemeChoice:

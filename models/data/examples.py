@@ -69,7 +69,7 @@ class Examples:
         return found
 
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Cut windows, (len(ends), window, rows, columns), oldest image first."""
+        """Cut windows by their last frames, (windows, window, rows, columns), oldest first."""
         index = ends[:, None] + np.arange(1 - self.window, 1)
         cut: NDArray[np.float32] = self.images[index]
         return cut
@@ -278,7 +278,7 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
 def _usable(
     ready: list[bool], source: Source, window: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which frames are kept, and which of those end a whole window of a known class."""
+    """Return the frames kept, (kept,), and those of them that end a usable window, (windows,)."""
     usable = np.array(ready, dtype=np.bool_)
     if source.excluded is not None:
         usable &= ~source.excluded

@@ -73,7 +73,7 @@ def broken(recording: Recording, fault: Fault) -> Recording:
 
 
 def _pairs(touched: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield each touched frame with the untouched one that takes its place."""
+    """Yield each touched frame of (frames,) with the untouched one that takes its place."""
     still = np.flatnonzero(~touched)
     if not len(still):
         return

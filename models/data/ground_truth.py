@@ -92,7 +92,7 @@ def classes_of(
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
-    """Return what happened in each frame, -1 unknown; people's labels are moved to the touches.
+    """Return the label of each frame, -1 unknown, (n,); people's are moved to the touches.
 
     Raises:
         ValueError: There are no labels.

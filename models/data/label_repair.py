@@ -32,7 +32,7 @@ FAINT: Final = 0.35  # noise over strength: more is none either; presses on pape
 UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
 
-Column = NDArray[np.int16]
+Column = NDArray[np.int16]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +216,7 @@ def _most(gain: NDArray[np.float64]) -> tuple[int, int]:
 
 
 def _edge(t: NDArray[np.float64], share: NDArray[np.float64], frame: int, level: float) -> float:
-    """Return when a share passed a level between a frame and the next, or near there, seconds."""
+    """Return when a share (n,) passed a level between a frame and the next or near it, seconds."""
     if not 0 <= frame < len(t) - 1:
         return float(t[0] if frame < 0 else t[-1])
     low, high = float(share[frame]), float(share[frame + 1])
@@ -225,7 +225,7 @@ def _edge(t: NDArray[np.float64], share: NDArray[np.float64], frame: int, level:
 
 
 def _lags(t: NDArray[np.float64], labels: list[_Label]) -> tuple[list[float], list[float]]:
-    """Return how late each label begins and ends, seconds."""
+    """Return how late each label begins and ends, seconds; `t` is of each frame, (n,)."""
     pairs = [(one, one.found) for one in labels if one.found is not None]
     return (
         [float(t[one.first] - found.begin_s) for one, found in pairs],

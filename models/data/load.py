@@ -292,7 +292,7 @@ def _scale(recordings: Recordings) -> float:
 
 
 def _join(groups: Sequence[str], shared: dict[int, dict[int, int]]) -> NDArray[np.int64]:
-    """Return a number for each group; recordings that share frames are of one."""
+    """Return the group of each recording, (recordings,); those that share frames are of one."""
     first = {group: number for number, group in reversed(list(enumerate(groups)))}
     root = np.array([first[group] for group in groups], dtype=np.int64)
     for one, others in shared.items():

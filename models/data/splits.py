@@ -16,8 +16,8 @@ from models.data.examples import Examples
 from models.data.load import Data
 from models.data.touch_images import Touches
 
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]  # (n,)
+Mask = NDArray[np.bool_]  # (n,)
 
 SPLITS: Final = ("session", "user", "time", "site")
 RANDOM: Final = ("windows", "random")  # refused, with the reason
@@ -294,7 +294,7 @@ def last_events(recording: Index) -> Mask:
 
 
 def _parts(train: Index, test: Index, seed: int) -> Parts:
-    """Return the parts, with a few of the training examples for the paper's protocol."""
+    """Return the parts of training (n,) and test examples (m,), a few of the former at random."""
     share = min(RANDOM_MOST, max(RANDOM_SHARE, RANDOM_LEAST / max(1, len(train))))
     random = random_windows(len(train), share, np.random.default_rng((seed, 2)))
     return Parts(train[random.train], test, train[random.test])
@@ -322,7 +322,7 @@ def _sites(found: Touches, count: int) -> tuple[Mask, str]:
 
 
 def spread(names: Index, count: int) -> Index:
-    """Return so many names, evenly spread over the order in which they were recorded."""
+    """Return so many of the names (groups,), evenly spread over them, (count,)."""
     return np.asarray(names[((np.arange(count) + 0.5) * len(names) / count).astype(np.int64)])
 
 

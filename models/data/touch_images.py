@@ -64,7 +64,10 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
 def _laid(
     examples: Examples, wanted: NDArray[np.int64], seed: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.float64]]:
-    """Return which of the wanted frames show a touch, and its images at those with their blur."""
+    """Return which wanted frames show a touch, (wanted,), and its images and their blur there.
+
+    Images are (images, rows, columns), blur is (images,).
+    """
     null = _unnoticed(examples.label, np.random.default_rng((seed, 3)))
     want = np.zeros(len(null), dtype=np.bool_)
     want[wanted] = True
@@ -87,7 +90,7 @@ def _laid(
 
 
 def _unnoticed(label: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Return in which frames the networks see no gesture: also not in the first of each."""
+    """Return the frames without a recognised gesture, (frames,): the first of each among them."""
     null = label <= 0
     begins = np.flatnonzero(~null & np.concatenate([[True], null[:-1]]))
     for begin, lag in zip(begins, rng.choice(LAGS, len(begins)), strict=True):

@@ -208,8 +208,9 @@ def _errors(job: TrainingJob, share: float) -> list[float]:
     data, examples = job.data, job.data.examples
     classes = len(data.vocabulary.labels)
     train = _some(job, share)
-    short = {"epochs": 0, "steps": STEPS, "limits": PASSES, "patience": 0.0, "falling": True}
-    recipe: NetworkRecipe = replace(job.recipe.gesture, **short)
+    recipe: NetworkRecipe = replace(
+        job.recipe.gesture, epochs=0, steps=STEPS, limits=PASSES, patience=0.0, falling=True
+    )
     none = np.empty(0, dtype=np.int64)
     symmetry = Symmetry.of(data.vocabulary, *examples.images.shape[1:])
     torch.manual_seed(job.seed)
@@ -224,7 +225,7 @@ def _errors(job: TrainingJob, share: float) -> list[float]:
 
 
 def _some(job: TrainingJob, share: float) -> NDArray[np.int64]:
-    """Return the windows of some examples: each gesture is in or out as a whole."""
+    """Return the windows of a share of the gestures, whole ones, (windows,)."""
     examples, train = job.data.examples, job.split.windows.train
     run = np.cumsum(examples.begins(examples.ends[train])) - 1
     rank = np.random.default_rng((job.seed, 6)).permutation(int(run[-1]) + 1)

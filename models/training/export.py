@@ -27,7 +27,7 @@ TOLERANCE: Final = 1e-5  # greatest difference between PyTorch and ONNX Runtime
 TINY: Final = 1e-12  # smaller weights are set to 0: subnormal ones make inference 2.6 x slower
 GOLDEN: Final = 64  # golden vectors of each network in a bundle
 
-Values = NDArray[np.float32]
+Values = NDArray[np.float32]  # (n, ...)
 Operator = tuple[str, dict[str, Values | NDArray[np.int64]], dict[str, Attribute]]
 
 
@@ -182,7 +182,10 @@ def _array(tensor: Tensor) -> Values:
 def _export(
     net: Network, inputs: Values, source: str, result: str
 ) -> tuple[ExportedNetwork, float]:
-    """Return a network for a bundle, and the greatest difference between the engines."""
+    """Return a network for a bundle, and the greatest difference between the engines.
+
+    Inputs are (n, window, rows, columns) or (n, rows, columns).
+    """
     flush(net)
     with torch.no_grad():
         outputs = _array(net(torch.from_numpy(inputs)))

@@ -69,13 +69,13 @@ class GestureTask(Task):
         return -(-(len(self.train) + self._drawn) // self.recipe.batch)
 
     def batches(self, rng: np.random.Generator) -> Iterator[Index]:
-        """Yield one epoch's windows in batches, by their last frames."""
+        """Yield one epoch's windows in batches, by their last frames, (batch,)."""
         some = rng.choice(self._null, self._drawn, replace=False)
         order = rng.permutation(np.concatenate([self.train, some]))
         yield from np.array_split(order, self.steps())
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
-        """Return the loss of a batch, and its share of right answers."""
+        """Return the loss of a batch (windows,), and its share of right answers."""
         windows, label = self._cut(batch)
         how = self.recipe.augmentation
         windows, label = vary_windows(how, windows, label, self.symmetry, generator)
@@ -153,7 +153,7 @@ def _describe(epoch: Epoch) -> str:
 
 
 def _right(logits: Tensor, label: Tensor) -> float:
-    """Return the share of right answers; NaN if there are none at all."""
+    """Return the share of right logits (n, classes) for labels (n,); NaN if there are none."""
     return float((logits.argmax(dim=1) == label).float().mean()) if len(label) else np.nan
 
 

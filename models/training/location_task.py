@@ -38,7 +38,7 @@ class LocationTask(Task):
         self._place = torch.from_numpy(touches.place).to(device)
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
-        """Return the loss of a batch, and its mean error, grid units."""
+        """Return the loss of a batch (images,), and its mean error, grid units."""
         index = torch.from_numpy(batch).to(self._device)
         images, place = vary_images(
             self.recipe.augmentation,

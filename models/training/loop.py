@@ -27,7 +27,7 @@ FIRST_RATE: Final = 0.04  # share of the highest rate that it begins with
 MOMENTUM: Final = 0.9
 AT_ONCE: Final = 2000  # examples evaluated together
 
-Index = NDArray[np.int64]  # (examples,)
+Index = NDArray[np.int64]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +71,13 @@ class Task(ABC):
         return -(-len(self.train) // self.recipe.batch)
 
     def batches(self, rng: np.random.Generator) -> Iterator[Index]:
-        """Yield one epoch's examples in batches of about one size, in a random order."""
+        """Yield one epoch's examples in batches (batch,) of about one size, in a random order."""
         # Of about one size: no layer can be normalised over a single example.
         yield from np.array_split(rng.permutation(self.train), self.steps())
 
     @abstractmethod
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
-        """Return the loss of a batch, and its mean score."""
+        """Return the loss of a batch (batch,), and its mean score."""
 
     def check(self) -> tuple[float, float]:
         """Return loss and score on the examples held out; NaN if none are."""
@@ -217,7 +217,7 @@ class _Run:
             )
 
     def state(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Return everything remembered."""
+        """Return the full state: arrays, and values as JSON has them."""
         arrays = {
             **checkpoint.pack("net", self.net.state_dict()),
             **checkpoint.pack("best", self.best),
@@ -233,7 +233,7 @@ class _Run:
         return arrays, words
 
     def restore(self, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-        """Go on from what `state` returned."""
+        """Resume from what `state` returned."""
         self.net.load_state_dict(checkpoint.unpack("net", arrays))
         self.best = checkpoint.unpack("best", arrays)
         checkpoint.restore_optimizer(self.optimizer, checkpoint.unpack("optimizer", arrays))

@@ -261,13 +261,13 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
     if plan.gesture or lender is None:
         labels, settings, debounce = result.labels, data.settings, DEBOUNCE
         lent = base_bundle.mapping_of(plan.request.base) if lender is not None else {}
-        asked = base_bundle.mapping(data.vocabulary, lent, located=located)
-        table = {label: asks for label, asks in asked.items() if label in labels}
+        mapping = base_bundle.mapping(data.vocabulary, lent, located=located)
+        mapping = {label: rules for label, rules in mapping.items() if label in labels}
     else:
         labels, settings, debounce = lender.labels, lender.preprocess, lender.debounce
-        table = base_bundle.mapping_of(plan.request.base)
+        mapping = base_bundle.mapping_of(plan.request.base)
     spread = result.location.spread if result.location else lender and lender.spread
-    located_to = {} if spread is None else {"location": asdict(spread)}
+    accuracy = {} if spread is None else {"location": asdict(spread)}
     return {
         "format": bundle.FORMAT,
         "labels": list(labels),
@@ -278,7 +278,7 @@ def _manifest(plan: NetworkPlan, result: Training, *, located: bool) -> dict[str
         "window": settings.window,
         "preprocess": asdict(settings),
         "debounce": asdict(debounce),
-        "mapping": table,
-        **located_to,
+        "mapping": mapping,
+        **accuracy,
         "card": made,
     }

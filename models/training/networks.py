@@ -155,7 +155,7 @@ class Scale(nn.Module):
     """Input layer: z (batch, ...) -> (z - 1) x `GAIN` with one map (batch, 1, ...)."""
 
     def forward(self, z: Tensor) -> Tensor:
-        """Return the scaled input."""
+        """Return the scaled input, (batch, 1, ...)."""
         return (z.unsqueeze(1) - 1.0) * GAIN
 
 

@@ -96,21 +96,6 @@ class UserGestures:
         number = (np.cumsum(events) - 1).astype(np.int64)
         return replace(self, ends=self.ends[kept], event=number[self.event[kept]], **of_events)
 
-    def joined(self, other: "UserGestures") -> "UserGestures":
-        """Return these gestures and others, with recordings of their own."""
-        frames, sessions = len(self.examples.images), int(self.examples.session.max()) + 1
-        moved = replace(
-            other.examples,
-            ends=other.examples.ends + frames,
-            session=other.examples.session + sessions,
-        )
-        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__slots__[1:]}
-        shift = {"ends": frames, "event": len(self.label), "session": sessions}
-        return UserGestures(
-            Examples.joined([self.examples, moved]),
-            **{n: np.concatenate([a, b + shift.get(n, 0)]) for n, (a, b) in pairs.items()},
-        )
-
     def longer(self, ends: Index, spare: int) -> NDArray[np.float32]:
         """Return windows with some images before them, (ends, spare + window, rows, columns).
 
@@ -158,7 +143,7 @@ class UserTask(Task):
         self._weights = torch.from_numpy(weights.astype(np.float32))
 
     def loss(self, batch: Index, generator: torch.Generator) -> tuple[Tensor, float]:
-        """Return the loss of a batch, and its share of right answers."""
+        """Return the loss of a batch (windows,), and its share of right answers."""
         longer = torch.from_numpy(self.taught.longer(self.taught.ends[batch], SPARE))
         user = torch.from_numpy(self._user[batch])
         window = self.taught.examples.window

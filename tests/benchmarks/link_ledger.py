@@ -25,11 +25,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import KEYBOARD
 from controller.keymap.keymap_file import parse
 from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.transport import open_transport
 from host.injection.injector import Injector
-from host.targets._keys import KeysTarget
+from host.targets.keys import KeysTarget
 
 from .link_peers import now_us
 from .link_wires import WIRES, Peer
@@ -84,21 +85,21 @@ def hops(count: int) -> Figures:
         line = stack.enter_context(tcp.line("device"))
         paper = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "paper"
         paper.touch()
-        key_map = parse(_TABLE, "keyboard")
+        key_map = parse(_TABLE, KEYBOARD)
         sender = Timed(
             "auto", "keyboard", key_map.keys, command=(sys.executable, str(_PAPER), str(paper))
         )
         sender.start()
         target = KeysTarget(key_map, sender, lambda words: None, lambda armed: None)
         stack.callback(target.close)
-        target.pressed.arm("by the benchmark")
+        target.keys.arm("by the benchmark")
         receiver = Receiver(lambda: open_transport(line.url))
         stack.callback(receiver.close)
         receiver.connect()
         written = stack.enter_context(paper.open())
         for _ in range(count):
             _play(target, receiver, random.uniform(*APART_S))
-            target.pressed.arm("again, if this machine stood still for 300 ms")
+            target.keys.arm("again, if this machine stood still for 300 ms")
             line.peer.say("left")
             times = _until_command(target, receiver)
             down_us = _next_line(written, target, receiver) if times else None

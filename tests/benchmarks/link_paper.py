@@ -6,27 +6,19 @@ import time
 from pathlib import Path
 from typing import TextIO
 
+from host.injection.backends import Backend
 from host.injection.watchdog import now_ms, serve
 
 
-class Paper:
+class Paper(Backend):
     """A keyboard that remembers."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
-    def press(self, key: str) -> None:
-        self._write("+")
-
-    def release(self, key: str) -> None:
-        self._write("-")
-
-    def _write(self, sign: str) -> None:
+    def set(self, key: str, *, down: bool) -> None:
         us = time.monotonic_ns() // 1000 & 0xFFFFFFFF
-        print(sign, us, file=self._file, flush=True)
-
-    def close(self) -> None:
-        pass
+        print("+" if down else "-", us, file=self._file, flush=True)
 
 
 def main() -> None:

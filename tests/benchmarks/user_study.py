@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
 from models import user_files
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
@@ -26,12 +26,18 @@ from models.evaluation.user_metrics import SEEN
 from models.results.figure import Figure
 from models.training import user_task
 from models.training.networks import Network
-from models.training.simulated_users import Change, SimulatedUsers, last_block, prepare_users
 from models.training.user_task import UserGestures, gesture_evidence, train_users
+from tests.benchmarks.simulated_users import (
+    Change,
+    SimulatedUsers,
+    joined,
+    last_block,
+    prepare_users,
+)
 
 HANGS_ON: Final = (  # modules whose sources a result depends on
-    "models.evaluation.user_metrics", "models.training.simulated_users",
-    "models.training.user_task", __name__,
+    "models.data.augment", "models.data.recipe", "models.evaluation.user_metrics",
+    "models.training.user_task", "tests.benchmarks.simulated_users", __name__,
 )  # fmt: skip
 
 Say = Callable[[str], None]
@@ -90,7 +96,7 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     # Acceptance and temperature come from the last enrolled session, left out once.
     half = np.isin(backs.session, np.unique(backs.session)[::2])
     before = train_users(
-        own.some(own.day < size.enrolled - 1).joined(backs.some(half)), outputs, seed
+        joined(own.some(own.day < size.enrolled - 1), backs.some(half)), outputs, seed
     )[0]
     last, away = own.some(own.day == size.enrolled - 1), backs.some(~half)
     said = gesture_evidence(before, last), gesture_evidence(before, away)
@@ -98,7 +104,7 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
     found |= {"temperature": users.temperature, "accept": users.accept}
     found["enrolled"] = {}
     for count in (1, 2, size.enrolled):
-        net = train_users(own.some(own.day < count).joined(backs), outputs, seed)[0]
+        net = train_users(joined(own.some(own.day < count), backs), outputs, seed)[0]
         heard = gesture_evidence(net, new), new.user, new.session
         stranger = gesture_evidence(net, strange), strange.session
         found["enrolled"][str(count)] = {

@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable
+from importlib import resources
 from pathlib import Path
 from typing import Final
 
-import host.targets as targets
+from controller import keymap
 from controller.bundles import mapping_file
 from controller.errors import UserError
 from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import KeyMap, KeyMapError, Kind
-from controller.recognition.users import Users
+from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.recognition.user_id import Users
 
 from .choices import Choices
 
 LABELS: Final = ("null", "press", "pinch", "twist_cw")
 TWO: Final = Users(names=("ann", "bob"))
-KINDS: Final[tuple[Kind, ...]] = ("keyboard", "gamepad")
+KINDS: Final = (KEYBOARD, GAMEPAD, OUTPUTS)
 WORDS: Final = (
     "\n", " = ", "{ ", " }", ", ", '"', "[everywhere]\n", "[profile.game]\n", "[profile.", "]\n",
     "left", "drop", "menu", "key", "pad", "text", "arm", "true", "false", "profile", '"game"',
@@ -34,8 +36,13 @@ WORDS: Final = (
     "[long]\n", "long_ms = ", '"\\u2028"', "#", "1979-05-27", "[[", ".",
     'left = "left"\n', 'menu = { arm = true }\n', 'down = { key = "down", mode = "hold" }\n',
     'say = { text = "Hi!" }\n', 'pause = { profile = "game" }\n', "press", "null", "\r", "0x1f",
-    "[users.ann]\n", "[users.", "[[users.bob.press]]\n", "users",
+    "[users.ann]\n", "[users.", "[[users.bob.press]]\n", "users", "host", '"next"',
 )  # fmt: skip
+_KEYS: Final = b"""[everywhere]
+menu = { arm = true }
+[profile.game]
+left = "left"
+"""
 _GESTURES: Final = b"""pinch = "hold"
 [[press]]
 command = "left"
@@ -52,12 +59,12 @@ _FILE: Final = Path(_PLACE.name) / "mapping.toml"
 
 def seeds() -> Iterable[bytes]:
     """Return inputs to begin with: the shipped mappings, and words in order."""
-    for which, name in enumerate(("keyboard.toml", "gamepad.toml")):
-        shipped = Path(targets.__file__).with_name(name).read_bytes()
-        yield bytes([2 * which + 1]) + shipped
-    yield b"\5" + _GESTURES
+    for which in range(2):
+        yield bytes([2 * which + 1]) + _KEYS
+    yield b"\5" + (resources.files(keymap) / "default.toml").read_bytes()
+    yield b"\7" + _GESTURES
     yield b"\0" + bytes([7, 56, 57, 58, 59])
-    yield b"\4" + bytes([46, 1, 11, 0, 42, 43, 1, 44])
+    yield b"\6" + bytes([46, 1, 11, 0, 42, 43, 1, 44])
 
 
 def one(data: bytes) -> None:
@@ -67,7 +74,7 @@ def one(data: bytes) -> None:
         AssertionError: A refusal is no sentence, or something is pressed that nobody named.
     """
     choices = Choices(data)
-    how = choices.number() % 6
+    how = choices.number() % 8
     raw, kind = how % 2, how // 2
     content = (
         choices.rest() if raw else "".join(WORDS[n % len(WORDS)] for n in choices.rest()).encode()
@@ -82,7 +89,7 @@ def one(data: bytes) -> None:
                     for touch in (None, (0.0, 0.0), (4.0, 4.0)):
                         own.command(label, touch)
             return
-        key_map = keymap_file.read(_FILE, KINDS[kind])
+        key_map = keymap_file.load(_FILE, KINDS[kind])
     except (KeyMapError, UserError) as error:
         _is_sentence(str(error))
         return
@@ -108,7 +115,7 @@ def _play(key_map: KeyMap) -> None:
     pressed.disarm("at the end")
     assert not pressed.down
     down: set[str] = set()
-    for stroke in pressed.output:
+    for stroke in pressed.strokes:
         assert stroke.key in key_map.keys
         assert (stroke.key in down) is not stroke.down
         (down.add if stroke.down else down.remove)(stroke.key)

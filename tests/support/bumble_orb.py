@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -20,13 +21,13 @@ from bumble.link import LocalLink
 from bumble.pairing import PairingConfig, PairingDelegate
 from bumble.transport.common import AsyncPipeSink
 
+from controller.keymap.keymap_file import load
+from controller.links.bluetooth.bluez import Bus, Properties
 from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, ServiceValues
-from controller.links.bluetooth.hid.held import Held
-from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
-from controller.links.bluetooth.hid.mapping import read
-from controller.links.bluetooth.hid.reports import Report
+from controller.links.bluetooth.hid.reports import OUTPUTS, Report
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
 _PROPERTIES = {
@@ -60,12 +61,12 @@ def devices() -> tuple[Device, Device]:
     return found[0], found[1]
 
 
-class Orb:
+class Orb(HidTransport):
     """What both kinds of orbs share.
 
     Attributes:
-        pad: What is down, and for whom.
-        told: Who had the orb, one after the other.
+        pad: The HID device.
+        told: Addresses of active hosts, one after the other.
     """
 
     def __init__(self, device: Device, mapping: str) -> None:
@@ -73,20 +74,23 @@ class Orb:
         self.told: list[str] = []
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read(mapping)), hosts, tell=self.told.append, remember=lambda known: None
+            load(Path(mapping), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
         )
+        super().__init__(self.pad, "OrbTouch")
         self.pad.open(self)
         self._tasks: set[asyncio.Task[Any]] = set()
 
-    def send(self, report: Report) -> None:
-        """Send a report to the host."""
-        raise NotImplementedError
+    async def begin(self, bus: Bus, adapter: str) -> None:
+        """There is no BlueZ."""
+
+    async def end(self) -> None:
+        """There is no BlueZ."""
 
     def drop(self, address: str) -> None:
-        """Nobody is sent away here."""
+        """No host is disconnected here."""
 
-    def seek(self, wanted: bool) -> None:
-        """The tests say when to advertise."""
+    def _changed(self, before: Properties, after: Properties) -> None:
+        """There is no BlueZ."""
 
     def _do(self, task: Coroutine[Any, Any, Any]) -> None:
         running = asyncio.get_running_loop().create_task(task)
@@ -195,7 +199,7 @@ class ClassicOrb(Orb):
             spec = l2cap.ClassicChannelSpec(psm=port)
             self._opened(await connection.create_l2cap_channel(spec))
 
-    def begin(self) -> None:
+    def opened(self) -> None:
         """Both channels are open at both ends: Bumble's host loses what comes before."""
         self.pad.arrive(self._channels[INTERRUPT].connection.peer_address.to_string(False))
 

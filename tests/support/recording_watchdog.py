@@ -12,20 +12,18 @@ from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from host.injection.backends import Backend
 from host.injection.watchdog import now_ms, serve
 
 
-class Paper:
+class Paper(Backend):
     """A keyboard that remembers."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
-    def press(self, key: str) -> None:
-        print(f"+{key}", file=self._file, flush=True)
-
-    def release(self, key: str) -> None:
-        print(f"-{key}", file=self._file, flush=True)
+    def set(self, key: str, *, down: bool) -> None:
+        print(f"{'+' if down else '-'}{key}", file=self._file, flush=True)
 
     def close(self) -> None:
         print("closed", file=self._file, flush=True)

@@ -1,5 +1,5 @@
 """The device as a Bluetooth one, through BlueZ on Linux; needs the extra [bluetooth].
 
-`names` says who we are, `bluez` is the D-Bus edge, `agent` decides who may pair, `keeper` is the
-thread that keeps it all registered while bluetoothd and adapters come and go.
+`identifiers` holds UUIDs and paths, `bluez` is the D-Bus edge, `pairing_agent` confirms pairings,
+and `registration` is the thread that registers services while bluetoothd and adapters come and go.
 """

@@ -118,7 +118,7 @@ class Bus:
         from dbus_fast.unpack import unpack_variants
 
         message = Message(
-            # Who has stopped bluetoothd shall not see it start because somebody asks after it.
+            # A bluetoothd that was stopped on purpose must not start because of a query.
             flags=MessageFlag.NO_AUTOSTART,
             destination=to,
             path=path,
@@ -182,6 +182,11 @@ class Bus:
         """Return a property."""
         return await self.call(path, _PROPERTIES, "Get", "ss", interface, name)
 
+    async def device(self, path: str) -> Properties:
+        """Return the properties of a device."""
+        found: Properties = await self.call(path, _PROPERTIES, "GetAll", "s", DEVICE)
+        return found
+
     async def set(self, path: str, interface: str, name: str, signature: str, value: Any) -> None:
         """Set a property of a D-Bus type, such as "b" or "u"."""
         wrapped = variant(signature, value)
@@ -196,7 +201,7 @@ class Bus:
         self.raw.unexport(path)
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Hear what changes, on the loop's thread; call what is returned to hear no more."""
+        """Call a listener for every change, on the loop's thread; return what ends that."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
@@ -214,7 +219,7 @@ class Bus:
         self.raw.disconnect()
 
     async def _watch(self) -> None:
-        """Ask the bus for BlueZ's signals."""
+        """Subscribe to BlueZ's signals."""
         for rule in (
             f"type='signal',sender='{BLUEZ}',interface='{_PROPERTIES}'",
             f"type='signal',sender='{BLUEZ}',interface='{_OBJECTS}'",
@@ -268,6 +273,11 @@ def devices(objects: Objects, adapter: str = "") -> dict[str, Properties]:
 def bonded(device: Properties) -> bool:
     """Return whether a device has been paired for good."""
     return bool(device.get("Bonded", device.get("Paired", False)))  # BlueZ before 5.64: Paired
+
+
+def named(device: Properties) -> str:
+    """Return name and address of a device."""
+    return f"{device.get('Alias', 'a host')} ({device.get('Address', '')})"
 
 
 def explain(name: str, text: str) -> str:

@@ -32,7 +32,7 @@ def record(channel: int = CHANNEL) -> str:
       <sequence><uuid value="0x0003"/><uint8 value="0x{channel:02x}"/></sequence>
     </sequence>
   </attribute>
-  <attribute id="0x0005"> <!-- found when somebody browses -->
+  <attribute id="0x0005"> <!-- found by browsing -->
     <sequence><uuid value="0x1002"/></sequence>
   </attribute>
   <attribute id="0x0009"> <!-- serial port profile, version 1.2 -->

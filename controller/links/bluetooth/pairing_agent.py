@@ -1,7 +1,7 @@
 """The pairing agent: confirms or refuses pairings and connections for BlueZ.
 
-Outside the pairing window nobody may pair. Inside it a host may, and where somebody can look at a
-screen, only after both sides showed the same six digits. Services are for bonded hosts only.
+Outside the pairing window no host can pair. Inside it a host can; where there is a screen, only
+after the user has compared six digits. Services are for bonded hosts only.
 """
 
 import contextlib
@@ -14,41 +14,41 @@ from dbus_fast import DBusError
 from dbus_fast.annotations import DBusObjectPath, DBusStr, DBusUInt16, DBusUInt32
 from dbus_fast.service import ServiceInterface, dbus_method
 
-from controller.links.bluetooth.bluez import ADAPTER, DEVICE, ROOT, BluetoothError, bonded
+from controller.links.bluetooth.bluez import ADAPTER, ROOT, BluetoothError, bonded, named
 from controller.links.bluetooth.identifiers import AGENT_PATH
 
 if TYPE_CHECKING:
     from controller.links.bluetooth.bluez import Bus
 
 MANAGER: Final = "org.bluez.AgentManager1"
-NO_SCREEN: Final = "NoInputNoOutput"  # just works; the button is what says yes
-SCREEN: Final = "DisplayYesNo"  # both sides show six digits, and somebody compares them
-WINDOW_S: Final = 120  # how long the window stays open unless told otherwise
+NO_SCREEN: Final = "NoInputNoOutput"  # "just works"; the pairing window is the confirmation
+SCREEN: Final = "DisplayYesNo"  # both sides show six digits, for the user to compare
+WINDOW_S: Final = 120  # how long the window stays open
 
-# Given who asks (its name and address) and the six digits, or "" where there are none.
+# Takes the name and address of a host, and the six digits, "" if there are none.
 Confirm = Callable[[str, str], Awaitable[bool]]
 
 log = logging.getLogger(__name__)
 
 
-async def anyone(who: str, digits: str) -> bool:
-    """Confirm every pairing inside the window: whoever opened it stands beside the device."""
+async def accept_all(host: str, digits: str) -> bool:
+    """Confirm every pairing: the window was opened at the device."""
     return True
 
 
 class PairingAgent(ServiceInterface):
-    """Answers BlueZ.
+    """The agent that BlueZ calls.
 
     Attributes:
-        paired: The names and addresses of hosts that were let in, in order.
+        paired: Names and addresses of the hosts that were paired, in order.
     """
 
-    def __init__(self, bus: "Bus", confirm: Confirm = anyone) -> None:
+    def __init__(self, bus: "Bus", confirm: Confirm = accept_all) -> None:
         """Begin with the window closed.
 
         Args:
             bus: Where BlueZ is.
-            confirm: Asked before a host is let in.
+            confirm: Called before a host is paired.
         """
         super().__init__("org.bluez.Agent1")
         self.paired: list[str] = []
@@ -61,10 +61,10 @@ class PairingAgent(ServiceInterface):
 
         Args:
             capability: "NoInputNoOutput" or "DisplayYesNo".
-            default: Be asked about everybody, not only about those whom we pair with ourselves.
+            default: Serve pairings of every origin, not only those that this program begins.
 
         Raises:
-            BluetoothError: BlueZ does not want us.
+            BluetoothError: BlueZ refuses it.
         """
         self._bus.export(AGENT_PATH, self)
         await self._bus.call(ROOT, MANAGER, "RegisterAgent", "os", AGENT_PATH, capability)
@@ -72,21 +72,21 @@ class PairingAgent(ServiceInterface):
             await self._bus.call(ROOT, MANAGER, "RequestDefaultAgent", "o", AGENT_PATH)
 
     async def unregister(self) -> None:
-        """Be an agent no longer; nothing happens if BlueZ has gone."""
+        """Unregister; nothing happens if BlueZ has gone."""
         with contextlib.suppress(BluetoothError):
             await self._bus.call(ROOT, MANAGER, "UnregisterAgent", "o", AGENT_PATH)
 
     @property
     def open(self) -> bool:
-        """Whether strangers may pair now."""
+        """Whether new hosts can pair now."""
         return time.monotonic() < self._closes_s
 
     def allow(self, seconds: float) -> None:
-        """Say yes for so long; whether anybody can find us is another matter."""
+        """Confirm pairings for so long, without being discoverable."""
         self._closes_s = time.monotonic() + seconds
 
     async def open_window(self, adapter: str, seconds: int = WINDOW_S) -> None:
-        """Let hosts find and pair with us for so long; BlueZ itself ends it, too."""
+        """Be discoverable and pairable for so long; BlueZ ends it by itself, too."""
         self.allow(seconds)
         for name, signature, value in (
             ("DiscoverableTimeout", "u", seconds),
@@ -98,31 +98,28 @@ class PairingAgent(ServiceInterface):
         log.info("hosts can find and pair with this orb for %d s", seconds)
 
     async def close_window(self, adapter: str) -> None:
-        """Let nobody new in; bonded hosts still connect."""
+        """Let no new host pair; bonded hosts still connect."""
         self._closes_s = 0.0
         for name in ("Discoverable", "Pairable"):
             await self._bus.set(adapter, ADAPTER, name, "b", False)
 
     async def _let_in(self, path: str, digits: str) -> None:
-        """Return if this host may pair, or raise what BlueZ takes for a no."""
-        who = await self._who(path)
+        """Return if this host may pair, or raise the error by which BlueZ refuses it."""
+        host = await self._named(path)
         if not self.open:
-            log.warning("%s wanted to pair, but nobody asked for it: controller pair", who)
+            log.warning("%s wanted to pair; the pairing window is closed: controller pair", host)
             raise _no("the pairing window is closed")
-        if not await self._confirm(who, digits):
-            log.warning("%s was not let in", who)
+        if not await self._confirm(host, digits):
+            log.warning("%s was not let in", host)
             raise _no("not confirmed")
-        log.info("%s may pair", who)
-        self.paired.append(who)
+        log.info("%s may pair", host)
+        self.paired.append(host)
 
-    async def _who(self, path: str) -> str:
+    async def _named(self, path: str) -> str:
         try:
-            device = await self._bus.call(
-                path, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
-            )
+            return named(await self._bus.device(path))
         except BluetoothError:
             return path.rpartition("/")[2]
-        return f"{device.get('Alias', 'a host')} ({device.get('Address', '')})"
 
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
@@ -130,19 +127,19 @@ class PairingAgent(ServiceInterface):
 
     @dbus_method()
     def Cancel(self) -> None:  # noqa: N802
-        """What was asked is asked no longer."""
+        """The pairing was cancelled."""
         log.info("the pairing was cancelled")
 
     @dbus_method()
     async def RequestConfirmation(  # noqa: N802
         self, device: DBusObjectPath, passkey: DBusUInt32
     ) -> None:
-        """A host asks to pair, and shows these six digits."""
+        """A host wants to pair, and shows these six digits."""
         await self._let_in(device, f"{passkey:06d}")
 
     @dbus_method()
     async def RequestAuthorization(self, device: DBusObjectPath) -> None:  # noqa: N802
-        """A host asks to pair, and nobody can compare anything."""
+        """A host wants to pair, and has no screen."""
         await self._let_in(device, "")
 
     @dbus_method()
@@ -157,10 +154,8 @@ class PairingAgent(ServiceInterface):
         self, device: DBusObjectPath, uuid: DBusStr
     ) -> None:
         """A host that is not marked as trusted wants to use a service."""
-        if not bonded(await self._bus.call(
-            device, "org.freedesktop.DBus.Properties", "GetAll", "s", DEVICE
-        )):  # fmt: skip
-            log.warning("%s is not paired, and was refused %s", await self._who(device), uuid)
+        if not bonded(await self._bus.device(device)):
+            log.warning("%s is not paired, and was refused %s", await self._named(device), uuid)
             raise _no("pair first")
 
 

@@ -1,4 +1,4 @@
-"""A person at the terminal who is asked while the loop goes on."""
+"""Questions at the terminal, beside a running asyncio loop."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 
 
 class Prompt:
-    """Asks on the standard output, and hears lines of the standard input, on a running loop."""
+    """Questions on the standard output, and answers from the standard input."""
 
     def __init__(self) -> None:
         """Begin to listen; a thread of its own waits for lines, and ends with the program."""
@@ -28,12 +28,12 @@ class Prompt:
             except RuntimeError:  # the loop has ended
                 return
 
-    async def confirm(self, who: str, digits: str) -> bool:
+    async def confirm(self, host: str, digits: str) -> bool:
         """Ask whether both sides show the same digits; the end of the input is a no."""
         while not self._lines.empty():  # typed before the question: no answer to it
             if self._lines.get_nowait() is None:
                 return False
-        what = f"{who} shows {digits}; is it the same there?" if digits else f"let {who} in?"
+        what = f"{host} shows {digits}; is it the same there?" if digits else f"let {host} in?"
         print(f"{what} [y/n] ", end="", flush=True)
         answer = await self._lines.get()
         print(flush=True)

@@ -1,7 +1,7 @@
-"""The thread that keeps us on Bluetooth: it begins anew whenever bluetoothd or the adapter returns.
+"""Thread that registers services with BlueZ, again whenever bluetoothd or the adapter returns.
 
-A round lasts from a working adapter to the next change that matters. At its end the connection to
-the bus is dropped, with which BlueZ forgets everything of ours, so that every round begins alike.
+A round lasts from a working adapter until bluetoothd, the adapter or the bus is lost. At its end
+the connection to the bus is closed, with which BlueZ forgets all registrations.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ import concurrent.futures
 import contextlib
 import logging
 import threading
-from collections.abc import Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Coroutine
+from typing import TYPE_CHECKING, Any, Final
 
+from controller.links.base import Link
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE, BluetoothError, Bus, Properties
 from controller.links.bluetooth.identifiers import ALIAS
 
@@ -26,58 +28,51 @@ START_S: Final = 15.0  # for the first try: bluetoothd may be about to start
 log = logging.getLogger(__name__)
 
 
-class Registration(Protocol):
-    """Something that is registered with BlueZ. Everything runs on the keeper's loop."""
+class Registration(ABC):
+    """Something that is registered with BlueZ. Everything runs on the thread's loop."""
 
+    @abstractmethod
     async def begin(self, bus: Bus, adapter: str) -> None:
         """Register.
 
         Args:
-            bus: Where BlueZ is; a new one every time.
-            adapter: The path of our adapter, which is on.
+            bus: The connection to BlueZ; a new one every time.
+            adapter: The path of the adapter, which is on.
 
         Raises:
-            BluetoothError: It cannot be registered; one sentence says why.
+            BluetoothError: It cannot be registered; the message is one sentence.
         """
 
+    @abstractmethod
     async def end(self) -> None:
-        """BlueZ or the adapter has gone, or we close; the bus may be dead already."""
+        """Forget the bus, which may be lost already: BlueZ, the adapter or the link has ended."""
 
 
 class RegistrationThread:
-    """Keeps parts registered; an asyncio loop on a thread of its own.
+    """An asyncio loop on a thread of its own, which keeps a service registered.
 
     Attributes:
         state: "ready", or in a sentence what is missing.
     """
 
-    def __init__(
-        self, parts: Sequence[Registration], adapter: str = "", capability: str = ""
-    ) -> None:
-        """Prepare; `start` begins.
-
-        Args:
-            parts: What to register.
-            adapter: Its name (hci0) or address; "": the first.
-            capability: How our agent can be asked; "": it has no screen.
-        """
+    def __init__(self, service: Registration, adapter: str = "") -> None:
+        """Prepare to register a service on an adapter (hci0, or its address; "": the first)."""
         self.state = "starting"
-        self._parts = parts
+        self._service = service
         self._name = adapter
-        self._capability = capability
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="bluetooth", daemon=True)
         self._first: concurrent.futures.Future[None] = concurrent.futures.Future()
         self._closing = asyncio.Event()
         self._agent: PairingAgent | None = None
         self._adapter = ""
-        self._off = False  # somebody has switched the adapter off, and shall have it so
+        self._off = False  # the adapter was switched off, and stays off
 
     def start(self) -> None:
         """Begin, and wait until everything is registered for the first time.
 
         Raises:
-            BluetoothError: It cannot be; one sentence says why. The keeper is closed.
+            BluetoothError: It cannot be; the message is one sentence. The thread has ended.
         """
         self._thread.start()
         try:
@@ -95,10 +90,10 @@ class RegistrationThread:
 
     def submit(self, task: Coroutine[Any, Any, Any]) -> None:
         """Run something on the loop, without waiting; a BluetoothError is logged."""
-        asyncio.run_coroutine_threadsafe(_logged(task), self._loop)
+        asyncio.run_coroutine_threadsafe(logged(task), self._loop)
 
     def close(self) -> None:
-        """Let BlueZ forget us, and end the thread."""
+        """Unregister everything, and end the thread."""
         if self._thread.is_alive():
             with contextlib.suppress(RuntimeError):  # it has just ended
                 self._loop.call_soon_threadsafe(self._closing.set)
@@ -128,8 +123,7 @@ class RegistrationThread:
                     if self._agent is not None:
                         await self._agent.unregister()
                     self._agent, self._adapter = None, ""
-                    for part in self._parts:
-                        await part.end()
+                    await self._service.end()
                     bus.close()
             except BluetoothError as error:
                 self._missing(error)
@@ -141,7 +135,7 @@ class RegistrationThread:
         adapter = await bus.adapter(self._name)
         over = asyncio.Event()
 
-        def hear(path: str, interface: str, changes: Properties | None) -> None:
+        def follow(path: str, interface: str, changes: Properties | None) -> None:
             ours = path == adapter and interface == ADAPTER
             gone = path == "" or (ours and changes is None)  # BlueZ itself is path ""
             off = ours and changes is not None and changes.get("Powered") is False
@@ -152,7 +146,7 @@ class RegistrationThread:
             if guest and changes and changes.get("Paired") and self._agent and self._agent.open:
                 self.submit(bus.set(path, DEVICE, "Trusted", "b", True))
 
-        bus.listen(hear)
+        bus.listen(follow)
         await self._power(bus, adapter)
         await self._register(bus, adapter)
         self.state = "ready"
@@ -170,7 +164,7 @@ class RegistrationThread:
             log.warning("Bluetooth on %s was lost; waiting for it", adapter.rpartition("/")[2])
 
     async def _power(self, bus: Bus, adapter: str) -> None:
-        """Switch the adapter on, unless somebody has just switched it off."""
+        """Switch the adapter on, unless it was switched off on purpose."""
         if await bus.get(adapter, ADAPTER, "Powered"):
             self._off = False
         elif self._off:
@@ -184,10 +178,9 @@ class RegistrationThread:
         from controller.links.bluetooth.pairing_agent import NO_SCREEN, PairingAgent
 
         self._agent = agent = PairingAgent(bus)
-        await agent.register(self._capability or NO_SCREEN)
+        await agent.register(NO_SCREEN)
         await agent.close_window(adapter)
-        for part in self._parts:
-            await part.begin(bus, adapter)
+        await self._service.begin(bus, adapter)
         self._adapter = adapter
 
     async def _pair(self, seconds: int) -> None:
@@ -195,7 +188,7 @@ class RegistrationThread:
             await self._agent.open_window(self._adapter, seconds)
 
     def _missing(self, error: BluetoothError) -> None:
-        """Tell what is missing, once."""
+        """Log what is missing, once."""
         if not self._first.done():
             self._first.set_exception(error)
             self._closing.set()
@@ -204,8 +197,24 @@ class RegistrationThread:
         self.state = str(error)
 
 
-async def _logged(task: Coroutine[Any, Any, Any]) -> None:
+async def logged(task: Coroutine[Any, Any, Any]) -> None:
+    """Run a task; a BluetoothError is logged."""
     try:
         await task
     except BluetoothError as error:
         log.warning("Bluetooth: %s", error)
+
+
+class BluetoothLink(Link):
+    """A link whose service a registration thread keeps registered."""
+
+    _registration: RegistrationThread
+
+    @property
+    def state(self) -> str:
+        """Whether Bluetooth is "ready", or in a sentence what is missing."""
+        return self._registration.state
+
+    def pair(self, seconds: int) -> None:
+        """Let new hosts find and pair with the orb for a while, without waiting."""
+        self._registration.pair(seconds)

@@ -11,29 +11,30 @@ from dbus_fast.annotations import DBusObjectPath, DBusSignature, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
 # Its annotations are read while it runs, as D-Bus types: no `from __future__ import annotations`.
-from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, variant
+from controller.links.bluetooth.bluez import ADAPTER, ROOT, Bus, bonded, devices, named, variant
 from controller.links.bluetooth.identifiers import ALIAS, CHANNEL, SERIAL_PATH, SERVICE_UUID, record
+from controller.links.bluetooth.registration import Registration
 
 MANAGER: Final = "org.bluez.ProfileManager1"
-SOL_BLUETOOTH: Final = 274  # the kernel's include/net/bluetooth/bluetooth.h; likewise the next two
+SOL_BLUETOOTH: Final = 274  # the kernel's include/net/bluetooth/bluetooth.h; as are the next two
 BT_SECURITY: Final = 4
 MEDIUM: Final = 2  # encrypted, with a key from pairing
 
-# Takes a connected socket, who is at its other end, and the path of that device in BlueZ.
+# Takes a connected socket, name and address of its other end, and that device's path in BlueZ.
 Accept = Callable[[socket.socket, str, str], None]
 
 log = logging.getLogger(__name__)
 
 
-class SerialService(ServiceInterface):
-    """A part of the keeper that offers the serial port, to bonded hosts only."""
+class SerialService(ServiceInterface, Registration):
+    """The serial port, for bonded hosts only."""
 
     def __init__(self, accept: Accept, leave: Callable[[str], None]) -> None:
         """Prepare.
 
         Args:
-            accept: Called with every connected host, on the keeper's thread.
-            leave: Called with the path of a device that BlueZ is about to disconnect, likewise.
+            accept: Called with every connected host, on the registration's thread.
+            leave: Called with the path of a device that BlueZ is about to disconnect.
         """
         super().__init__("org.bluez.Profile1")
         self.address = ""  # of the adapter
@@ -79,13 +80,13 @@ class SerialService(ServiceInterface):
         """A host has connected."""
         connection = socket.socket(fileno=fd)
         try:
-            who = await self._welcome(device, connection)
+            host = await self._welcome(device, connection)
         except DBusError as error:
             log.warning("a connection from %s was refused: %s", device.rpartition("/")[2], error)
             connection.close()
             raise
         connection.setblocking(False)
-        self._accept(connection, who, device)
+        self._accept(connection, host, device)
 
     @dbus_method()
     def RequestDisconnection(self, device: DBusObjectPath) -> None:  # noqa: N802
@@ -93,7 +94,7 @@ class SerialService(ServiceInterface):
         self._leave(device)
 
     async def _welcome(self, device: str, connection: socket.socket) -> str:
-        """Return who this is, or raise why it may not connect: what BlueZ checks, again."""
+        """Return name and address of a host; raise if it may not connect."""
         if self._bus is None or not device.startswith(self._adapter + "/"):
             raise DBusError("org.bluez.Error.Rejected", "not on this adapter")
         found = devices(await self._bus.objects()).get(device, {})
@@ -101,7 +102,7 @@ class SerialService(ServiceInterface):
             raise DBusError("org.bluez.Error.Rejected", "not paired")
         if not _encrypted(connection):
             raise DBusError("org.bluez.Error.Rejected", "not encrypted")
-        return f"{found.get('Alias', 'a host')} ({found.get('Address', '')})"
+        return named(found)
 
 
 def _encrypted(connection: socket.socket) -> bool:

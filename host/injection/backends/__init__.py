@@ -1,13 +1,14 @@
 """Ways to press a key in the program that has the focus: one file each, found by name.
 
-A back end is `create(kind)` in a module of this package. One whose `ENDS_WITH_PROCESS` is true
-needs nobody to lift its keys when its process dies: the kernel does.
+A back end is `create(kind)` in a module of this package. If its `ENDS_WITH_PROCESS` is true, the
+kernel releases its keys when its process dies.
 """
 
 import importlib
 import os
 import sys
-from typing import Final, Protocol, cast
+from abc import ABC, abstractmethod
+from typing import Final, cast
 
 from controller.errors import TroubleError
 from controller.keymap.keymap import Kind
@@ -20,17 +21,31 @@ class BackendError(TroubleError, OSError):
     """Keys cannot be pressed here; the message is one sentence with what to do."""
 
 
-class Backend(Protocol):
-    """Something that presses keys, named as in `controller.keymap.key_names`."""
+class Backend(ABC):
+    """A device that presses keys, named as in `controller.keymap.key_names`."""
 
     def press(self, key: str) -> None:
-        """Put a key down."""
+        """Put a key down.
+
+        Raises:
+            OSError: The system refuses it.
+        """
+        self.set(key, down=True)
 
     def release(self, key: str) -> None:
-        """Lift a key; one that is up stays up."""
+        """Put a key up; one that is up stays up.
 
-    def close(self) -> None:
-        """Let go of the device."""
+        Raises:
+            OSError: The system refuses it.
+        """
+        self.set(key, down=False)
+
+    @abstractmethod
+    def set(self, key: str, *, down: bool) -> None:
+        """Put a key down, or up."""
+
+    def close(self) -> None:  # noqa: B027
+        """Close the device."""
 
 
 def open_backend(name: str, kind: Kind) -> tuple[str, Backend]:

@@ -13,7 +13,7 @@ from typing import Final
 
 from controller.keymap.key_names import KEYS, PAD, STICK, Axis
 from controller.keymap.keymap import Kind
-from host.injection.backends import BackendError
+from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = True  # the kernel lifts the keys of a device that goes
 DEVICE: Final = "/dev/uinput"
@@ -40,7 +40,7 @@ _HATS: Final = (0x10, 0x11)
 Control = Callable[[int, int, int | bytes], object]  # fcntl.ioctl
 
 
-class Uinput:
+class Uinput(Backend):
     """A device that exists as long as this object."""
 
     def __init__(self, kind: Kind, device: str = DEVICE, control: Control | None = None) -> None:
@@ -48,11 +48,11 @@ class Uinput:
 
         Args:
             kind: What it is.
-            device: Where the kernel takes such wishes.
+            device: The kernel's device for that.
             control: How it takes them: `fcntl.ioctl` if not given.
 
         Raises:
-            BackendError: It cannot be made; the sentence says what to do.
+            BackendError: It cannot be made; the message says what to do.
         """
         self._control = control or fcntl.ioctl
         self._values: dict[int, int] = {}  # of axes
@@ -84,18 +84,11 @@ class Uinput:
                 setup = ABS_SETUP.pack(code, 0, -end, end, 0, 0, 0)
                 self._control(self._handle, UI_ABS_SETUP, setup)
         name = f"OrbTouch {kind}".encode()
-        # Vendor and product are 0: it is nobody's product, so no driver mistakes it for one.
+        # Vendor and product are 0, so that no driver mistakes it for a product.
         self._control(self._handle, UI_DEV_SETUP, SETUP.pack(_BUS_VIRTUAL, 0, 0, 1, name, 0))
 
-    def press(self, key: str) -> None:
-        """Put a key or button down, or an axis to its end."""
-        self._set(key, down=True)
-
-    def release(self, key: str) -> None:
-        """Lift it; an axis that the other direction holds stays there."""
-        self._set(key, down=False)
-
-    def _set(self, key: str, *, down: bool) -> None:
+    def set(self, key: str, *, down: bool) -> None:
+        """Put a key, button or axis down, or up; an axis that another direction holds stays."""
         entry = KEYS[key].evdev if key in KEYS else PAD[key]
         if isinstance(entry, Axis):
             if down:

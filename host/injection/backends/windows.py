@@ -12,7 +12,7 @@ from typing import Final
 
 from controller.keymap.key_names import EXTENDED, KEYS
 from controller.keymap.keymap import Kind
-from host.injection.backends import BackendError
+from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = False
 INPUT_KEYBOARD: Final = 1
@@ -59,33 +59,24 @@ class Input(ctypes.Structure):
 Send = Callable[[Input], int]  # how many inputs were taken
 
 
-class Windows:
+class Windows(Backend):
     """The keyboard of the desktop."""
 
     def __init__(self, send: Send) -> None:
         """Take what sends one input."""
         self._send = send
 
-    def press(self, key: str) -> None:
-        """Put a key down."""
-        self._do(key, 0)
-
-    def release(self, key: str) -> None:
-        """Lift a key."""
-        self._do(key, KEYEVENTF_KEYUP)
-
-    def _do(self, key: str, flags: int) -> None:
+    def set(self, key: str, *, down: bool) -> None:
+        """Put a key down, or up."""
         scan = KEYS[key].scan
-        flags |= KEYEVENTF_SCANCODE | (KEYEVENTF_EXTENDEDKEY if scan >= EXTENDED else 0)
+        flags = KEYEVENTF_SCANCODE | (KEYEVENTF_EXTENDEDKEY if scan >= EXTENDED else 0)
+        flags |= 0 if down else KEYEVENTF_KEYUP
         keyboard = KeyboardInput(0, scan & 0xFF, flags, 0, 0)
         if self._send(Input(INPUT_KEYBOARD, _Union(keyboard=keyboard))) != 1:
             raise BackendError(
                 f"Windows does not press {key}: the program in front runs as administrator, or "
                 "the screen is locked"
             )
-
-    def close(self) -> None:
-        """Nothing is held open."""
 
 
 def create(kind: Kind) -> Windows:

@@ -1,4 +1,4 @@
-"""X11, where there is no uinput: through pynput, which asks the server's XTEST extension.
+"""X11, where there is no uinput: through pynput and the server's XTEST extension.
 
 Wayland's own windows are out of its reach.
 """
@@ -8,36 +8,35 @@ from typing import Any, Final
 from controller.errors import how_to_install
 from controller.keymap.key_names import KEYS
 from controller.keymap.keymap import Kind
-from host.injection.backends import BackendError
+from host.injection.backends import Backend, BackendError
 
 ENDS_WITH_PROCESS: Final = False  # the server keeps down what a dead program pressed
 
 
-class X11:
-    """The keyboard of an X server, driven by key symbols."""
+class X11(Backend):
+    """The keyboard of an X server, driven by key symbols; or another one that pynput drives."""
+
+    system = "the X server"
 
     def __init__(self, controller: Any, key_code: Any) -> None:
         """Take pynput's two classes: an open Controller, and KeyCode."""
         self._controller, self._key_code = controller, key_code
 
-    def press(self, key: str) -> None:
-        """Put a key down."""
-        self._do(self._controller.press, key)
-
-    def release(self, key: str) -> None:
-        """Lift a key."""
-        self._do(self._controller.release, key)
-
-    def _do(self, what: Any, key: str) -> None:
-        # A character would be sent as an event of its own, which many programs ignore; a key
-        # symbol as "vk" goes through XTEST.
+    def set(self, key: str, *, down: bool) -> None:
+        """Put a key down, or up."""
+        code = self.code(key)
         try:
-            what(self._key_code.from_vk(KEYS[key].keysym))
-        except Exception as error:  # pynput passes on what Xlib raises, of no common class
-            raise BackendError(f"the X server does not press {key}: {error}") from error
+            # A character would be sent as an event of its own, which many programs ignore; a key
+            # symbol as "vk" goes through XTEST.
+            (self._controller.press if down else self._controller.release)(
+                self._key_code.from_vk(code)
+            )
+        except Exception as error:  # pynput passes on what the system raises, of no common class
+            raise BackendError(f"{self.system} does not press {key}: {error}") from error
 
-    def close(self) -> None:
-        """Leave the server."""
+    def code(self, key: str) -> int:
+        """Return the system's number of a key."""
+        return KEYS[key].keysym
 
 
 def create(kind: Kind) -> X11:
@@ -49,13 +48,22 @@ def create(kind: Kind) -> X11:
     if kind != "keyboard":
         raise BackendError("X11 has no pads; a virtual pad needs Linux's uinput (docs/keys.md)")
     try:
+        return X11(*open_pynput())
+    except BackendError:
+        raise
+    except Exception as error:  # without a display its import fails, each time in another way
+        line = str(error).strip().split("\n")[0] or type(error).__name__
+        raise BackendError(f"no X server can be reached: {line}") from error
+
+
+def open_pynput() -> tuple[Any, Any]:
+    """Return an open Controller of pynput, and its class KeyCode.
+
+    Raises:
+        BackendError: pynput is missing.
+    """
+    try:
         from pynput.keyboard import Controller, KeyCode
     except ModuleNotFoundError:
         raise BackendError(f"keys need pynput; {how_to_install('keys')}") from None
-    except Exception as error:  # without a display its import fails, each time in another way
-        raise BackendError(f"no X server can be reached: {_first_line(error)}") from error
-    return X11(Controller(), KeyCode)
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().split("\n")[0] or type(error).__name__
+    return Controller(), KeyCode

@@ -42,7 +42,6 @@ from models.training import user_task
 from models.training.gesture_task import GestureTask
 from models.training.location_task import LocationTask
 from models.training.loop import Task
-from models.training.simulated_users import SimulatedUsers, prepare_users
 from models.training.user_task import UserGestures, UserTask
 
 RATE_HZ: Final = 10.0  # paper, section 4.1
@@ -270,11 +269,14 @@ class _SiteScript(SessionScript):
 
 def users(preset: str, name: str, settings: Settings) -> Experiment:
     """Return the experiment of the user network; "day" is another session of each user."""
-    recipe, varied, tracked = user_recipe(name, settings.recipe(name))
-    players = SimulatedUsers(preset, settings.seed, USER_MINUTES, (USER_GESTURE,), shared=False)
+    recipe, varied = user_recipe(name, settings.recipe(name))
+    data = DataSet(settings.seed, USER_MINUTES, preset=preset, gestures=(USER_GESTURE,))
+    images = settings.recipe(name).settings(RATE_HZ, WINDOW)
     taught, other = (
-        prepare_users(
-            ((players.session(u, day), 1 + u, day) for u in range(USERS)), tracked=tracked
+        UserGestures.of(
+            prepare((Source.of(data.session(user, day)) for user in range(USERS)), images),
+            [1],
+            np.arange(1, 1 + USERS),
         )
         for day in range(2)
     )
@@ -298,12 +300,12 @@ def users(preset: str, name: str, settings: Settings) -> Experiment:
     return Experiment(task, judge)
 
 
-def user_recipe(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentation, bool]:
-    """Return a recipe for the user network: training, augmentation, and baseline tracking."""
+def user_recipe(name: str, recipe: Recipe) -> tuple[NetworkRecipe, UserAugmentation]:
+    """Return a recipe for the user network, and its augmentation."""
     if name == "paper":
         epochs = max(1, recipe.gesture.epochs // FEWER)
-        return replace(recipe.gesture, epochs=epochs), UNVARIED_USER, False
-    return USER, VARIED_USER, True
+        return replace(recipe.gesture, epochs=epochs), UNVARIED_USER
+    return USER, VARIED_USER
 
 
 def _first_gestures(taught: UserGestures, share: float) -> NDArray[np.bool_]:

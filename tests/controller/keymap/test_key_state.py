@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from controller.keymap.key_names import danger
-from controller.keymap.key_state import WORD_S, KeyState
-from controller.keymap.keymap import KeyMap
+from controller.keymap.key_state import SILENCE_S, KeyState
+from controller.keymap.keymap import KEYBOARD, KeyMap
 from controller.keymap.keymap_file import parse
 
 MAP = parse(
@@ -30,7 +30,7 @@ MAP = parse(
             "desk": {"left": "pageup", "pause": {"profile": "game"}},
         },
     },
-    "keyboard",
+    KEYBOARD,
 )
 
 
@@ -42,8 +42,8 @@ def armed(key_map: KeyMap = MAP) -> KeyState:
 
 def strokes(pressed: KeyState) -> str:
     """Return what has been done since the last call, as in "+a -a"."""
-    made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.output)
-    pressed.output.clear()
+    made = " ".join(f"{'+' if one.down else '-'}{one.key}" for one in pressed.strokes)
+    pressed.strokes.clear()
     return made
 
 
@@ -54,7 +54,7 @@ def test_nothing_is_pressed_until_it_is_armed() -> None:
     pressed.command("menu", 1.0)
     pressed.command("left", 2.0)
     assert strokes(pressed) == "+left"
-    assert pressed.told == ["armed by the orb: profile game"]
+    assert pressed.notes == ["armed by the orb: profile game"]
 
 
 HELD = parse(
@@ -62,7 +62,7 @@ HELD = parse(
         "profile": {"game": {"drop": "space"}, "desk": {"drop": "a"}},
         "long": {"drop": {"arm": True}, "hold": {"profile": "desk"}},
     },
-    "keyboard",
+    KEYBOARD,
 )
 
 
@@ -84,11 +84,11 @@ def test_long_hold_arms_and_the_next_one_disarms() -> None:
     assert not pressed.armed
     hold(pressed, "drop", 3.0, 9.0)
     let_go(pressed, 9.1)
-    assert pressed.told == ["armed by the orb: profile game"]
+    assert pressed.notes == ["armed by the orb: profile game"]
     assert strokes(pressed) == ""
     hold(pressed, "drop", 10.0, 19.0)
     assert strokes(pressed) == "+space -space"  # it is still a command, and taps first
-    assert pressed.told[1:] == ["disarmed by the orb"]
+    assert pressed.notes[1:] == ["disarmed by the orb"]
 
 
 def test_long_hold_changes_the_profile() -> None:
@@ -103,7 +103,7 @@ def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None
     let_go(pressed, 2.1)
     hold_again = KeyState(HELD)
     hold(hold_again, "drop", 1.0, 1.2)
-    hold_again.tick(1.2 + WORD_S)  # the orb has fallen silent
+    hold_again.tick(1.2 + SILENCE_S)  # the orb has fallen silent
     silent = KeyState(HELD)
     hold(silent, "drop", 1.0, 2.0)
     silent.release()  # as when the link is stale
@@ -134,7 +134,7 @@ def test_hold_lasts_until_the_orb_says_that_it_is_let_go() -> None:
     pressed.command("down", 1.0)
     pressed.state(("down",), 1.0)
     for tenth in range(11, 50):
-        pressed.word(tenth / 10)
+        pressed.still_held(tenth / 10)
     assert strokes(pressed) == "+down"
     pressed.state((), 5.0)
     assert strokes(pressed) == "-down"
@@ -149,16 +149,16 @@ def test_snapshot_never_presses() -> None:
 def test_hold_ends_when_the_orb_says_nothing_of_it_any_more() -> None:
     pressed = armed()
     pressed.command("down", 1.0)
-    pressed.tick(1.0 + WORD_S)
+    pressed.tick(1.0 + SILENCE_S)
     assert strokes(pressed) == "+down -down"
-    assert "no longer says" in pressed.told[-1]
+    assert "no longer reports" in pressed.notes[-1]
 
 
 def test_repeat_presses_again_and_again_while_it_is_held() -> None:
     pressed = armed()
     pressed.command("drop", 1.0)
     for hundredth in range(101, 145):
-        pressed.word(hundredth / 100)
+        pressed.still_held(hundredth / 100)
     assert strokes(pressed) == "+space -space +space -space +space"
     pressed.state((), 1.445)
     assert strokes(pressed) == "-space"
@@ -167,18 +167,25 @@ def test_repeat_presses_again_and_again_while_it_is_held() -> None:
 def test_repeat_after_a_pause_of_ours_makes_up_for_nothing() -> None:
     pressed = armed()
     pressed.command("drop", 1.0)
-    pressed.word(1.9)
+    pressed.still_held(1.9)
     assert strokes(pressed) == "+space -space +space"
 
 
 def test_toggle_stays_down_until_the_next_time() -> None:
     pressed = armed()
     pressed.command("hold", 1.0)
-    pressed.state((), 2.0)
-    pressed.tick(60.0)
+    for second in range(2, 60):
+        pressed.state((), second - 0.1)
     assert strokes(pressed) == "+shift"
-    pressed.command("hold", 61.0)
+    pressed.command("hold", 59.0)
     assert strokes(pressed) == "-shift"
+
+
+def test_toggle_goes_up_when_the_orb_falls_silent() -> None:
+    pressed = armed()
+    pressed.command("hold", 1.0)
+    pressed.tick(1.0 + SILENCE_S)
+    assert strokes(pressed) == "+shift -shift"
 
 
 def test_key_that_two_commands_hold_goes_up_with_the_later_one() -> None:
@@ -204,15 +211,15 @@ def test_command_while_a_text_is_typed_is_dropped_and_told() -> None:
     pressed = armed()
     pressed.command("say", 0.0)
     pressed.command("left", 0.01)
-    assert pressed.told[-1] == "left was dropped: a text is being typed"
+    assert pressed.notes[-1] == "left was dropped: a text is being typed"
 
 
 def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
     pressed = armed()
     pressed.command("rotate_cw", 1.0)
-    pressed.command("rotate_ccw", 2.0)
+    pressed.command("rotate_ccw", 1.5)
     assert strokes(pressed) == "+alt"
-    assert pressed.told[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
+    assert pressed.notes[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
 
 
 def test_allowed_chord_allows_no_other_key_beside_it() -> None:
@@ -228,7 +235,7 @@ def test_disarming_and_another_profile_lift_everything() -> None:
         lambda p: p.switch("desk"),
         lambda p: p.command("menu", 1.1),
         lambda p: p.command("pause", 1.1),
-        lambda p: p.switch_on(),
+        lambda p: p.switch(),
         lambda p: p.release(),
     )
     for end in ends:
@@ -245,7 +252,7 @@ def test_profiles_have_keys_of_their_own() -> None:
     pressed.command("pause", 1.0)
     pressed.command("left", 1.0)
     assert strokes(pressed) == "+pageup"
-    pressed.switch_on()
+    pressed.switch()
     assert pressed.profile == "game"
 
 
@@ -263,7 +270,7 @@ class AnyMoment(RuleBasedStateMachine):
         self.asked: set[str] = set()  # by commands since the keys were all up
 
     def follow(self, *, lifted: bool = False) -> None:
-        for stroke in self.pressed.output:
+        for stroke in self.pressed.strokes:
             assert stroke.down is (stroke.key not in self.down), "a stroke that changes nothing"
             if stroke.down:
                 assert self.pressed.armed
@@ -272,7 +279,7 @@ class AnyMoment(RuleBasedStateMachine):
                 assert not danger(self.down, MAP.allowed)
             else:
                 self.down.remove(stroke.key)
-        self.pressed.output.clear()
+        self.pressed.strokes.clear()
         assert not (lifted and self.down)
 
     @rule(name=st.sampled_from(COMMANDS))
@@ -296,7 +303,7 @@ class AnyMoment(RuleBasedStateMachine):
 
     @rule()
     def word(self) -> None:
-        self.pressed.word(self.now_s)
+        self.pressed.still_held(self.now_s)
         self.follow()
 
     @precondition(lambda self: not self.pressed.armed)
@@ -312,7 +319,7 @@ class AnyMoment(RuleBasedStateMachine):
 
     @rule()
     def change_profile(self) -> None:
-        self.pressed.switch_on()
+        self.pressed.switch()
         self.follow(lifted=True)
 
     @rule()

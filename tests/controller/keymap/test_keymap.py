@@ -5,15 +5,28 @@ from pathlib import Path
 import pytest
 
 from controller.keymap.key_names import DANGEROUS, KEYS, PAD, danger, typed
-from controller.keymap.keymap import Arm, KeyMap, KeyMapError, Kind, Mode, Press, Switch, Text
-from controller.keymap.keymap_file import read
+from controller.keymap.keymap import (
+    GAMEPAD,
+    KEYBOARD,
+    Arm,
+    KeyMap,
+    KeyMapError,
+    Mode,
+    Outputs,
+    Press,
+    Switch,
+    Text,
+)
+from controller.keymap.keymap_file import load
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.protocol.messages import COMMANDS
 from tests.support import ROOT
 
 
-def mapping(tmp_path: Path, text: str, kind: Kind = "keyboard") -> KeyMap:
+def mapping(tmp_path: Path, text: str, outputs: Outputs = KEYBOARD) -> KeyMap:
     file = tmp_path / "keys.toml"
     file.write_text(text)
-    return read(file, kind)
+    return load(file, outputs)
 
 
 def test_command_presses_a_key_a_chord_or_a_text(tmp_path: Path) -> None:
@@ -63,11 +76,30 @@ def test_command_that_is_held_for_long_arms_or_changes_the_profile(tmp_path: Pat
     assert found.keys == {"space"}
 
 
-@pytest.mark.parametrize("kind", ["keyboard", "gamepad"])
-def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(kind: Kind) -> None:
+SHIPPED = [
+    ("keyboard", KEYBOARD),
+    ("gamepad", GAMEPAD),
+    ("keyboard", OUTPUTS),
+    ("gamepad", OUTPUTS),
+]
+
+
+@pytest.mark.parametrize(("name", "outputs"), SHIPPED)
+def test_shipped_mappings_press_something_else_for_every_command(
+    name: str, outputs: Outputs
+) -> None:
+    [entries] = load(Path(name), outputs).profiles.values()
+    presses = {str(entries[command]) for command in COMMANDS}
+    assert len(presses) == len(COMMANDS)
+
+
+@pytest.mark.parametrize(("name", "outputs"), SHIPPED[:2])
+def test_shipped_mapping_is_armed_by_a_gesture_that_every_orb_has(
+    name: str, outputs: Outputs
+) -> None:
     from controller.bundles import bundle
 
-    shipped = read(ROOT / "host" / "targets" / f"{kind}.toml", kind)
+    shipped = load(Path(name), outputs)
     [command] = shipped.long
     assert shipped.long == {command: Arm()}
     assert command in bundle.read(bundle.default_path()).mapping.commands
@@ -81,7 +113,7 @@ def test_pad_has_buttons_a_hat_and_sticks(tmp_path: Path) -> None:
         left = "stick_left"
         drop = { pad = "lb+a", mode = "hold" }
         """,
-        "gamepad",
+        GAMEPAD,
     )
     assert found.profiles["pad"]["drop"] == Press(("pad_lb", "pad_a"), Mode.HOLD)
     assert found.keys == {"pad_lb", "pad_a", "pad_stick_left"}
@@ -158,18 +190,18 @@ def test_mistake_is_one_sentence_with_the_line_and_the_entry(
 
 def test_file_that_is_missing_or_no_text_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(KeyMapError, match="cannot read"):
-        read(tmp_path / "none.toml", "keyboard")
+        load(tmp_path / "none.toml", KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"\xff")
     with pytest.raises(KeyMapError, match="it is not text in UTF-8"):
-        read(tmp_path / "keys.toml", "keyboard")
+        load(tmp_path / "keys.toml", KEYBOARD)
     (tmp_path / "keys.toml").write_bytes(b"#" * 70_000)
     with pytest.raises(KeyMapError, match="more than 65536 bytes"):
-        read(tmp_path / "keys.toml", "keyboard")
+        load(tmp_path / "keys.toml", KEYBOARD)
 
 
 def test_keyboard_s_entries_do_not_fit_a_pad(tmp_path: Path) -> None:
     with pytest.raises(KeyMapError, match="needs --target keyboard"):
-        mapping(tmp_path, GAME + 'left = {key = "a"}', "gamepad")
+        mapping(tmp_path, GAME + 'left = {key = "a"}', GAMEPAD)
 
 
 def test_dangerous_chord_that_is_allowed_can_be_pressed(tmp_path: Path) -> None:
@@ -205,15 +237,10 @@ def test_no_name_is_a_key_and_a_button() -> None:
     assert not set(KEYS) & set(PAD)
 
 
-def test_mappings_that_ship_can_be_read() -> None:
-    for kind in ("keyboard", "gamepad"):
-        assert read(ROOT / "host" / "targets" / f"{kind}.toml", kind).keys
-
-
 def test_mappings_in_the_documentation_can_be_read(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "keys.md").read_text(encoding="utf-8")
     blocks = [block.split("```")[0] for block in text.split("```toml\n")[1:]]
     assert blocks
     for block in blocks:
-        kind: Kind = "gamepad" if "--target gamepad" in block else "keyboard"
-        assert mapping(tmp_path, block, kind).keys
+        outputs = GAMEPAD if "--target gamepad" in block else KEYBOARD
+        assert mapping(tmp_path, block, outputs).keys

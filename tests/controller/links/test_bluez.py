@@ -52,7 +52,7 @@ def link(fake: FakeBluez) -> Iterator[RfcommLink]:
 
 def owner(link: RfcommLink) -> str:
     """Return the link's address on the bus."""
-    service = link._keeper._parts[0]
+    service = link._registration._service
     return str(service._bus.raw.unique_name)  # type: ignore[attr-defined]
 
 

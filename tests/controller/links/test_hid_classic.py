@@ -18,15 +18,14 @@ if shutil.which("dbus-daemon") is None:
 if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
     pytest.skip("the played radio needs local packet sockets", allow_module_level=True)
 
+from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
-from controller.links.bluetooth.hid.classic import ClassicPart, L2capSockets
-from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.classic import ClassicTransport, L2capSockets
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
-from controller.links.bluetooth.hid.mapping import read
-from controller.links.bluetooth.hid.reports import RELEASED, gamepad
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad
 from controller.protocol.messages import Command, State
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
 
@@ -79,9 +78,12 @@ class Table:
         self.told: asyncio.Queue[str] = asyncio.Queue()
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read("gamepad")), hosts, tell=self.told.put_nowait, remember=lambda known: None
+            load(Path("gamepad"), OUTPUTS),
+            hosts,
+            notify=self.told.put_nowait,
+            store=lambda known: None,
         )
-        self.part = ClassicPart(self.pad, "OrbTouch", self.radio)
+        self.part = ClassicTransport(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []
 
     async def connect(self, address: str) -> tuple[socket.socket, socket.socket]:
@@ -345,7 +347,7 @@ def test_a_python_without_bluetooth_sockets_is_told_what_to_do(
     monkeypatch.delattr(socket, "AF_BLUETOOTH", raising=False)
 
     async def scene(it: Table) -> None:
-        part = ClassicPart(it.pad, "OrbTouch")
+        part = ClassicTransport(it.pad, "OrbTouch")
         with pytest.raises(BluetoothError, match=r"use the system's python3, or --link hid:"):
             await part.begin(it.bus, ADAPTER)
         await part.end()

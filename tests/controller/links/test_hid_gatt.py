@@ -15,15 +15,14 @@ pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extr
 if shutil.which("dbus-daemon") is None:
     pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
+from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
-from controller.links.bluetooth.hid.gatt import GattPart
-from controller.links.bluetooth.hid.held import Held
+from controller.links.bluetooth.hid.gatt import GattTransport
 from controller.links.bluetooth.hid.hid_device import HidDevice
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.mapping import read
 from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
-from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
+from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad, keyboard
 from controller.protocol.messages import Command, State
 from tests.reference import hid
 from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
@@ -43,10 +42,13 @@ class Table:
         self.remembered: list[StoredHosts] = []
         hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            Held(read(mapping)), hosts, tell=self.told.append, remember=self.remembered.append
+            load(Path(mapping), OUTPUTS),
+            hosts,
+            notify=self.told.append,
+            store=self.remembered.append,
         )
         self.percent = 87
-        self.part = GattPart(self.pad, "OrbTouch", lambda: self.percent)
+        self.part = GattTransport(self.pad, "OrbTouch", lambda: self.percent)
 
     async def again(self) -> Bus:
         """Return a new connection to the bus, as for every round of the keeper."""

@@ -84,12 +84,6 @@ def test_an_orb_for_one_host_takes_no_other_ever() -> None:
     assert hosts.active == PHONE
 
 
-def test_a_host_that_is_no_longer_paired_is_forgotten() -> None:
-    hosts = HostSelection(TWO)
-    hosts.forget({PHONE})
-    assert hosts.known == StoredHosts((PHONE,), "")
-
-
 @settings(deadline=None)
 @given(
     st.lists(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from controller.links import Access, LinkError, open_link, split
+from controller.links import Access, Link, LinkError, open_link, split
 from controller.links.multi import MultiLink, create
 from controller.protocol.messages import Bye, Command, Contact, Contacts, Hello, Message, State
 from tests.support.fake_device import welcome
@@ -14,13 +14,14 @@ PRESS = Command("left", "press", 1.0, None, 1)
 FINGER = Contacts((Contact(1, 2.0, 2.0, 1.0, 5.0),))
 
 
-class Played:
+class Played(Link):
     """A link whose host is the test."""
 
-    def __init__(self, *, touched: bool = True) -> None:
-        self.dropped = 0
-        self.connected = False
-        self.touched = touched
+    dropped = 0
+    connected = False
+
+    def __init__(self, *, touchable: bool = True) -> None:
+        self.touchable = touchable
         self.sent: list[Message] = []
         self.asked: list[Message] = []
         self.paired: list[int] = []
@@ -51,7 +52,7 @@ class Played:
 
 @pytest.fixture
 def both() -> tuple[Played, Played, MultiLink]:
-    port, pad = Played(), Played(touched=False)
+    port, pad = Played(), Played(touchable=False)
     return port, pad, MultiLink([port, pad])
 
 
@@ -111,7 +112,7 @@ def test_requests_of_any_host_arrive(both: Both) -> None:
     port, _pad, fan = both
     port.asked = [HELLO, FINGER]
     assert fan.poll() == [HELLO, FINGER]
-    assert fan.touched
+    assert fan.touchable
 
 
 def test_dropped_counts_for_hosts_that_are_there(both: Both) -> None:

@@ -17,8 +17,7 @@ pytest.importorskip("dbus_fast", reason="needs dbus-fast (the extra [bluetooth])
 
 from bumble.sdp import SDP_PDU, DataElement, SDP_ServiceSearchAttributeRequest
 
-from controller.links import open_link
-from controller.links.bluetooth import registration
+from controller.links import open_link, rfcomm
 from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID, record
 from controller.links.rfcomm import RfcommLink
 from controller.protocol.messages import Bye, Command, Hello, Message, Perform
@@ -31,12 +30,12 @@ from tests.support.fake_bluez import until
 
 
 class NoBluez:
-    """In the keeper's place: everything is registered, and nothing ever changes."""
+    """In the thread's place: everything is registered, and nothing ever changes."""
 
     state = "ready"
 
-    def __init__(self, parts: list[Any], *_: object) -> None:
-        parts[0].address = ORB
+    def __init__(self, service: Any, *_: object) -> None:
+        service.address = ORB
 
     def start(self) -> None:
         """There is nothing to start."""
@@ -63,7 +62,7 @@ def wired(air: Air, monkeypatch: pytest.MonkeyPatch) -> Air:
 
 @pytest.fixture
 def link(wired: Air, monkeypatch: pytest.MonkeyPatch) -> Iterator[RfcommLink]:
-    monkeypatch.setattr(registration, "RegistrationThread", NoBluez)
+    monkeypatch.setattr(rfcomm, "RegistrationThread", NoBluez)
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
 

@@ -10,11 +10,14 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import KEYBOARD
 from controller.keymap.keymap_file import parse
 from controller.protocol.messages import Command, Message, State, Telemetry
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.injection.backends import Backend
+from host.injection.injector import Sender
 from host.injection.watchdog import HANG_MS, Watchdog
-from host.targets._keys import KeysTarget
+from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
 
 MAP = parse(
@@ -31,29 +34,26 @@ MAP = parse(
             "desk": {"left": "ctrl+pageup", "pause": {"profile": "game"}},
         },
     },
-    "keyboard",
+    KEYBOARD,
 )
 COMMANDS = (*MAP.profiles["game"], "unheard_of")
 
 
-class Board:
+class Board(Backend):
     """A keyboard as the kernel sees it."""
 
     def __init__(self) -> None:
         self.down: set[str] = set()
 
-    def press(self, key: str) -> None:
-        assert key not in self.down
-        self.down.add(key)
-
-    def release(self, key: str) -> None:
-        self.down.discard(key)
+    def set(self, key: str, *, down: bool) -> None:
+        assert not (down and key in self.down)
+        (self.down.add if down else self.down.discard)(key)
 
     def close(self) -> None:
         assert not self.down
 
 
-class Pipe:
+class Pipe(Sender):
     """The two ends of the watchdog's pipe in one process, on one clock."""
 
     def __init__(self, board: Board, now_ms: int) -> None:
@@ -138,7 +138,7 @@ class AnyMoment(RuleBasedStateMachine):
     def cut(self, cut: Received) -> None:
         self.take(cut)
         assert not self.board.down
-        assert not (isinstance(cut, Lost | Refused) and self.target.pressed.armed)
+        assert not (isinstance(cut, Lost | Refused) and self.target.keys.armed)
 
     @rule(key=st.sampled_from(("f9", "f8", "x")))
     def hot_key(self, key: str) -> None:
@@ -158,7 +158,7 @@ class AnyMoment(RuleBasedStateMachine):
         self.wait(passed_ms)
         assert not self.board.down
         self.take()
-        assert not (was_down and self.target.pressed.armed)
+        assert not (was_down and self.target.keys.armed)
 
     @rule()
     def kill_the_program(self) -> None:
@@ -171,7 +171,7 @@ class AnyMoment(RuleBasedStateMachine):
         was_down = bool(self.board.down)
         self.pipe.dead = True
         self.take()
-        assert not was_down or not (self.board.down or self.target.pressed.armed)
+        assert not was_down or not (self.board.down or self.target.keys.armed)
 
     @rule()
     def end(self) -> None:
@@ -182,8 +182,8 @@ class AnyMoment(RuleBasedStateMachine):
     @invariant()
     def only_what_is_named_is_down_and_nothing_while_disarmed(self) -> None:
         assert self.board.down <= MAP.keys
-        assert self.board.down == set(self.target.pressed.down)
-        assert self.target.pressed.armed or not self.board.down
+        assert self.board.down == set(self.target.keys.down)
+        assert self.target.keys.armed or not self.board.down
 
 
 TestAnyMoment = AnyMoment.TestCase

@@ -27,7 +27,7 @@ PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 DOWN, UP = Stroke("left", True), Stroke("left", False)
 
 
-class Board:
+class Board(Backend):
     """A keyboard on paper, written by the watchdog and by the sender's second handle."""
 
     def __init__(self, paper: Path) -> None:
@@ -41,17 +41,12 @@ class Board:
         last = {mark[1:]: mark[0] for mark in marks}
         return {key for key, mark in last.items() if mark == "+"}
 
-    def press(self, key: str) -> None:
-        raise AssertionError("the second handle presses nothing")
-
-    def release(self, key: str) -> None:
+    def set(self, key: str, *, down: bool) -> None:
+        assert not down, "the second handle presses nothing"
         if self.broken:
             raise BackendError("as a test")
         with self.paper.open("a") as file:
             print(f"-{key}", file=file)
-
-    def close(self) -> None:
-        pass
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.keymap.key_state import Stroke
-from host.injection.backends import BackendError
+from host.injection.backends import Backend, BackendError
 from host.injection.injector import MUTE_MS, Injector
 from host.injection.watchdog import HANG_MS, Watchdog
 from tests.support import SUPPORT
@@ -23,7 +23,7 @@ PATIENCE_S = 20.0  # an upper bound; everything here takes milliseconds
 PAPER = (sys.executable, str(SUPPORT / "recording_watchdog.py"))
 
 
-class Recorder:
+class Recorder(Backend):
     """A keyboard that remembers what was done to it."""
 
     def __init__(self) -> None:
@@ -31,15 +31,11 @@ class Recorder:
         self.down: set[str] = set()
         self.broken = ""
 
-    def press(self, key: str) -> None:
-        self.down.add(key)
-        self.done.append(f"+{key}")
-
-    def release(self, key: str) -> None:
-        if key == self.broken:
+    def set(self, key: str, *, down: bool) -> None:
+        if key == self.broken and not down:
             raise OSError("as a test")
-        self.down.discard(key)
-        self.done.append(f"-{key}")
+        (self.down.add if down else self.down.discard)(key)
+        self.done.append(f"{'+' if down else '-'}{key}")
 
     def close(self) -> None:
         self.done.append("closed")

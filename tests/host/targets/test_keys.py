@@ -11,6 +11,7 @@ import pytest
 
 from controller.errors import UserError
 from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import KEYBOARD
 from controller.keymap.keymap_file import parse
 from controller.protocol.messages import Command, Contacts, Message, State, Telemetry
 from host import targets
@@ -18,8 +19,9 @@ from host import window_loop as loop
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.connection.transport import LinkError
 from host.injection.backends import BackendError
+from host.injection.injector import Sender
 from host.targets import TargetOptions
-from host.targets._keys import KeysTarget
+from host.targets.keys import KeysTarget
 from tests.support.fake_device import welcome
 
 MAP = parse(
@@ -35,11 +37,11 @@ MAP = parse(
             "desk": {"left": "pageup"},
         },
     },
-    "keyboard",
+    KEYBOARD,
 )
 
 
-class Wire:
+class Wire(Sender):
     """Takes strokes, and can fail."""
 
     def __init__(self) -> None:
@@ -94,7 +96,7 @@ class Bench:
 
     def arm(self) -> None:
         self.tick(said("menu"))
-        assert self.target.pressed.armed
+        assert self.target.keys.armed
 
 
 def said(name: str) -> Command:
@@ -136,9 +138,9 @@ def test_silence_keeps_it_armed_and_a_lost_link_does_not() -> None:
     bench = Bench()
     bench.arm()
     bench.tick(Stale())
-    assert bench.target.pressed.armed
+    assert bench.target.keys.armed
     bench.tick(Lost("port: nothing came for 1 s"), Refused("busy"), Connected(welcome()))
-    assert not bench.target.pressed.armed
+    assert not bench.target.keys.armed
     assert bench.said[-1] == "disarmed because the link is gone: port: nothing came for 1 s"
     assert bench.tick(said("left")) == []
 
@@ -149,7 +151,7 @@ def test_trouble_of_the_watchdog_disarms_and_arming_starts_it_again() -> None:
     bench.tick(said("down"))
     bench.wire.trouble = "with every key up: the watchdog has died"
     assert bench.tick() == []  # whoever noticed it has lifted the key
-    assert not bench.target.pressed.armed
+    assert not bench.target.keys.armed
     assert bench.said[-1] == "disarmed with every key up: the watchdog has died"
     starts = bench.wire.starts
     bench.arm()
@@ -160,7 +162,7 @@ def test_what_comes_with_the_arming_is_dropped_if_the_watchdog_had_to_start() ->
     bench = Bench()
     bench.wire.running = False
     assert bench.tick(said("menu"), said("left")) == []
-    assert bench.target.pressed.armed
+    assert bench.target.keys.armed
     assert bench.tick() == []
     assert bench.tick(said("left")) == ["+left"]
 
@@ -170,7 +172,7 @@ def test_text_and_repeat_do_not_go_on_after_the_program_stood_still(name: str) -
     bench = Bench()
     bench.arm()
     bench.tick(said(name), State((name,)))
-    while bench.target.pressed.down:
+    while bench.target.keys.down:
         bench.tick(felt("press"))
     bench.now_s += 0.3
     assert bench.tick(felt("press")) == []
@@ -182,12 +184,12 @@ def test_watchdog_that_does_not_start_again_leaves_it_disarmed() -> None:
     bench = Bench()
     bench.wire.refusal = "there is no /dev/uinput"
     assert bench.tick(said("menu"), said("left")) == []
-    assert not bench.target.pressed.armed
+    assert not bench.target.keys.armed
     assert bench.said[-1] == "disarmed because no key can be pressed: there is no /dev/uinput"
 
 
 def test_command_of_the_mapping_that_no_orb_has_is_told_once() -> None:
-    misspelt = parse({"profile": {"game": {"laft": "left", "menu": {"arm": True}}}}, "keyboard")
+    misspelt = parse({"profile": {"game": {"laft": "left", "menu": {"arm": True}}}}, KEYBOARD)
     said: list[str] = []
     target = KeysTarget(misspelt, Wire(), said.append, lambda armed: None)
     target.tick(0.0, [Connected(welcome())])
@@ -265,7 +267,7 @@ def test_without_a_window_it_acts_until_its_time_is_up() -> None:
     news = FakeReceiver([Connected(welcome())], [Delivered(said("menu"), 0)])
     clock = iter(range(100))
     loop.serve(bench.target, news, seconds=0.5, clock=lambda: next(clock) / 10)
-    assert bench.target.pressed.armed
+    assert bench.target.keys.armed
 
 
 def test_without_a_window_a_first_connection_that_fails_is_the_end() -> None:

@@ -12,15 +12,15 @@ import torch
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models.__main__ import main
 from models.data.augment import vary_user_windows
 from models.data.examples import Examples
 from models.data.recipe import UNVARIED_USER, VARIED_USER
 from models.data.simulate import DataSet
 from models.evaluation import user_metrics
-from models.training.simulated_users import SimulatedUsers
 from models.training.user_task import AFTER, UserGestures, event_means
+from tests.benchmarks.simulated_users import SimulatedUsers
 
 pytestmark = pytest.mark.train
 

@@ -1,7 +1,7 @@
-"""Classic HID through BlueZ: our record with bluetoothd, and the two channels as sockets of ours.
+"""Classic HID through BlueZ: a service record with bluetoothd, and two channels as sockets.
 
-bluetoothd's own input plugin, which is for hosts, takes the same two channels of every adapter, so
-it has to be left out (bluetoothd --noplugin=input); HID over GATT has no such trouble.
+bluetoothd's input plugin, which is for hosts, opens the same two channels of every adapter, so it
+has to be left out (bluetoothd --noplugin=input). HID over GATT works beside it.
 """
 
 import asyncio
@@ -9,27 +9,24 @@ import contextlib
 import errno
 import logging
 import socket
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from dbus_fast.annotations import DBusDict, DBusObjectPath, DBusUnixFd
 from dbus_fast.service import ServiceInterface, dbus_method
 
 from controller.links.bluetooth.bluez import (
     ADAPTER,
-    DEVICE,
     ROOT,
     BluetoothError,
+    Bus,
     Properties,
     bonded,
     devices,
     variant,
 )
+from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID, HidChannels, record
-
-if TYPE_CHECKING:
-    from controller.links.bluetooth.bluez import Bus
-    from controller.links.bluetooth.hid.hid_device import HidDevice
-    from controller.links.bluetooth.hid.reports import Report
+from controller.links.bluetooth.hid.reports import Report
 
 PROFILE: Final = "/orbtouch/classic"
 MANAGER: Final = "org.bluez.ProfileManager1"
@@ -80,50 +77,43 @@ class L2capSockets:
 
 
 class _Host:
-    """One host's channels, of which there may be one so far."""
+    """The channels of one host, of which one may be missing so far."""
 
     def __init__(self) -> None:
         self.sockets: dict[int, socket.socket] = {}
-        self.talk = HidChannels()
+        self.channels = HidChannels()
         self.waiting: list[bytes] = []  # for the interrupt channel
 
 
-class ClassicPart:
-    """Keeps the record registered, and tells `HidDevice` who comes and goes."""
+class ClassicTransport(HidTransport):
+    """Service record and channels, registered with BlueZ."""
 
-    def __init__(self, pad: "HidDevice", name: str, radio: L2capSockets | None = None) -> None:
+    def __init__(self, device: HidDevice, name: str, radio: L2capSockets | None = None) -> None:
         """Prepare.
 
         Args:
-            pad: What is down, and for whom.
+            device: Held keys, and hosts.
             name: Under which hosts find the orb.
             radio: Where sockets come from; None: the kernel.
         """
-        self._pad, self._name = pad, name
+        super().__init__(device, name)
         self._radio = L2capSockets() if radio is None else radio
-        self._bus: Bus | None = None
-        self._adapter = self._address = ""
+        self._address = ""  # of the adapter
         self._listeners: list[socket.socket] = []
-        self._hosts: dict[str, _Host] = {}
-        self._bonded: dict[str, str] = {}  # address by path
+        self._hosts: dict[str, _Host] = {}  # by address
         self._dialling: asyncio.Task[None] | None = None
 
-    # --- the keeper's side ---
+    # --- the registration ---
 
-    async def begin(self, bus: "Bus", adapter: str) -> None:
+    async def begin(self, bus: Bus, adapter: str) -> None:
         """Register with BlueZ, and wait for hosts.
 
         Raises:
-            BluetoothError: It cannot be; one sentence says why.
+            BluetoothError: It cannot be; the message is one sentence.
         """
-        self._adapter = adapter
         objects = await bus.objects()
+        self._adapter, self._devices = adapter, devices(objects, adapter)
         self._address = objects[adapter][ADAPTER]["Address"]
-        self._bonded = {
-            path: device["Address"]
-            for path, device in devices(objects, adapter).items()
-            if bonded(device)
-        }
         loop = asyncio.get_running_loop()
         for port in (CONTROL, INTERRUPT):
             listener = self._listen(port)
@@ -136,14 +126,13 @@ class ClassicPart:
             "RequireAuthorization": variant("b", False),
         }
         bus.export(PROFILE, _Profile())
-        self._bus = bus
         await bus.call(ROOT, MANAGER, "RegisterProfile", "osa{sv}", PROFILE, UUID, options)
         bus.listen(self._hear)
-        self._pad.open(self)
+        self._hid.open(self)
 
     async def end(self) -> None:
-        """Say that nothing is down, close the channels, and let BlueZ forget us."""
-        self._pad.close()  # sends the last reports, if there is still a way
+        """Release everything on the host, and close the channels."""
+        self._hid.close()  # sends the last reports, if there is still a way
         self.seek(False)
         loop = asyncio.get_running_loop()
         for listener in self._listeners:
@@ -152,26 +141,33 @@ class ClassicPart:
         self._listeners.clear()
         for address in list(self._hosts):
             self._close(address, "the orb has gone")
-        self._bus = None  # which forgets the profile when the keeper closes it
 
-    # --- the pad's side ---
+    # --- the device's side ---
 
-    def send(self, report: "Report") -> None:
-        """Send a report to the host that has the orb."""
-        host = self._hosts.get(self._pad.hosts.active)
-        if host is not None and (message := host.talk.report(report)) is not None:
+    def send(self, report: Report) -> None:
+        """Send a report to the active host."""
+        address = self._hid.hosts.active
+        host = self._hosts.get(address)
+        if host is not None and (message := host.channels.report(report)) is not None:
             host.waiting.append(message)
-            self._write(self._pad.hosts.active, host)
+            self._write(address, host)
 
     def drop(self, address: str) -> None:
         """Close a host's channels, a moment later: what was sent goes first."""
         asyncio.get_running_loop().call_soon(self._close, address, "another host has the orb")
 
     def seek(self, wanted: bool) -> None:
-        """Call the host that had the orb last until it answers, or no longer."""
+        """Call the host that was active last until it answers, or no longer."""
         if self._dialling is not None:
             self._dialling.cancel()
         self._dialling = asyncio.get_running_loop().create_task(self._dial()) if wanted else None
+
+    def _changed(self, before: Properties, after: Properties) -> None:
+        if bonded(before) and not bonded(after):
+            self._close(before["Address"], "it is no longer paired")
+
+    def _is_bonded(self, address: str) -> bool:
+        return any(bonded(one) and one["Address"] == address for one in self._devices.values())
 
     # --- the channels ---
 
@@ -196,7 +192,7 @@ class ClassicPart:
         with contextlib.suppress(OSError):  # it went away before we looked
             connection, address = self._radio.accept(listener)
             connection.setblocking(False)
-            if address not in self._bonded.values():
+            if not self._is_bonded(address):
                 log.warning("%s is not paired, and was refused", address)
                 connection.close()
                 return
@@ -210,7 +206,7 @@ class ClassicPart:
         host.sockets[port] = connection
         asyncio.get_running_loop().add_reader(connection, self._read, address, port)
         if len(host.sockets) == 2:
-            self._pad.arrive(address)
+            self._hid.arrive(address)
 
     def _read(self, address: str, port: int) -> None:
         host = self._hosts[address]
@@ -218,14 +214,14 @@ class ClassicPart:
             message = host.sockets[port].recv(PACKET)
             if not message:
                 raise ConnectionResetError("the host closed it")
-            if port == CONTROL and (answer := host.talk.control(message)) is not None:
+            if port == CONTROL and (answer := host.channels.control(message)) is not None:
                 host.sockets[port].send(answer)
         except BlockingIOError:
             return
         except OSError as error:
             self._close(address, str(error))
             return
-        if host.talk.unplugged:
+        if host.channels.unplugged:
             self._close(address, "the host has let go of it")
 
     def _write(self, address: str, host: _Host) -> None:
@@ -257,16 +253,16 @@ class ClassicPart:
                 loop.remove_reader(connection)
                 loop.remove_writer(connection)
                 connection.close()
-        self._pad.leave(address)
+        self._hid.leave(address)
 
     async def _dial(self) -> None:
-        """Call until somebody has the orb; `seek` ends it."""
+        """Call the host until it answers; `seek` ends it."""
         attempt = 0
         while True:
             await asyncio.sleep(PAUSES_S[min(attempt, len(PAUSES_S) - 1)])
             attempt += 1
-            address = self._pad.hosts.known.wanted
-            if address not in self._bonded.values() or address in self._hosts:
+            address = self._hid.hosts.known.wanted
+            if address in self._hosts or not self._is_bonded(address):
                 continue
             fresh: dict[int, socket.socket] = {}
             try:
@@ -281,16 +277,6 @@ class ClassicPart:
                 continue
             for port, connection in fresh.items():
                 self._attach(address, port, connection)
-
-    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
-        """Follow who is paired."""
-        if interface != DEVICE or not path.startswith(f"{self._adapter}/"):
-            return
-        if changes is None:
-            self._close(self._bonded.pop(path, ""), "it is no longer paired")
-        elif changes.get("Bonded", changes.get("Paired")):
-            address = changes.get("Address") or path.rpartition("dev_")[2].replace("_", ":")
-            self._bonded[path] = address
 
 
 class _Profile(ServiceInterface):

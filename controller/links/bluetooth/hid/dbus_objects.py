@@ -1,196 +1,136 @@
-"""Our services and our advertisement as BlueZ wants to see them: objects on D-Bus.
+"""GATT services and the advertisement of the HID device, as D-Bus objects for BlueZ.
 
-The names are those of BlueZ's interfaces (doc/org.bluez.GattCharacteristic.rst and its neighbours).
-Annotations are the D-Bus types, read when the classes are made.
+Names of interfaces, properties and methods are BlueZ's: doc/org.bluez.GattCharacteristic.rst and
+its neighbours. Annotations of methods are D-Bus types, read when the classes are made.
 """
 
 import logging
-from typing import Annotated, Any, Final, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from dbus_fast import PropertyAccess
-from dbus_fast.annotations import (
-    DBusBool,
-    DBusBytes,
-    DBusDict,
-    DBusObjectPath,
-    DBusSignature,
-    DBusStr,
-    DBusUInt16,
-    DBusUInt32,
-)
+from dbus_fast.annotations import DBusBytes, DBusDict, DBusSignature
 from dbus_fast.service import ServiceInterface, dbus_method, dbus_property
 
+from controller.links.bluetooth.hid import gatt_services
 from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID
+
+if TYPE_CHECKING:
+    from controller.links.bluetooth.hid.gatt import GattTransport
 
 CHARACTERISTIC: Final = "org.bluez.GattCharacteristic1"
 INTERVAL_MS: Final = (30, 60)  # between two advertisements, so that hosts are quick to come back
 
 log = logging.getLogger(__name__)
 
-Words = Annotated[list[str], DBusSignature("as")]
+
+def service(uuid: int) -> ServiceInterface:
+    """Return a service, which has nothing but characteristics."""
+    properties = {"UUID": ("s", f"{uuid:04x}"), "Primary": ("b", True)}
+    return _with_properties(ServiceInterface, properties)("org.bluez.GattService1")
 
 
-class CharacteristicValues(Protocol):
-    """Who answers hosts."""
+def characteristic(
+    one: gatt_services.Characteristic, path: str, transport: "GattTransport"
+) -> ServiceInterface:
+    """Return a value that hosts can reach.
 
-    def read(self, name: str, offset: int, device: str) -> bytes:
-        """Return a value from an offset on; `device` is the path of the host that asks."""
-
-    def write(self, name: str, value: bytes, offset: int) -> None:
-        """Take what a host writes."""
-
-    def listened(self, name: str) -> None:
-        """Somebody has begun to listen."""
-
-
-class Service(ServiceInterface):
-    """A service, which has nothing but characteristics."""
-
-    def __init__(self, uuid: int) -> None:
-        super().__init__("org.bluez.GattService1")
-        self._uuid = uuid
-
-    @dbus_property(access=PropertyAccess.READ)
-    def UUID(self) -> DBusStr:  # noqa: N802
-        """Which kind of thing it is."""
-        return f"{self._uuid:04x}"
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Primary(self) -> DBusBool:  # noqa: N802
-        """Whether hosts find it by themselves."""
-        return True
+    Args:
+        one: Its description.
+        path: Of its service.
+        transport: Where it is read and written.
+    """
+    properties = {
+        "UUID": ("s", f"{one.uuid:04x}"),
+        "Service": ("o", path),
+        "Flags": ("as", list(one.flags)),
+    }
+    return _with_properties(_Characteristic, properties)(one.name, transport)
 
 
-class Characteristic(ServiceInterface):
-    """A value that hosts can reach."""
+def descriptor(uuid: int, value: bytes, path: str) -> ServiceInterface:
+    """Return a description of the characteristic at a path, which never changes."""
+    properties = {
+        "UUID": ("s", f"{uuid:04x}"),
+        "Characteristic": ("o", path),
+        "Flags": ("as", ["encrypt-read"]),
+    }
+    return _with_properties(_Descriptor, properties)(value)
 
-    def __init__(
-        self,
-        values: CharacteristicValues,
-        label: str,
-        uuid: int,
-        flags: tuple[str, ...],
-        service: str,
-    ) -> None:
+
+def advertisement(name: str, discoverable: bool) -> ServiceInterface:
+    """Return the advertisement.
+
+    Args:
+        name: The name that hosts show.
+        discoverable: Whether hosts that are not paired show it.
+    """
+    properties = {
+        "Type": ("s", "peripheral"),  # hosts may connect
+        "ServiceUUIDs": ("as", [f"{HID:04x}"]),
+        "Appearance": ("q", APPEARANCE),
+        "LocalName": ("s", name),
+        "Discoverable": ("b", discoverable),
+        "MinInterval": ("u", INTERVAL_MS[0]),
+        "MaxInterval": ("u", INTERVAL_MS[1]),
+    }
+    return _with_properties(_Advertisement, properties)("org.bluez.LEAdvertisement1")
+
+
+class _Characteristic(ServiceInterface):
+    def __init__(self, name: str, transport: "GattTransport") -> None:
         super().__init__(CHARACTERISTIC)
-        self._values, self._label = values, label
-        self._uuid, self._flags, self._service = uuid, flags, service
-
-    @dbus_property(access=PropertyAccess.READ)
-    def UUID(self) -> DBusStr:  # noqa: N802
-        """Which kind of thing it is."""
-        return f"{self._uuid:04x}"
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Service(self) -> DBusObjectPath:  # noqa: N802
-        """The path of its service."""
-        return self._service
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Flags(self) -> Words:  # noqa: N802
-        """What may be done with it."""
-        return list(self._flags)
+        self._name, self._transport = name, transport
 
     @dbus_method()
     def ReadValue(self, options: DBusDict) -> DBusBytes:  # noqa: N802
-        """A host reads."""
-        return self._values.read(self._label, _number(options, "offset"), _text(options, "device"))
+        device = str(_option(options, "device", ""))
+        return self._transport.read(self._name, int(_option(options, "offset", 0)), device)
 
     @dbus_method()
     def WriteValue(self, value: DBusBytes, options: DBusDict) -> None:  # noqa: N802
-        """A host writes."""
-        self._values.write(self._label, value, _number(options, "offset"))
+        self._transport.write(self._name, value, int(_option(options, "offset", 0)))
 
     @dbus_method()
     def StartNotify(self) -> None:  # noqa: N802
-        """The first host has begun to listen."""
-        self._values.listened(self._label)
+        self._transport.subscribed(self._name)
 
     @dbus_method()
     def StopNotify(self) -> None:  # noqa: N802
-        """The last one has gone."""
-        log.debug("no host listens to %s", self._label)
+        log.debug("no host listens to %s", self._name)
 
 
-class Descriptor(ServiceInterface):
-    """Something more about a characteristic, which never changes."""
-
-    def __init__(self, uuid: int, value: bytes, characteristic: str) -> None:
+class _Descriptor(ServiceInterface):
+    def __init__(self, value: bytes) -> None:
         super().__init__("org.bluez.GattDescriptor1")
-        self._uuid, self._value, self._characteristic = uuid, value, characteristic
-
-    @dbus_property(access=PropertyAccess.READ)
-    def UUID(self) -> DBusStr:  # noqa: N802
-        """Which kind of thing it is."""
-        return f"{self._uuid:04x}"
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Characteristic(self) -> DBusObjectPath:  # noqa: N802
-        """The path of its characteristic."""
-        return self._characteristic
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Flags(self) -> Words:  # noqa: N802
-        """What may be done with it."""
-        return ["encrypt-read"]
+        self._value = value
 
     @dbus_method()
     def ReadValue(self, options: DBusDict) -> DBusBytes:  # noqa: N802
-        """A host reads."""
-        return self._value[_number(options, "offset") :]
+        return self._value[int(_option(options, "offset", 0)) :]
 
 
-class Advertisement(ServiceInterface):
-    """What the orb says while it looks for a host."""
-
-    def __init__(self, title: str, discoverable: bool) -> None:
-        super().__init__("org.bluez.LEAdvertisement1")
-        self._title, self._discoverable = title, discoverable
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Type(self) -> DBusStr:  # noqa: N802
-        """Hosts may connect."""
-        return "peripheral"
-
-    @dbus_property(access=PropertyAccess.READ)
-    def ServiceUUIDs(self) -> Words:  # noqa: N802
-        """By which a host knows what to use it for."""
-        return [f"{HID:04x}"]
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Appearance(self) -> DBusUInt16:  # noqa: N802
-        """The picture that hosts show."""
-        return APPEARANCE
-
-    @dbus_property(access=PropertyAccess.READ)
-    def LocalName(self) -> DBusStr:  # noqa: N802
-        """The name that hosts show."""
-        return self._title
-
-    @dbus_property(access=PropertyAccess.READ)
-    def Discoverable(self) -> DBusBool:  # noqa: N802
-        """Whether strangers shall show it."""
-        return self._discoverable
-
-    @dbus_property(access=PropertyAccess.READ)
-    def MinInterval(self) -> DBusUInt32:  # noqa: N802
-        """Milliseconds between two advertisements, at least."""
-        return INTERVAL_MS[0]
-
-    @dbus_property(access=PropertyAccess.READ)
-    def MaxInterval(self) -> DBusUInt32:  # noqa: N802
-        """Milliseconds between two advertisements, at most."""
-        return INTERVAL_MS[1]
-
+class _Advertisement(ServiceInterface):
     @dbus_method()
     def Release(self) -> None:  # noqa: N802
-        """BlueZ has let go of it."""
         log.debug("BlueZ no longer advertises")
 
 
-def _number(options: dict[str, Any], name: str) -> int:
-    return int(options[name].value) if name in options else 0
+def _with_properties(
+    kind: Any, properties: dict[str, tuple[str, Any]]
+) -> Callable[..., ServiceInterface]:
+    """Return a class with properties that never change: the D-Bus type and the value of each."""
+    return type(kind.__name__, (kind,), {n: _constant(n, *one) for n, one in properties.items()})
 
 
-def _text(options: dict[str, Any], name: str) -> str:
-    return str(options[name].value) if name in options else ""
+def _constant(name: str, signature: str, value: Any) -> Any:
+    def read(self: Any) -> Any:
+        return value
+
+    read.__name__ = name  # by which dbus-fast finds it
+    read.__annotations__["return"] = Annotated[Any, DBusSignature(signature)]
+    return dbus_property(PropertyAccess.READ, name)(read)
+
+
+def _option(options: dict[str, Any], name: str, usual: Any) -> Any:
+    return options[name].value if name in options else usual

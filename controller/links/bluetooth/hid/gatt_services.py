@@ -1,8 +1,8 @@
 """GATT services of the HID device: HID, battery and device information.
 
-As the specifications HIDS 1.0, BAS 1.0 and DIS 1.1 want it, in tables. Everything needs an
-encrypted link, so that a host which is not paired learns nothing. Pure: whoever owns the bus asks
-`ServiceValues` for values, hands it what was written, and sends what it says has changed.
+By the specifications HIDS 1.0, BAS 1.0 and DIS 1.1, in tables. Every value needs an encrypted link,
+so a host that is not paired reads nothing. Pure: the transport reads and writes `ServiceValues`,
+and sends the values that it returns.
 """
 
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ _WRITABLE: Final = {
 
 
 class OfferError(ValueError):
-    """A host asked for what cannot be; `name` is BlueZ's word for it."""
+    """A request of a host that is refused; `name` is BlueZ's name of the error."""
 
     def __init__(self, name: str, message: str) -> None:
         super().__init__(message)
@@ -85,20 +85,15 @@ class OfferError(ValueError):
 
 
 class ServiceValues:
-    """The values behind `SERVICES`.
-
-    Attributes:
-        suspended: Whether the host sleeps; what is pressed wakes it.
-    """
+    """The values behind `SERVICES`."""
 
     def __init__(self, name: str, battery: int) -> None:
         """Begin with everything up.
 
         Args:
-            name: Who made the device.
+            name: Of the manufacturer.
             battery: Percent.
         """
-        self.suspended = False
         self._values = {
             "report_map": REPORT_MAP,
             "lights": b"\0",
@@ -113,7 +108,7 @@ class ServiceValues:
 
     @property
     def mode(self) -> int:
-        """`BOOT` or `REPORTS`: in which form the host wants to hear of keys."""
+        """`BOOT` or `REPORTS`: the protocol that the host has chosen."""
         return self._values["protocol_mode"][0]
 
     def read(self, name: str, offset: int = 0) -> bytes:
@@ -141,8 +136,6 @@ class ServiceValues:
         if value[0] not in known:
             raise OfferError("org.bluez.Error.Failed", f"{name} cannot be {value[0]}")
         self._values[name] = bytes(value)
-        if name == "control_point":
-            self.suspended = value[0] == 0
 
     def report(self, report: Report) -> list[tuple[str, bytes]]:
         """Take a new report; return what has to be sent: names and values."""
@@ -163,8 +156,7 @@ class ServiceValues:
         return [("battery", value)]
 
     def forget(self) -> None:
-        """A host has come or gone: the mode begins anew, and nothing is down (HIDS, 2.1)."""
-        self.suspended = False
+        """Reset the protocol and release everything: a host has come or gone (HIDS, 2.1)."""
         self._values["protocol_mode"] = bytes([REPORTS])
         for report in RELEASED:
             self.report(report)

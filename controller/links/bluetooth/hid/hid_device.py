@@ -1,80 +1,74 @@
-"""From commands to one host: what is down, who has the orb, and the clock that moves both.
+"""The HID device: held keys, the active host, and the transport that brings reports to it.
 
-An edge: it lives on an asyncio loop, and takes its time from there. A `ReportTransport` brings
-reports to hosts, over GATT or over classic Bluetooth.
+Everything runs on an asyncio loop, and takes its time from there.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+from abc import abstractmethod
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final
 
-from controller.links.bluetooth.hid.held import Held
+from controller.keymap.key_state import KeyState
+from controller.keymap.keymap import KeyMap
+from controller.links.bluetooth.bluez import DEVICE, Bus, Properties
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
-from controller.links.bluetooth.hid.reports import Report
+from controller.links.bluetooth.hid.reports import HeldReports, Report
+from controller.links.bluetooth.registration import Registration
 from controller.protocol.messages import Command, Message, State, Telemetry
 
+GAP_S: Final = 0.02  # between two taps of one key: more than a picture of a game at 60 Hz
+
 log = logging.getLogger(__name__)
-
-
-class ReportTransport(Protocol):
-    """Brings reports to hosts. Nothing waits."""
-
-    def send(self, report: Report) -> None:
-        """Send a report to the host that has the orb."""
-
-    def drop(self, address: str) -> None:
-        """Disconnect a host."""
-
-    def seek(self, wanted: bool) -> None:
-        """Be found by paired hosts, or no longer."""
 
 
 class HidDevice:
     """The orb as hosts see it. Everything is called on the loop.
 
     Attributes:
-        held: What is down.
-        hosts: Who is there.
+        keys: State of held keys and buttons.
+        hosts: Connected and active hosts.
     """
 
     def __init__(
         self,
-        held: Held,
+        key_map: KeyMap,
         hosts: HostSelection,
         *,
-        tell: Callable[[str], None],
-        remember: Callable[[StoredHosts], None],
+        notify: Callable[[str], None],
+        store: Callable[[StoredHosts], None],
     ) -> None:
-        """Begin with nobody there.
+        """Begin without a host.
 
         Args:
-            held: By the player's mapping.
+            key_map: What commands press.
             hosts: Those that are known; its clock is the loop's.
-            tell: Called with the address of the host that has the orb, "" if none has.
-            remember: Called with what the next run shall know.
+            notify: Called with the address of the active host, "" if there is none.
+            store: Called with the hosts to store for the next run.
         """
-        self.held = held
+        self.keys = KeyState(key_map, armed=True, gap_s=GAP_S)
         self.hosts = hosts
-        self._tell = tell
-        self._remember = remember
-        self._transport: ReportTransport | None = None
+        self._reports = HeldReports()
+        self._waiting: list[Report] = []
+        self._notify = notify
+        self._store = store
+        self._transport: HidTransport | None = None
         self._active = ""
         self._known = hosts.known
         self._seeking: bool | None = None
         self._dropped: set[str] = set()  # sent away, and not gone yet
         self._timer: asyncio.TimerHandle | None = None
 
-    def open(self, transport: ReportTransport) -> None:
+    def open(self, transport: HidTransport) -> None:
         """Hosts can be reached from now on."""
         self._transport, self._seeking = transport, None
         self._turn()
 
     def close(self) -> None:
-        """Hosts can be reached no longer; the one that had the orb is told that nothing is down."""
-        self.held.release()
+        """Release everything on the active host; hosts can be reached no longer."""
+        self._release()
         self._turn()
         for address in [self.hosts.active, *self.hosts.unwanted()]:
             self.hosts.leave(address, self._now_s())
@@ -84,75 +78,129 @@ class HidDevice:
             self._timer.cancel()
 
     def take(self, message: Message) -> None:
-        """Take what the orb says: Command, State and Telemetry mean something here."""
+        """Press or release by a message of the device: Command, State or Telemetry."""
         now_s = self._now_s()
         match message:
             case Command(name=name):
-                self.held.command(name, now_s)
+                self.keys.command(name, now_s)
             case State(pressed=pressed):
-                self.held.state(pressed, now_s)
+                self.keys.state(pressed, now_s)
             case Telemetry(gesture=""):
-                self.held.state((), now_s)
+                self.keys.state((), now_s)
             case Telemetry():
-                self.held.word(now_s)
+                self.keys.still_held(now_s)
+        if self.keys.hosts:
+            self._release()
         self._turn()
 
     def arrive(self, address: str) -> None:
-        """A paired host has connected, or begun to listen: to it nothing is down."""
+        """A paired host has connected, or subscribed to reports: everything is up for it."""
         if address == self.hosts.active:
-            self.held.release()
+            self._release()
         self.hosts.arrive(address, self._now_s())
         self._turn()
 
     def leave(self, address: str) -> None:
-        """A host has gone."""
+        """A host has disconnected."""
         self.hosts.leave(address, self._now_s())
         self._turn()
 
     def _turn(self) -> None:
         """Let time pass, and do what follows."""
         now_s = self._now_s()
-        self.held.tick(now_s)
-        self._flush()  # to the host that has the orb, before another gets it
-        for wish in self.held.wishes:
-            log.info(self.hosts.change(wish.number, now_s))
+        self.keys.tick(now_s)
+        self._flush()  # to the active host, before another becomes active
+        for number in self.keys.hosts:
+            log.info(self.hosts.change(number, now_s))
         self.hosts.tick(now_s)
         if self.hosts.active != self._active:
             self._active = self.hosts.active
-            self.held.release()
+            self._release()
             self._flush()
-            self._tell(self._active)
+            self._notify(self._active)
         if self._transport is not None:
-            unwanted = set(self.hosts.unwanted())
-            for address in unwanted - self._dropped:
-                log.info("host %s is sent away: another has the orb, or shall have it", address)
-                self._transport.drop(address)
-            self._dropped = unwanted
-            if self._seeking is not (seek := not self._active):
-                self._seeking = seek
-                self._transport.seek(seek)
-        for sentence in self.held.told:
+            self._steer(self._transport)
+        for sentence in self.keys.notes:
             log.info("%s", sentence)
-        self.held.wishes, self.held.told = [], []
+        self.keys.hosts, self.keys.notes = [], []
         if self.hosts.known != self._known:
             self._known = self.hosts.known
-            self._remember(self._known)
+            self._store(self._known)
         self._plan()
 
+    def _steer(self, transport: HidTransport) -> None:
+        """Disconnect hosts that are not active; look for one if none is."""
+        unwanted = set(self.hosts.unwanted())
+        for address in unwanted - self._dropped:
+            log.info("host %s is disconnected: another one is active, or selected", address)
+            transport.drop(address)
+        self._dropped = unwanted
+        if self._seeking is not (seek := not self._active):
+            self._seeking = seek
+            transport.seek(seek)
+
+    def _release(self) -> None:
+        """Put everything up, and report that in any case."""
+        self.keys.release()
+        self.keys.strokes = []
+        self._waiting += self._reports.release()
+
     def _flush(self) -> None:
-        """Send what has gathered, if there is somebody to hear it."""
-        reports, self.held.output = self.held.output, []
+        """Send the reports that wait, if there is an active host."""
+        reports = self._waiting + self._reports.follow(self.keys.strokes)
+        self._waiting, self.keys.strokes = [], []
         if self._transport is not None and self._active and self._active == self.hosts.active:
             for report in reports:
                 self._transport.send(report)
 
     def _plan(self) -> None:
-        """Come back when time has something to do."""
+        """Call `_turn` again when something is due."""
         if self._timer is not None:
             self._timer.cancel()
-        times = [due for due in (self.held.due_s, self.hosts.due_s) if due is not None]
+        times = [due for due in (self.keys.due_s, self.hosts.due_s) if due is not None]
         loop = asyncio.get_running_loop()
         self._timer = loop.call_at(min(times), self._turn) if times else None
 
     def _now_s(self) -> float:
         return asyncio.get_running_loop().time()
+
+
+class HidTransport(Registration):
+    """A way to bring reports to hosts, over GATT or over classic Bluetooth. Nothing waits."""
+
+    def __init__(self, device: HidDevice, name: str) -> None:
+        """Prepare.
+
+        Args:
+            device: Held keys, and hosts.
+            name: Under which hosts find the orb.
+        """
+        self._hid, self._name = device, name
+        self._bus: Bus | None = None
+        self._adapter = ""
+        self._devices: dict[str, Properties] = {}  # of the adapter, by BlueZ's path
+
+    @abstractmethod
+    def send(self, report: Report) -> None:
+        """Send a report to the active host."""
+
+    @abstractmethod
+    def drop(self, address: str) -> None:
+        """Disconnect a host."""
+
+    def seek(self, wanted: bool) -> None:
+        """Look for paired hosts, or no longer; nothing to do where the kernel advertises."""
+
+    @abstractmethod
+    def _changed(self, before: Properties, after: Properties) -> None:
+        """Follow a host whose properties have changed; it is new or gone where they are empty."""
+
+    def _hear(self, path: str, interface: str, changes: Properties | None) -> None:
+        """Take a change of BlueZ's objects."""
+        if interface == DEVICE and path.startswith(f"{self._adapter}/"):
+            before = self._devices.get(path, {})
+            if changes is None:
+                self._devices.pop(path, None)
+            else:
+                self._devices[path] = before | changes
+            self._changed(before, self._devices.get(path, {}))

@@ -1,25 +1,26 @@
 """Selection of the active one of several paired hosts. Pure; time comes in.
 
-One host at a time: what is pressed shall reach one screen only. The orb waits for the host that had
-it last, and after a while takes whichever paired host comes. A player changes hosts by a command.
+One host is active at a time, so that a press reaches one screen only. The orb waits for the host
+that was active last, and after a while takes the first paired host that connects. A command selects
+another one.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from controller.links.bluetooth.hid.mapping import NEXT
+from controller.keymap.keymap import NEXT_HOST
 
-WAIT_S: Final = 10.0  # for the host that is wanted, before any other will do
+WAIT_S: Final = 10.0  # for the wanted host, before any other becomes active
 
 
 @dataclass(frozen=True, slots=True)
 class StoredHosts:
-    """What is remembered from one run to the next.
+    """Hosts that are stored from one run to the next.
 
     Attributes:
-        hosts: Addresses of all hosts that ever had the orb, oldest first.
-        wanted: The one that had it last, "" if none.
+        hosts: Addresses of all hosts that were ever active, oldest first.
+        wanted: The one that was active last, "" if none.
     """
 
     hosts: tuple[str, ...] = ()
@@ -27,26 +28,26 @@ class StoredHosts:
 
 
 class HostSelection:
-    """Who is there, and who has the orb.
+    """Connected hosts, and the active one.
 
     Attributes:
-        known: To be remembered; changes only when a host gets the orb, or is wished for.
-        active: The host that has the orb, "" if none.
+        known: Hosts to store; changes only when a host becomes active, or is selected.
+        active: The address of the active host, "" if none.
     """
 
     def __init__(self, known: StoredHosts, only: str = "", now_s: float = 0.0) -> None:
-        """Begin with nobody there.
+        """Begin without a connected host.
 
         Args:
             known: From the last run.
-            only: The address of the one host that may have the orb, "" for any.
+            only: The address of the one host that may be active, "" for any.
             now_s: The time.
         """
         self.known = StoredHosts(known.hosts, only) if only else known
         self.active = ""
         self._only = only
-        self._present: list[str] = []  # in the order in which they came
-        self._open_s = now_s + WAIT_S  # from then on anyone will do
+        self._present: list[str] = []  # in the order in which they connected
+        self._open_s = now_s + WAIT_S  # from then on any host may become active
 
     @property
     def due_s(self) -> float | None:
@@ -60,24 +61,18 @@ class HostSelection:
         self.tick(now_s)
 
     def leave(self, address: str, now_s: float) -> None:
-        """It has gone."""
+        """A host has disconnected."""
         if address in self._present:
             self._present.remove(address)
         if address == self.active:
             self.active = ""
             self._open_s = now_s + WAIT_S
 
-    def forget(self, bonded: Collection[str]) -> None:
-        """Only these are still paired."""
-        kept = tuple(address for address in self.known.hosts if address in bonded)
-        wanted = self.known.wanted
-        self.known = StoredHosts(kept, wanted if wanted in bonded or wanted == self._only else "")
-
     def change(self, number: int, now_s: float) -> str:
-        """Give the orb to another host, now or as soon as it comes.
+        """Select another host, now or as soon as it connects.
 
         Args:
-            number: Which of those that are known, from 1; or `NEXT`.
+            number: Which of those that are known, from 1; or `NEXT_HOST`.
             now_s: The time.
 
         Returns:
@@ -90,7 +85,7 @@ class HostSelection:
             return f"there is no host {number or 'yet'}; there are {len(hosts)}"
         wanted = self.known.wanted
         after = hosts.index(wanted) + 1 if wanted in hosts else 0
-        chosen = hosts[after % len(hosts) if number == NEXT else number - 1]
+        chosen = hosts[after % len(hosts) if number == NEXT_HOST else number - 1]
         self.known = StoredHosts(self.known.hosts, chosen)
         if self.active != chosen:
             self.active = ""
@@ -99,18 +94,18 @@ class HostSelection:
         return f"host {hosts.index(chosen) + 1} of {len(hosts)}, {chosen}"
 
     def tick(self, now_s: float) -> None:
-        """Let time pass; whoever may have the orb gets it."""
+        """Let time pass, and choose the active host."""
         if self.active:
             return
         wanted = self.known.wanted
-        anyone = not self._only and (not wanted or now_s >= self._open_s)
+        any_host = not self._only and (not wanted or now_s >= self._open_s)
         for address in self._present:
-            if address == wanted or anyone:
+            if address == wanted or any_host:
                 self.active = address
                 fresh = () if address in self.known.hosts else (address,)
                 self.known = StoredHosts(self.known.hosts + fresh, address)
                 return
 
     def unwanted(self) -> list[str]:
-        """Return who is there and shall go, so that nothing reaches it."""
+        """Return connected hosts that are not active, which are to be disconnected."""
         return [address for address in self._present if address != self.active]

@@ -10,12 +10,11 @@ import re
 from pathlib import Path
 from typing import Final
 
-from controller import folders
 from controller.config import MAX_BYTES, parse_json
-from controller.files import atomic_write, read_bytes
+from controller.files import atomic_write, read_bytes, state_folder
 from controller.links.bluetooth.hid.host_selection import StoredHosts
 
-FULL: Final = 100  # percent: also what a device says that has no battery
+FULL: Final = 100  # percent; also without a battery
 SUPPLIES: Final = Path(
     "/sys/class/power_supply"
 )  # Linux: Documentation/ABI/testing/sysfs-class-power
@@ -27,7 +26,7 @@ log = logging.getLogger(__name__)
 def place() -> Path:
     """Return the file that remembers hosts; a service of systemd has a folder of its own."""
     folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
-    state = Path(folder) if folder else folders.state()
+    state = Path(folder) if folder else state_folder()
     return state / "hid-hosts.json"
 
 
@@ -39,7 +38,7 @@ def recall(path: Path) -> StoredHosts:
     except FileNotFoundError:
         return StoredHosts()
     except (OSError, ValueError, KeyError, TypeError) as error:
-        log.warning("cannot read %s, so hosts are learnt anew: %s", path, error)
+        log.warning("cannot read %s, so no host is known: %s", path, error)
         return StoredHosts()
     known = [host for host in hosts if is_address(host)]
     return StoredHosts(tuple(dict.fromkeys(known)), wanted if wanted in known else "")

@@ -1,4 +1,4 @@
-"""Classic HID: the record that tells hosts of us, and what goes over the two channels.
+"""Classic HID: the service record, and the messages of the two channels.
 
 As the "Human Interface Device Profile", version 1.1, wants it. Pure: bytes in, bytes out.
 """
@@ -17,9 +17,9 @@ _GAMEPAD_CLASS: Final = 0x08  # minor device class: a peripheral that is a gamep
 # Kinds of messages, the upper half of their first byte: section 3.1.
 _HANDSHAKE, _CONTROL, _GET_REPORT, _SET_REPORT = 0x0, 0x1, 0x4, 0x5
 _GET_PROTOCOL, _SET_PROTOCOL, _DATA = 0x6, 0x7, 0xA
-# What a handshake says, its lower half.
+# Results of a handshake, its lower half.
 _OK, _NO_SUCH_REPORT, _UNSUPPORTED, _BAD_PARAMETER = 0x0, 0x2, 0x3, 0x4
-_SUSPEND, _GO_ON, _UNPLUG = 0x3, 0x4, 0x5  # what control says
+_UNPLUG: Final = 0x5  # an operation of control
 _HAS_SIZE: Final = 0x08  # of GET_REPORT: how many bytes the host has room for
 
 
@@ -28,14 +28,12 @@ class HidChannels:
 
     Attributes:
         protocol: `BOOT` or `REPORTS`.
-        suspended: Whether the host sleeps.
         unplugged: Whether the host wants us to go for good.
     """
 
     def __init__(self) -> None:
         """Begin with nothing down, as both ends do: section 7.4.9."""
         self.protocol = REPORTS
-        self.suspended = False
         self.unplugged = False
         self._latest = {report.id: report for report in RELEASED}
 
@@ -51,8 +49,8 @@ class HidChannels:
         if not message:
             return None
         kind, parameter, rest = message[0] >> 4, message[0] & 0x0F, message[1:]
-        if kind == _CONTROL:
-            self._obey(parameter)
+        if kind == _CONTROL:  # suspending is nothing to us: what is pressed wakes the host
+            self.unplugged = self.unplugged or parameter == _UNPLUG
         elif kind == _GET_REPORT:
             return self._tell(parameter, rest)
         elif kind == _SET_REPORT:
@@ -68,14 +66,8 @@ class HidChannels:
             return _handshake(_UNSUPPORTED)
         return None
 
-    def _obey(self, what: int) -> None:
-        if what in (_SUSPEND, _GO_ON):
-            self.suspended = what == _SUSPEND
-        elif what == _UNPLUG:
-            self.unplugged = True
-
     def _tell(self, parameter: int, rest: bytes) -> bytes:
-        """Answer a host that asks for the newest report."""
+        """Return the newest report, or why there is none."""
         if parameter & 0x03 != _INPUT:
             return _handshake(_UNSUPPORTED)
         report = self._latest.get(rest[0]) if rest else None

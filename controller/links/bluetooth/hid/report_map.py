@@ -13,7 +13,7 @@ KEYS: Final = 6  # that a keyboard's report has room for, modifiers apart
 LAST_KEY: Final = 0xE7  # the highest usage of a key: right Meta
 BUTTONS: Final = 16
 STICK: Final = 127  # a stick's end; its middle is 0
-HAT_MIDDLE: Final = 8  # outside of 0..7, which is how a hat says "nowhere" (null state)
+HAT_MIDDLE: Final = 8  # outside of 0..7: the null state, no direction
 
 # Tag and type of each item: section 6.2.2.4 to 6.2.2.8. The two lowest bits hold the size.
 _PREFIX: Final = {
@@ -80,7 +80,7 @@ def _item(name: str, value: int | None) -> bytes:
 
 REPORT_MAP: Final = b"".join(_item(name, value) for name, value in _ITEMS)
 
-# Who we are: Bluetooth's Device Information Service, PnP ID; the same numbers go into SDP.
+# PnP ID of the Device Information Service; the same numbers go into SDP.
 VENDOR_SOURCE: Final = 2  # the vendor's number was given by the USB Implementers Forum
 VENDOR: Final = 0x1209  # pid.codes, for open hardware
 PRODUCT: Final = 0x0001  # pid.codes' number for tests; an orb that is sold needs one of its own

@@ -1,9 +1,12 @@
 """HID reports as bytes; `report_map` describes them to hosts."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Final
 
+from controller.keymap.key_state import Stroke
+from controller.keymap.keymap import Outputs
 from controller.links.bluetooth.hid.report_map import GAMEPAD, HAT_MIDDLE, KEYBOARD, KEYS, STICK
 
 # Names of keys are places on a US keyboard, as in docs/keys.md; numbers are usages of the page
@@ -34,13 +37,21 @@ _HAT: Final = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}
 _STICK: Final = {f"stick_{name}": way for name, way in _HAT.items()}
 PAD_NAMES: Final = (*BUTTON_NUMBERS, *_HAT, *_STICK)
 
+# What a mapping for this device can name.
+OUTPUTS: Final = Outputs(
+    ("pad", "key", "profile", "host"),
+    frozenset({*KEY_USAGES, *(f"pad_{name}" for name in PAD_NAMES)}),
+    advice="name a file, or gamepad or keyboard",
+    docs="docs/hid.md",
+)
+
 # Steps of 45 degrees clockwise from up; (0, 0) is nowhere.
 _HAT_VALUES: Final = {
     (0, -1): 0, (1, -1): 1, (1, 0): 2, (1, 1): 3, (0, 1): 4, (-1, 1): 5, (-1, 0): 6, (-1, -1): 7,
     (0, 0): HAT_MIDDLE,
 }  # fmt: skip
 _FIRST_MODIFIER: Final = KEY_USAGES["ctrl"]
-_ROLL_OVER: Final = 0x01  # in every place: more keys are down than a report can tell
+_ROLL_OVER: Final = 0x01  # in every place: more keys are down than a report has room for
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,3 +95,30 @@ def _way(ways: dict[str, tuple[int, int]], names: Collection[str]) -> tuple[int,
 
 
 RELEASED: Final = (keyboard(()), gamepad(()))
+
+
+class HeldReports:
+    """The keys and pad buttons that are down, as reports."""
+
+    def __init__(self) -> None:
+        """Begin with everything up."""
+        self._down: list[str] = []
+        self._latest = RELEASED
+
+    def follow(self, strokes: Iterable[Stroke]) -> list[Report]:
+        """Return the reports of strokes: keys that go down, or up, together share a report."""
+        reports = []
+        for down, group in groupby(strokes, lambda stroke: stroke.down):
+            keys = [stroke.key for stroke in group]
+            self._down = [key for key in self._down if key not in keys] + (keys if down else [])
+            pad = {key.removeprefix("pad_") for key in self._down if key.startswith("pad_")}
+            typed = [key for key in self._down if not key.startswith("pad_")]
+            latest = (keyboard(typed), gamepad(pad))
+            reports += [report for report in latest if report not in self._latest]
+            self._latest = latest
+        return reports
+
+    def release(self) -> tuple[Report, ...]:
+        """Put everything up; return the reports of that, whatever was reported before."""
+        self._down, self._latest = [], RELEASED
+        return RELEASED

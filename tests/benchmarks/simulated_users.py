@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.simulator.session import DATA
 from models.data import splits
-from models.data.examples import Source, prepare
+from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES
 from models.data.simulate import ORB, DataSet, Given
 from models.training.user_task import UserGestures
@@ -89,3 +89,21 @@ def last_block(own: UserGestures) -> tuple[UserGestures, UserGestures]:
     edge = np.flatnonzero(late & np.roll(early, 1))  # the gesture between belongs to neither
     early[edge - 1] = False
     return own.some(early), own.some(late)
+
+
+def joined(one: UserGestures, other: UserGestures) -> UserGestures:
+    """Return the gestures of two groups of recordings."""
+    frames, sessions = len(one.examples.images), int(one.examples.session.max()) + 1
+    moved = replace(
+        other.examples,
+        ends=other.examples.ends + frames,
+        session=other.examples.session + sessions,
+    )
+    pairs = {
+        name: (getattr(one, name), getattr(other, name)) for name in UserGestures.__slots__[1:]
+    }
+    shift = {"ends": frames, "event": len(one.label), "session": sessions}
+    return UserGestures(
+        Examples.joined([one.examples, moved]),
+        **{n: np.concatenate([a, b + shift.get(n, 0)]) for n, (a, b) in pairs.items()},
+    )

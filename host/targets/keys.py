@@ -6,46 +6,44 @@
 import contextlib
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import pygame
 
+from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
-from controller.keymap.keymap import Arm, KeyMap, Kind
-from controller.keymap.keymap_file import read
+from controller.keymap.keymap import GAMEPAD, KEYBOARD, Arm, KeyMap, Kind, Outputs
 from controller.keymap.terminal import Keyboard, keyboard
 from controller.keymap.terminal_decoder import Action, KeyEvent
 from controller.protocol.messages import (
     COMMANDS,
     Command,
-    Health,
-    Message,
     State,
     Telemetry,
-    UserIdentified,
     Welcome,
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
 from host.injection.backends import BackendError
 from host.injection.injector import DryRunInjector, Injector, Sender
 from host.injection.watchdog import HANG_MS
-from host.targets import TargetOptions
+from host.targets.base import Target, TargetOptions
 from host.ui.key_window import SIZE, OrbWindow
-from host.ui.orb_state import OrbState
-from host.ui.pointer_input import DomeArea
+
+_OUTPUTS: Final[dict[Kind, Outputs]] = {"keyboard": KEYBOARD, "gamepad": GAMEPAD}
 
 Say = Callable[[str], None]
 
 
-class KeysTarget:
-    """The keys, the orb that presses them, and whatever makes the strokes.
+class KeysTarget(Target):
+    """The keys, the orb that presses them, and the sender of strokes.
 
     Attributes:
-        pressed: What is down, and whether it is armed.
+        keys: State of held keys, and whether it is armed.
     """
 
-    size: Final = SIZE
+    size = SIZE
 
     def __init__(
         self, key_map: KeyMap, sender: Sender, say: Say, sound: Callable[[bool], None]
@@ -56,9 +54,10 @@ class KeysTarget:
             key_map: What commands do.
             sender: Where strokes go; it has been started.
             say: Takes a line for the user.
-            sound: Lets the user hear that it was armed (True), or disarmed.
+            sound: Rings for armed (True), or disarmed.
         """
-        self.pressed = KeyState(key_map)
+        super().__init__()
+        self.keys = KeyState(key_map)
         self._terminal: Keyboard | None = None
         self._resources = contextlib.ExitStack()  # the terminal, until the end
         self._map, self._sender, self._say, self._sound = key_map, sender, say, sound
@@ -68,18 +67,18 @@ class KeysTarget:
         self._closed = False
 
     @property
-    def orb(self) -> OrbState:
-        """What is known of the orb."""
-        return self._window.orb
+    def profile(self) -> str:
+        """The profile of the key mapping in force."""
+        return self.keys.profile
 
     # -- the core ----------------------------------------------------------------------
 
     def tick(self, now_s: float, received: Sequence[Received] = ()) -> None:
-        """Let time pass, take what came over the link, and press what it asks for."""
+        """Let time pass, take what came over the link, and press keys."""
         stood_s, self._now_s = now_s - self._now_s, now_s
-        was_armed = self.pressed.armed
+        was_armed = self.keys.armed
         if stood_s >= HANG_MS / 1000:  # a text or a repeat must not go on after a pause
-            self.pressed.release()
+            self.keys.release()
         if trouble := self._sender.check():
             self._fail(trouble)
         for _, event in self._terminal.poll() if self._terminal else ():
@@ -87,8 +86,8 @@ class KeysTarget:
                 self.hot_key(event.key)
         for item in received:
             self._take(item, now_s)
-        self.pressed.tick(now_s)
-        if self.pressed.armed:
+        self.keys.tick(now_s)
+        if self.keys.armed:
             self._ready()
         self._tell(was_armed)
         self._make_strokes()
@@ -101,20 +100,17 @@ class KeysTarget:
     def hot_key(self, key: str) -> None:
         """Take a key of our own window or terminal."""
         if key == self._map.arm_key:
-            if self.pressed.armed:
-                self.pressed.disarm("by hand")
-            else:
-                self.pressed.arm("by hand")
+            self.keys.toggle("by hand")
         elif key == self._map.profile_key:
-            self.pressed.switch_on()
+            self.keys.switch()
 
     def close(self) -> None:
-        """Let go of everything, for good."""
+        """Release everything, for good."""
         if self._closed:
             return
-        self._closed, was_armed = True, self.pressed.armed
+        self._closed, was_armed = True, self.keys.armed
         try:
-            self.pressed.disarm("at the end")
+            self.keys.disarm("at the end")
             self._make_strokes()
         finally:
             self._sender.close()
@@ -125,29 +121,28 @@ class KeysTarget:
 
     def _take(self, item: Received, now_s: float) -> None:
         """Take what came over the link."""
+        self._observe(item, now_s)
         match item:
             case Connected(welcome=welcome):
-                self.pressed.release()
+                self.keys.release()
                 self._note_unknown(welcome)
-                self.orb.connected(welcome)
-                self._window.touch.lift_all()
-                self._window.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
             case Stale():
-                if self.pressed.down:
+                if self.keys.down:
                     self._say("the orb is silent: every key is up")
-                self.pressed.release()
-                self.orb.silent("stale", "the orb is silent")
-                self._window.touch.lift_all()
+                self.keys.release()
             case Lost(reason=reason) | Refused(reason=reason):
-                self.pressed.disarm(f"because the link is gone: {reason}")
-                self.orb.silent("lost", reason)
-                self._window.touch.lift_all()
-            case Delivered(message=message):
-                self.orb.heard()
-                self._message(message, now_s)
+                self.keys.disarm(f"because the link is gone: {reason}")
+            case Delivered(message=Command(name=name)):
+                self.keys.command(name, now_s)
+            case Delivered(message=State(pressed=held)):
+                self.keys.state(held, now_s)
+            case Delivered(message=Telemetry(gesture="")):  # the State of that may have been lost
+                self.keys.state((), now_s)
+            case Delivered(message=Telemetry()):
+                self.keys.still_held(now_s)
 
     def _note_unknown(self, welcome: Welcome) -> None:
-        """Say which commands of the mapping no orb has, this one included: they are misspelt."""
+        """Warn about commands of the mapping that no orb has, this one included."""
         unknown = sorted(self._map.commands.difference(COMMANDS, ("menu",), welcome.commands))
         if unknown and unknown != self._unknown:
             self._say(
@@ -156,27 +151,9 @@ class KeysTarget:
             )
         self._unknown = unknown
 
-    def _message(self, message: Message, now_s: float) -> None:
-        match message:
-            case Command():
-                self.orb.command(message, now_s)
-                self.pressed.command(message.name, now_s)
-            case State(pressed=held):
-                self.pressed.state(held, now_s)
-            case Health(found=found):
-                self.orb.health = found
-            case UserIdentified():
-                self.orb.who(message)
-            case Telemetry():
-                self.orb.telemetry(message, now_s)
-                if message.gesture:
-                    self.pressed.word(now_s)
-                else:  # the wire may have lost the State that said so
-                    self.pressed.state((), now_s)
-
     def _make_strokes(self) -> None:
         # Taken first: a signal may end us in the middle, and none may be made twice.
-        strokes, self.pressed.output = self.pressed.output, []
+        strokes, self.keys.strokes = self.keys.strokes, []
         self._sender.send(strokes)
 
     def _ready(self) -> None:
@@ -187,20 +164,20 @@ class KeysTarget:
             self._fail(f"because no key can be pressed: {error}")
         else:
             if started:  # that took time, so what came with the arming is too late
-                self.pressed.release()
-                self.pressed.output.clear()
+                self.keys.release()
+                self.keys.strokes.clear()
 
     def _fail(self, trouble: str) -> None:
         """Disarm without a stroke: the sender has released what it could."""
-        self.pressed.disarm(trouble)
-        self.pressed.output.clear()
+        self.keys.disarm(trouble)
+        self.keys.strokes.clear()
 
     def _tell(self, was_armed: bool) -> None:
-        for line in self.pressed.told:
+        for line in self.keys.notes:
             self._say(line)
-        self.pressed.told.clear()
-        if self.pressed.armed is not was_armed:
-            self._sound(self.pressed.armed)
+        self.keys.notes.clear()
+        if self.keys.armed is not was_armed:
+            self._sound(self.keys.armed)
 
     # -- the window --------------------------------------------------------------------
 
@@ -208,20 +185,21 @@ class KeysTarget:
         """Take one event of the window."""
         if event.type == pygame.KEYDOWN:
             self.hot_key(pygame.key.name(event.key))
-        self._window.handle(event, now_s)
-
-    def outgoing(self, now_s: float) -> list[Message]:
-        """Return the contacts that a virtual orb has to be told of now, if any."""
-        return self._window.outgoing(now_s)
+        elif event.type == pygame.WINDOWFOCUSLOST:
+            self.touch.lift_all()
+        elif self._window.drawn:
+            self._point(event, now_s, self._window.projection, self._window.drawn.size)
 
     def draw(self, surface: pygame.Surface) -> None:
         """Draw the orb, and whether it is armed."""
-        word = "disarms" if self.pressed.armed else "arms"
+        word = "disarms" if self.keys.armed else "arms"
         lines = (
             f"{self._map.arm_key} {word}, {self._map.profile_key} changes the profile",
-            f"{self.pressed.profile}: {' '.join(self.pressed.down) or 'nothing is down'}",
+            f"{self.keys.profile}: {' '.join(self.keys.down) or 'nothing is down'}",
         )
-        self._window.draw(surface, self._now_s, armed=self.pressed.armed, lines=lines)
+        self._window.draw(
+            surface, self._now_s, self.orb, self.touch.pad, armed=self.keys.armed, lines=lines
+        )
 
 
 def create(kind: Kind, options: TargetOptions) -> KeysTarget:
@@ -231,21 +209,17 @@ def create(kind: Kind, options: TargetOptions) -> KeysTarget:
         KeyMapError: The mapping cannot be used.
         BackendError: Nothing presses keys here.
     """
-    path = options.mapping or Path(__file__).with_name(f"{kind}.toml")
-    key_map = read(path, kind).beginning(options.profile)
-    sender = _sender(kind, key_map, options)
+    path = options.mapping or Path(kind)
+    key_map = keymap_file.load(path, _OUTPUTS[kind]).beginning(options.profile)
+    sender: Sender = Injector(options.backend, kind, key_map.keys)
+    if options.dry_run:
+        sender = DryRunInjector(partial(print, flush=True))
     presses = sender.start()
     target = KeysTarget(key_map, sender, _say, _ring)
     target.read_terminal()
     arming = [f"{key_map.arm_key} here", *_arming(key_map)]
     _say(f"disarmed; {' or '.join(arming)} arms ({presses}, {path.name}, {key_map.first})")
     return target
-
-
-def _sender(kind: Kind, key_map: KeyMap, options: TargetOptions) -> Sender:
-    if options.dry_run:
-        return DryRunInjector(lambda line: print(line, flush=True))
-    return Injector(options.backend, kind, key_map.keys)
 
 
 def _arming(key_map: KeyMap) -> list[str]:

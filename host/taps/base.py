@@ -1,0 +1,142 @@
+"""Base class of taps, and the thread that feeds one."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Final
+
+from controller.errors import TroubleError, UserError
+from controller.protocol.messages import Command, Telemetry, Welcome
+from host.connection.receiver import Connected, Delivered, Lost, Missed, Received, Stale
+
+WAITING: Final = 256  # events that may wait for a tap, two seconds at 100 Hz
+END_S: Final = 1.0  # for what waits when the program ends
+
+log = logging.getLogger(__name__)
+
+
+class TapError(UserError, ValueError):
+    """There is no such tap, or no such place for it."""
+
+
+class TapUnavailableError(TroubleError, OSError):
+    """A tap cannot be opened here; the message is one sentence with what to do."""
+
+
+class Tap(ABC):
+    """A stream of frames, probabilities, gestures and commands for other programs.
+
+    All calls come from one thread. `connected` is always the first, and comes again with every
+    session; times are the device's, milliseconds since that session's Welcome.
+    """
+
+    @abstractmethod
+    def connected(self, welcome: Welcome) -> None:
+        """A device has connected, or has come back."""
+
+    @abstractmethod
+    def telemetry(self, message: Telemetry, t_ms: int) -> None:
+        """A frame: its image, and the probabilities."""
+
+    @abstractmethod
+    def gesture(self, label: str, t_ms: int) -> None:
+        """The gesture that is held has changed; "" when there is none."""
+
+    @abstractmethod
+    def command(self, message: Command, t_ms: int) -> None:
+        """A command of the player."""
+
+    def missed(self, count: int) -> None:  # noqa: B027
+        """So many commands of the player never arrived in time."""
+
+    def link(self, state: str) -> None:  # noqa: B027
+        """The link has become "live", "stale" or "lost"."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the stream."""
+
+
+class TapThread:
+    """The thread of one tap, behind a queue of bounded size.
+
+    Attributes:
+        name: As the user wrote it.
+        dropped: Events that the tap did not get, because it was too slow.
+        failure: Why it stopped, "" while it works.
+    """
+
+    def __init__(self, name: str, tap: Tap, waiting: int = WAITING) -> None:
+        """Begin to feed a tap, which is closed with the thread."""
+        self.name = name
+        self.dropped = 0
+        self.failure = ""
+        self._tap = tap
+        self._queue: queue.Queue[Received | None] = queue.Queue(waiting)
+        self._closing = threading.Event()
+        self._gesture = ""
+        self._state = ""
+        self._thread = threading.Thread(target=self._run, name=f"tap {name}", daemon=True)
+        self._thread.start()
+
+    def hear(self, received: Iterable[Received]) -> None:
+        """Take what the program received; what finds no room is dropped and counted."""
+        for event in received:
+            try:
+                self._queue.put_nowait(event)
+            except queue.Full:
+                self.dropped += 1
+
+    def close(self) -> None:
+        """Feed the tap what still waits, for a second, and end."""
+        try:
+            self._queue.put(None, timeout=END_S)
+        except queue.Full:
+            self._closing.set()
+        self._thread.join(END_S)
+
+    def _run(self) -> None:
+        try:
+            while not self._closing.is_set() and (event := self._queue.get()) is not None:
+                self._feed(event)
+        except Exception as error:  # of a library that we do not know; the game goes on
+            self.failure = " ".join(str(error).split()) or type(error).__name__
+            # The traceback is for the library's maintainers, or for us.
+            log.exception("tap %s has stopped", self.name)
+            while self._queue.get() is not None:
+                self.dropped += 1
+        finally:
+            self._tap.close()
+
+    def _feed(self, event: Received) -> None:
+        match event:
+            case Connected(welcome=welcome):
+                self._gesture = ""
+                self._tap.connected(welcome)
+                self._link("live")
+            case Stale():
+                self._link("stale")
+            case Lost():
+                self._link("lost")
+            case Missed(count=count):
+                self._tap.missed(count)
+            case Delivered(message=Telemetry() as message, t_ms=t_ms):
+                self._link("live")
+                self._tap.telemetry(message, t_ms)
+                if message.gesture != self._gesture:
+                    self._gesture = message.gesture
+                    self._tap.gesture(message.gesture, t_ms)
+            case Delivered(message=Command() as message, t_ms=t_ms):
+                self._link("live")
+                self._tap.command(message, t_ms)
+            case Delivered():
+                self._link("live")
+
+    def _link(self, state: str) -> None:
+        if state != self._state:
+            self._state = state
+            self._tap.link(state)

@@ -1,0 +1,153 @@
+"""Base class of targets: the orb's state, and the player's fingers on a virtual orb."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pygame
+
+from controller.errors import UserError
+from controller.protocol.messages import Command, Health, Message, Telemetry, UserIdentified
+from host.connection.latency import EndToEndLatency
+from host.connection.receiver import Connected, Delivered, Lost, Received, Refused, Stale
+from host.ui.orb_state import LinkState, OrbState
+from host.ui.panel import Projection
+from host.ui.pointer_input import DomeArea, PointerInput
+
+_RIGHT_BUTTON = 3
+_BUTTONS = (1, _RIGHT_BUTTON)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetOptions:
+    """Options of targets; each takes those that it needs.
+
+    Attributes:
+        seed: Which game.
+        mapping: The file of keys for commands; the target's own if None.
+        backend: What presses keys; "auto": the best there is.
+        dry_run: Print what would be pressed.
+        profile: The mapping's profile to begin with; "": its first.
+    """
+
+    seed: int = 0
+    mapping: Path | None = None
+    backend: str = "auto"
+    dry_run: bool = False
+    profile: str = ""
+
+
+class TargetError(UserError, ValueError):
+    """There is no target of that name."""
+
+
+class Target(ABC):
+    """What commands drive. All times are seconds of one clock that never turns back.
+
+    Attributes:
+        size: Its window's first size, pixels.
+        orb: State of the orb, updated by `tick`.
+        touch: The player's fingers on a virtual orb.
+    """
+
+    size: tuple[int, int]
+
+    def __init__(self) -> None:
+        """Begin without an orb."""
+        self.orb = OrbState()
+        self.touch = PointerInput()
+        self._button = 0  # of the mouse, that is down on the dome
+
+    @abstractmethod
+    def tick(self, now_s: float, received: Sequence[Received] = ()) -> object:
+        """Let time pass and take what came over the link, oldest first."""
+
+    @abstractmethod
+    def handle(self, event: pygame.event.Event, now_s: float) -> None:
+        """Take one event of the window: a key, the mouse, a finger, the focus."""
+
+    @abstractmethod
+    def draw(self, surface: pygame.Surface) -> None:
+        """Draw everything as it was at the last tick."""
+
+    @property
+    def profile(self) -> str:
+        """The profile of the key mapping in force; "" without a mapping."""
+        return ""
+
+    def outgoing(self, now_s: float) -> list[Message]:
+        """Return the messages for the device: the contacts on a virtual orb, if they changed."""
+        self.orb.contacts = self.touch.contacts(now_s) if self._touchable else ()
+        contacts = self.touch.update(now_s) if self._touchable else None
+        return [contacts] if contacts else []
+
+    def paced(self, hops: EndToEndLatency) -> None:  # noqa: B027
+        """Take how long frames take, after each picture."""
+
+    def close(self) -> None:  # noqa: B027
+        """Release what is held outside the window; called once, however the program ends."""
+
+    # -- for the targets ---------------------------------------------------------------
+
+    @property
+    def _touchable(self) -> bool:
+        """Whether the orb is a virtual one that is connected."""
+        return self.orb.link == "live" and bool(self.orb.welcome and self.orb.welcome.virtual)
+
+    def _observe(self, item: Received, now_s: float) -> None:
+        """Update the orb's state by what came over the link."""
+        match item:
+            case Connected(welcome=welcome):
+                self.orb.connected(welcome)
+                self.touch.lift_all()
+                self.touch.pad = DomeArea(welcome.rows, welcome.columns, welcome.pitch_mm)
+            case Stale():
+                self._end_touch("stale", "the orb is silent")
+            case Lost(reason=reason) | Refused(reason=reason):
+                self._end_touch("lost", reason or "the link to the orb is lost")
+            case Delivered(message=message):
+                self.orb.heard()
+                self._show(message, now_s)
+
+    def _end_touch(self, link: LinkState, reason: str) -> None:
+        self.orb.silent(link, reason)
+        self.touch.lift_all()
+
+    def _show(self, message: Message, now_s: float) -> None:
+        match message:
+            case Command():
+                self.orb.command(message, now_s)
+            case Telemetry():
+                self.orb.telemetry(message, now_s)
+            case Health(found=found):
+                self.orb.health = found
+            case UserIdentified():
+                self.orb.who(message)
+
+    def _point(
+        self,
+        event: pygame.event.Event,
+        now_s: float,
+        projection: Projection,
+        size: tuple[int, int],
+    ) -> None:
+        """Take an event of the mouse or of a touch screen, in a window of `size` pixels."""
+        # SDL shows a finger as a mouse too.
+        if not self._touchable or getattr(event, "touch", False):
+            return
+        match event.type:
+            case pygame.MOUSEBUTTONDOWN if event.button in _BUTTONS:
+                pinch = event.button == _RIGHT_BUTTON
+                if self.touch.press(*projection.to_grid(*event.pos), now_s, pinch=pinch):
+                    self._button = event.button
+            case pygame.MOUSEMOTION:
+                self.touch.move(*projection.to_grid(*event.pos))
+            case pygame.MOUSEBUTTONUP if event.button == self._button:
+                self.touch.release()
+            case pygame.FINGERDOWN | pygame.FINGERMOTION:
+                place = projection.to_grid(event.x * size[0], event.y * size[1])
+                down = event.type == pygame.FINGERDOWN
+                self.touch.finger(event.finger_id, *place, down=down)
+            case pygame.FINGERUP:
+                self.touch.finger_up(event.finger_id)
