@@ -9,7 +9,7 @@ from typing import Final
 
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
-from host.discovery.notes import now
+from host.discovery.search import now
 from host.discovery.seek import DevicePort
 from host.targets import Target
 
@@ -41,7 +41,7 @@ def seek(options: argparse.Namespace, memory: DeviceStore) -> DevicePort | None:
 
 
 def offer(memory: DeviceStore, tell: Callable[[str], None]) -> None:
-    """Tell of the orb that was here last, if there was one."""
+    """Print the orb that was here last, if there was one."""
     for known in memory.devices:
         if not known.virtual:
             tell(
@@ -73,7 +73,7 @@ class DeviceDefaults:
         self._seeker = seeker
         self._device_id = ""
 
-    def hear(self, received: Sequence[Received]) -> None:
+    def on_received(self, received: Sequence[Received]) -> None:
         """Note who has connected, and where."""
         for news in received:
             if isinstance(news, Connected) and news.welcome.device_id:

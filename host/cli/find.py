@@ -12,7 +12,6 @@ from controller.console import complain, one_line
 from controller.protocol import psk
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.discovery import search
-from host.discovery.notes import claiming, note
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
@@ -48,7 +47,7 @@ def main(argv: list[str]) -> int:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
     answers = search.ask_all(ports, deadline_s=options.seconds)
-    note(memory, answers)
+    search.note(memory, answers)
     found = rows(answers, memory.devices)
     if options.json:
         told = [asdict(answer) for answer in answers]
@@ -79,7 +78,7 @@ def remarks(answers: list[Answer]) -> list[str]:
     """Return a sentence for every port that is no orb, and for identities that are there twice."""
     lines = [answer.why for answer in answers if answer.outcome != "orb"]
     for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
-        claims = claiming(answers, device_id)
+        claims = search.claiming(answers, device_id)
         if len(claims) > 1:
             lines.append(
                 f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "

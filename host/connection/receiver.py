@@ -19,8 +19,8 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
-from typing import Literal
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal, Protocol
 
 from controller.console import count
 from controller.protocol.auth import NONCE
@@ -44,15 +44,44 @@ CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to
 
 log = logging.getLogger(__name__)
 
+Listener = Callable[[Sequence[Received]], None]  # takes items, oldest first, without waiting
+
+
+class MessageLink(Protocol):
+    """The part of a `Receiver` that loops need."""
+
+    def poll(self) -> list[Received]:
+        """Return what is new, oldest first, without waiting."""
+
+    def send(self, message: Message) -> object:
+        """Send without waiting."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when there is something to poll, or after the timeout."""
+
+
+def ever_connected(received: Sequence[Received], before: bool) -> bool:
+    """Return whether there was a connection, now or `before`.
+
+    Raises:
+        LinkError: The first connection failed; later ones are tried again and again.
+    """
+    for item in received:
+        if isinstance(item, Refused) and not before:
+            raise LinkError(item.reason)
+        before = before or isinstance(item, Connected)
+    return before
+
 
 class Receiver:
-    """A connection that mends itself.
+    """A link that reconnects by itself.
 
     Attributes:
         state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
             loss to the next Connected.
         late: Commands dropped because they would have come too late.
         past: What is known of the device's commands, across connections.
+        bytes_received, bytes_sent: Over the port, across connections.
     """
 
     def __init__(
@@ -73,7 +102,8 @@ class Receiver:
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
-        self.late = 0
+        self.late = self.bytes_received = self.bytes_sent = 0
+        self._listeners: list[Listener] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
         self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
@@ -99,6 +129,10 @@ class Receiver:
         """The device's time, as its messages carry it, minus our monotonic clock; None: unknown."""
         with self._lock:
             return None if self._session is None else self._session.clock_offset_ms
+
+    def subscribe(self, listener: Listener) -> None:
+        """Pass what `poll` returns to a listener first."""
+        self._listeners.append(listener)
 
     def start(self) -> None:
         """Begin to connect, and keep trying."""
@@ -138,6 +172,9 @@ class Receiver:
                 received.append(Missed(1))
             else:
                 received.append(news)
+        if received:
+            for listener in self._listeners:
+                listener(received)
         return received
 
     def send(self, message: Message) -> bool:
@@ -239,6 +276,7 @@ class Receiver:
                 self._flush(session, transport)
                 wait_ms = session.wait_ms(_now_ms())
             data = transport.read(wait_ms / 1000)
+            self.bytes_received += len(data)
             with self._lock:
                 now_ms = _now_ms()
                 news = session.receive(data, now_ms) if data else session.tick(now_ms)
@@ -262,6 +300,7 @@ class Receiver:
 
     def _flush(self, session: HostSession, transport: Transport) -> None:
         if session.output:
+            self.bytes_sent += len(session.output)
             transport.write(bytes(session.output))
             session.output.clear()
 

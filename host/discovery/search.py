@@ -1,4 +1,4 @@
-"""Ask several ports at once, and wait for none of them longer than the deadline."""
+"""Search on several ports at once, none of them longer than the deadline."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 from typing import Final
 
 from host.connection.device_store import DeviceStore
@@ -91,3 +92,27 @@ def _answer(url: str, process: subprocess.Popen[bytes], end_s: float, deadline_s
             return Answer(url, "stuck", f"{url} hangs: it said nothing for {deadline_s:g} s")
         except (ValueError, TypeError):
             return Answer(url, "closed", f"asking {url} failed with status {process.returncode}")
+
+
+def note(memory: DeviceStore, answers: list[Answer]) -> None:
+    """Remember where devices are; one that two ports claim to be stays where it was."""
+    seen = now()
+    for answer in answers:
+        if answer.outcome == "orb" and len(claiming(answers, answer.device_id)) == 1:
+            memory.remember(
+                answer.device_id,
+                name=answer.name,
+                virtual=answer.virtual,
+                port=answer.url,
+                seen=seen,
+            )
+
+
+def now() -> str:
+    """Return the time, as the device store writes it."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def claiming(answers: list[Answer], device_id: str) -> list[str]:
+    """Return the ports that claim to be a device's."""
+    return [a.url for a in answers if a.outcome == "orb" and a.device_id == device_id]

@@ -1,4 +1,4 @@
-"""From a device's identity to an open port, whichever port it is behind today."""
+"""Opening of a device's port by its identity, whichever port it is behind today."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
 from host.connection.transport import LinkError, Transport, open_transport
 from host.discovery import search
-from host.discovery.notes import note
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
@@ -18,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 class DevicePort:
-    """Opens the port of one device: pass `open` to a Receiver, and `hear` to whoever polls it.
+    """Opens the port of one device: pass `open` to a Receiver, and subscribe `on_received` to it.
 
     Attributes:
         url: Where the device was last.
@@ -40,7 +39,7 @@ class DevicePort:
         self.device_id, self.url = answer.device_id, answer.url
 
     def open(self) -> Transport:
-        """Open the port where it was last; if there is none any more, look for it anew.
+        """Open the port where it was last; if there is none any more, look for it again.
 
         Raises:
             LinkError: It is nowhere.
@@ -53,7 +52,7 @@ class DevicePort:
             self.url = self._seek().url
             return open_transport(self.url)
 
-    def hear(self, received: Sequence[Received]) -> None:
+    def on_received(self, received: Sequence[Received]) -> None:
         """Look at who has connected.
 
         Raises:
@@ -76,7 +75,7 @@ class DevicePort:
             others = search.candidates(self._memory)
             rest = [replace(port, key=key) for port in others if port.url not in first]
             answers += search.ask_all(rest)
-        note(self._memory, answers)
+        search.note(self._memory, answers)
         found = _matching(answers, self._words)
         if len(found) == 1:
             return found[0]

@@ -21,7 +21,7 @@ from host.cli import find
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
-from host.discovery import notes, ports, probe, search
+from host.discovery import ports, probe, search
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 from host.discovery.seek import DevicePort
@@ -254,7 +254,7 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
     answers = in_process([Port(real), Port(liar)])
     assert len(find.rows(answers, [])) == 2
     assert "2 ports say that they are orb-1" in find.remarks(answers)[0]
-    notes.note(memory, answers)
+    search.note(memory, answers)
     assert memory.devices == []
     monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
     with pytest.raises(LinkError, match="is not one device"):
@@ -267,9 +267,9 @@ def test_device_that_turns_out_to_be_another_one_ends_the_program(
     monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", port=desk.plug("orb-1"))
     seeker = DevicePort("orb-1", memory)
-    seeker.hear([Connected(orb_welcome("orb-1"))])
+    seeker.on_received([Connected(orb_welcome("orb-1"))])
     with pytest.raises(LinkError, match="is now orb-9, not orb-1"):
-        seeker.hear([Connected(orb_welcome("orb-9"))])
+        seeker.on_received([Connected(orb_welcome("orb-9"))])
 
 
 def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
