@@ -64,11 +64,7 @@ def play(
                 surface = set_fullscreen(not pygame.display.is_fullscreen(), SIZE)
             else:
                 target.handle(event, now_s)
-        received = orb.poll()
-        connected = ever_connected(received, connected)
-        target.tick(now_s, received)
-        for message in target.outgoing(now_s):
-            orb.send(message)
+        connected = _exchange(target, orb, now_s, connected)
         target.draw(surface)
         pygame.display.flip()
         drawn()
@@ -95,11 +91,17 @@ def serve(
     while seconds is None or now_s < seconds:
         orb.wait(TICK_S)
         now_s = clock() - began_s
-        received = orb.poll()
-        connected = ever_connected(received, connected)
-        target.tick(now_s, received)
-        for message in target.outgoing(now_s):
-            orb.send(message)
+        connected = _exchange(target, orb, now_s, connected)
+
+
+def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -> bool:
+    """Pass messages between target and link; return whether there ever was a connection."""
+    received = orb.poll()
+    connected = ever_connected(received, connected)
+    target.tick(now_s, received)
+    for message in target.outgoing(now_s):
+        orb.send(message)
+    return connected
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Final
 
@@ -16,18 +16,7 @@ from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
 NOW: Final = "now"
-_TITLES: Final = ("device", "name", "kind", "port", "last seen")
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A device, here or remembered."""
-
-    device: str
-    name: str
-    kind: str
-    port: str
-    seen: str
+_TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list
 
 
 def main(argv: list[str]) -> int:
@@ -51,27 +40,30 @@ def main(argv: list[str]) -> int:
     found = rows(answers, memory.devices)
     if options.json:
         told = [asdict(answer) for answer in answers]
-        print(json.dumps({"devices": [asdict(row) for row in found], "answers": told}))
+        print(json.dumps({"devices": found, "answers": told}))
     else:
         _print(found)
     for line in remarks(answers):
         _warn(line)
     if not ports:
         _warn(_NOTHING)
-    return 0 if any(row.seen == NOW for row in found) else 1
+    return 0 if any(row["seen"] == NOW for row in found) else 1
 
 
-def rows(answers: list[Answer], known: list[KnownDevice]) -> list[Row]:
-    """Return the devices that are here, and then those that are only remembered."""
+def rows(answers: list[Answer], known: list[KnownDevice]) -> list[dict[str, str]]:
+    """Return the devices that are here, and then those that are only remembered, by `_TITLES`."""
     here = [answer for answer in answers if answer.outcome == "orb"]
-    found = [Row(a.device_id, a.name, _kind(a.virtual), a.url, NOW) for a in here]
     present = {answer.device_id for answer in here}
-    found += [
-        Row(k.device_id, k.name, _kind(k.virtual), k.port, k.seen)
+    devices = [(a.device_id, a.name, a.virtual, a.url, NOW) for a in here]
+    devices += [
+        (k.device_id, k.name, k.virtual, k.port, k.seen)
         for k in known
         if k.device_id not in present
     ]
-    return found
+    return [
+        dict(zip(_TITLES, (device, name, "virtual" if virtual else "orb", port, seen), strict=True))
+        for device, name, virtual, port, seen in devices
+    ]
 
 
 def remarks(answers: list[Answer]) -> list[str]:
@@ -87,10 +79,6 @@ def remarks(answers: list[Answer]) -> list[str]:
     return lines
 
 
-def _kind(virtual: bool) -> str:
-    return "virtual" if virtual else "orb"
-
-
 def _forget(memory: DeviceStore, words: str) -> int:
     found = memory.named(words)
     if len(found) != 1:
@@ -100,11 +88,11 @@ def _forget(memory: DeviceStore, words: str) -> int:
     return 0
 
 
-def _print(found: list[Row]) -> None:
+def _print(found: list[dict[str, str]]) -> None:
     if not found:
         return
-    told = ((r.device, r.name, r.kind, r.port, r.seen) for r in found)
-    table = [_TITLES, *(tuple(map(one_line, cells)) for cells in told)]
+    titles = (*_TITLES[:-1], "last seen")
+    table = [titles, *(tuple(map(one_line, row.values())) for row in found)]
     widths = [max(len(row[column]) for row in table) for column in range(len(_TITLES))]
     for row in table:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
