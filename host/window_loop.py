@@ -1,4 +1,4 @@
-"""The window's loop in real time: events and messages in, pictures and contacts out."""
+"""Window loop in real time: events and messages in, pictures and contacts out."""
 
 import io
 import os
@@ -105,7 +105,7 @@ def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window; headless, a surface of the same size that nobody sees.
+    """Open the window; headless, an invisible surface of the same size.
 
     Raises:
         WindowError: There is no display; the sentence says what to do.

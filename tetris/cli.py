@@ -111,7 +111,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Play a replay to its end without a window, and say whether it is what it says."""
+    """Play a replay to its end without a window, and compare its end with the recorded outcome."""
     player = Player(load(options.replay))
     player.advance(player.end_s)
     if player.differs:

@@ -1,4 +1,4 @@
-"""The orbs that this computer is paired with, as BlueZ remembers them; nothing is opened."""
+"""List of the orbs that BlueZ has paired with this computer; nothing is opened."""
 
 from __future__ import annotations
 

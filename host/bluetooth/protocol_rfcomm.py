@@ -78,7 +78,7 @@ def parse(url: str) -> tuple[str, int | None, dict[str, str]]:
 
 
 def _channel(url: str, address: str, local: str) -> int:
-    """Return the channel that the device says the service has."""
+    """Look up the service's channel on the device."""
     if sys.platform != "linux":
         return CHANNEL  # other systems let no program ask; ours always takes this one
     found = sdp.channel(address, SERVICE_UUID, local)

@@ -74,7 +74,7 @@ class DeviceDefaults:
         self._device_id = ""
 
     def on_received(self, received: Sequence[Received]) -> None:
-        """Note who has connected, and where."""
+        """Note the device that has connected, and its port."""
         for news in received:
             if isinstance(news, Connected) and news.welcome.device_id:
                 self._device_id = news.welcome.device_id

@@ -31,7 +31,7 @@ def main(argv: list[str]) -> int:
         ports = [known.get(url, Port(url)) for url in options.ports]
     if options.key is not None:
         try:
-            psk.read(Path(options.key))  # what is wrong with it is told once, and always
+            psk.read(Path(options.key))  # so that an error in it is reported once
         except psk.KeyFileError as error:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
@@ -116,7 +116,7 @@ def _parser() -> argparse.ArgumentParser:
         "ports", nargs="*", metavar="PORT", help="ask these ports or URLs, and no others"
     )
     parser.add_argument(
-        "--all", action="store_true", help="open every serial port; what is there hears our Hello"
+        "--all", action="store_true", help="open every serial port; each is sent our Hello"
     )
     parser.add_argument(
         "--seconds",

@@ -25,7 +25,7 @@ from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
 
-_DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_DEMO_S = 120.0  # default length of the demo
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 
@@ -293,7 +293,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_picture,
         help="save the last picture of the window, as .png",
     )
-    add("--verbose", action="store_true", help="tell what happens to the link")
+    add("--verbose", action="store_true", help="log what happens to the link")
     return parser
 
 

@@ -1,4 +1,4 @@
-"""The link behind `poll()`: one thread that connects, listens, keeps alive, and connects again.
+"""Link thread behind `poll()`: connects, receives, keeps alive, and connects again.
 
     receiver = Receiver(lambda: open_transport("/dev/ttyACM0"))
     receiver.connect()  # or start(), to keep trying from the first
@@ -97,7 +97,7 @@ class Receiver:
         Args:
             open_transport: Opens the port, within seconds, or raises OSError whose text is a
                 sentence for the user. Called on the thread, for every attempt.
-            token: What the device wants to hear.
+            token: The one-time token of the device.
             granted: Whether we shall own the device's clock, see `Grant`.
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
@@ -115,7 +115,7 @@ class Receiver:
         self._closing = threading.Event()
         self._failure: BaseException | None = None
         self._first: queue.Queue[Welcome | str] = queue.Queue(maxsize=1)  # outcome of attempt one
-        self._refusal = ""  # the last one told, which is not told again
+        self._refusal = ""  # the last one reported, which is not repeated
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
 
     @property
@@ -139,7 +139,7 @@ class Receiver:
         self._thread.start()
 
     def connect(self, timeout_s: float = CONNECT_S) -> Welcome:
-        """Begin, and wait for the outcome of the first attempt; `poll` tells it again.
+        """Begin, and wait for the outcome of the first attempt; `poll` returns it again.
 
         Raises:
             LinkError: It failed; one sentence says why. The receiver is closed.
@@ -148,7 +148,7 @@ class Receiver:
         try:
             outcome = self._first.get(timeout=timeout_s)
         except queue.Empty:
-            outcome = f"the orb did not answer within {timeout_s:g} s; start it anew"
+            outcome = f"the orb did not answer within {timeout_s:g} s; restart it"
         if isinstance(outcome, str):
             self.close()
             self._raise_failure()
@@ -178,7 +178,7 @@ class Receiver:
         return received
 
     def send(self, message: Message) -> bool:
-        """Send without waiting; return False if nobody is there, and it is dropped.
+        """Send without waiting; return False if no session is live, and it is dropped.
 
         Raises:
             ProtocolError: The wire cannot carry it.
@@ -187,20 +187,20 @@ class Receiver:
             session, transport = self._session, self._transport
             if session is None or transport is None or not session.send(message, _now_ms()):
                 return False
-            # If the port has gone the thread will notice, too, and tell.
+            # If the port has gone, the thread notices, too, and reports it.
             with contextlib.suppress(OSError):
                 self._flush(session, transport)
                 return True
             return False
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has something to tell, or after the timeout."""
+        """Return when there is something to poll, or after the timeout."""
         if not self._ready:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._inbox.get(timeout=max(timeout_s, 0.0)))
 
     def close(self) -> None:
-        """Say Bye, and end the thread."""
+        """Send Bye, and end the thread."""
         self._closing.set()
         with self._lock:
             if self._transport is not None:
@@ -270,7 +270,7 @@ class Receiver:
         return session.welcomed
 
     def _listen(self, session: HostSession, transport: Transport) -> None:
-        """Read, answer and tell, until the session is over or `close` is called."""
+        """Read, answer and report, until the session is over or `close` is called."""
         while session.state != "over" and not self._closing.is_set():
             with self._lock:
                 self._flush(session, transport)
@@ -291,7 +291,7 @@ class Receiver:
                 self._tell(news)
 
     def _part(self, session: HostSession, transport: Transport) -> None:
-        """Say Bye if somebody is there, and close the port."""
+        """Send Bye if a session is live, and close the port."""
         with contextlib.suppress(OSError):
             session.close("the host was closed", _now_ms())
             self._flush(session, transport)

@@ -1,4 +1,4 @@
-"""Bytes to and from a port: pyserial behind four methods that suit one thread, and its errors.
+"""Transport of bytes to and from a port: pyserial behind four methods that suit one thread.
 
 pyserial opens everything, but waits in its own ways: its methods block, its socket:// sleeps 0.3 s
 when it is closed, leaks the socket if the peer was faster, and forgets error numbers. What is here
@@ -246,7 +246,7 @@ class _Selected:
             return b""
         try:
             data = self._receive(CHUNK)
-        except BlockingIOError:  # somebody else was told of it, too
+        except BlockingIOError:  # another reader was faster
             return b""
         if not data:
             raise ConnectionResetError(errno.ECONNRESET, "the other end closed it")

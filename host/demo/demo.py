@@ -1,4 +1,4 @@
-"""The demo: a player, the virtual orb's own hand, and the product's whole path between them.
+"""Closed-loop demo: a player, the virtual orb's own hand, and the whole path between them.
 
 The host owns the clock: it grants the device one tick after another, so that a game is the
 same for its seed at every speed. What the hand truly did comes back with the telemetry, and
@@ -177,7 +177,7 @@ class Demo:
         self._receiver.send(performance)
 
     def _answer(self, until: int) -> list[Received]:
-        """Return everything that the device says up to `until`."""
+        """Return all messages of the device up to `until`."""
         received: list[Received] = []
         deadline = time.monotonic() + ANSWER_S
         while True:

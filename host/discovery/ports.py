@@ -1,4 +1,4 @@
-"""The serial ports that the system knows, without opening one, and which of them may be an orb's.
+"""List of the system's serial ports, without opening one, and which may be an orb's.
 
     python -m host.discovery.ports     prints them as JSON; a process, because listing can hang
 
@@ -15,7 +15,7 @@ from typing import Any, Final
 
 LIST_S: Final = 5.0  # for the list; then there is none
 PRODUCT: Final = "orbtouch"  # in a USB descriptor of ours, in any case
-# What a Raspberry Pi says over its own USB port, when it is set up as a serial device.
+# USB identities of a Raspberry Pi's own USB port, when it is set up as a serial device.
 USB: Final = {
     (0x0525, 0xA4A7): "Linux serial gadget",
     (0x1D6B, 0x0104): "Linux composite gadget",
@@ -30,7 +30,7 @@ class Port:
 
     Attributes:
         url: Its name.
-        why: Why it may be an orb's; "" if nothing says so.
+        why: Why it may be an orb's; "" for no reason.
         about: What the system calls it.
         key: The file with the key that the orb there was met with; "": none.
     """
@@ -57,7 +57,7 @@ def listed() -> list[Port]:
 
 
 def describe(entry: Any) -> Port:
-    """Return what one entry of pyserial's list tells.
+    """Return the port of one entry of pyserial's list.
 
     Args:
         entry: A `serial.tools.list_ports_common.ListPortInfo`.

@@ -16,13 +16,13 @@ from host.discovery.ports import Port, listed
 from host.discovery.probe import Answer
 
 DEADLINE_S: Final = 8.0  # for a Python to start on a small machine, a port to open, and 2 s
-KILLED_S: Final = 0.5  # to die; one that hangs in the kernel dies later, and nobody waits for it
+KILLED_S: Final = 0.5  # to die; one that hangs in the kernel dies later, and is not waited for
 _PROBE: Final = (sys.executable, "-m", "host.discovery.probe")
 _MOST: Final = 32  # ports at a time
 
 
 def candidates(memory: DeviceStore, *, everything: bool = False) -> list[Port]:
-    """Return the ports to ask: remembered ones first, then those that say what they are.
+    """Return the ports to ask: remembered ones first, then those with a known description.
 
     Args:
         memory: Where devices were before.
@@ -44,7 +44,7 @@ def candidates(memory: DeviceStore, *, everything: bool = False) -> list[Port]:
 def ask_all(
     ports: Iterable[Port], *, deadline_s: float = DEADLINE_S, command: Sequence[str] = _PROBE
 ) -> list[Answer]:
-    """Ask every port who is there, in processes of their own; return the answers in that order.
+    """Probe every port, in processes of their own; return the answers in that order.
 
     Args:
         ports: What to ask; each only once.

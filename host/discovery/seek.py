@@ -53,7 +53,7 @@ class DevicePort:
             return open_transport(self.url)
 
     def on_received(self, received: Sequence[Received]) -> None:
-        """Look at who has connected.
+        """Check the identity of the device that has connected.
 
         Raises:
             LinkError: Another device is behind the port now.

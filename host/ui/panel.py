@@ -1,4 +1,4 @@
-"""The orb on the screen: what it feels and what it understood, drawn from telemetry only."""
+"""Panel of the orb: its image, its recognition and its link, drawn from telemetry only."""
 
 from dataclasses import dataclass
 from textwrap import TextWrapper
@@ -64,7 +64,7 @@ class Panel:
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
     def place(self, rect: pygame.Rect, pad: DomeArea) -> None:
-        """Say where the orb is to be drawn, and which; changes `projection`."""
+        """Set where the orb is drawn, and which; changes `projection`."""
         self.rect = rect
         self._unit = sprites.SpriteScale(min(rect.width / WIDTH, rect.height / HEIGHT))
         self._inner = rect.width - 2 * self._unit.px(18)  # pixels: what a line of text may take
@@ -162,7 +162,7 @@ class Panel:
         surface.blit(label, label.get_rect(center=box.center))
 
     def _caption(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
-        """Say below the dome what matters most; return where the next part begins."""
+        """Draw below the dome what matters most; return where the next part begins."""
         if view.health and not view.gesture:
             for number, line in enumerate(_HEALTH.wrap(view.health[0])[:2]):
                 label = self._unit.text(line, 16, theme.WARN, self._inner)
@@ -177,7 +177,7 @@ class Panel:
         return top + self._unit.px(36)
 
     def _reason(self, surface: pygame.Surface, view: OrbState, top: int) -> None:
-        """Say why there is no link, where the probabilities would be."""
+        """Draw why there is no link, where the probabilities would be."""
         for line in _REASON.wrap(view.reason)[:_REASON_LINES]:
             label = self._unit.text(line, 19, theme.TEXT, self._inner)
             surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))

@@ -1,4 +1,4 @@
-"""The menu of a game that its player has stopped; the orb's six commands are enough for it."""
+"""Menu of a paused game; the orb's six commands are enough for it."""
 
 from collections.abc import Callable
 from typing import Final
@@ -18,7 +18,7 @@ _PANEL: Final = 470  # the menu's width in them
 
 
 class PauseMenu:
-    """Go on, begin anew, or change what is seen."""
+    """Go on, restart, or change what is seen."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""A player that looks one piece ahead and may be asked again after every command.
+"""Greedy search: looks one piece ahead; callers may plan again after every command.
 
 It tries every place that the piece can reach by turning and shifting at its present
 height and then dropping, and takes the best by Dellacherie's six features and weights, as

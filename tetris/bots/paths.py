@@ -1,4 +1,4 @@
-"""The fewest inputs that bring a piece to each of its placements."""
+"""Shortest input sequences that bring a piece to each of its placements."""
 
 from collections import deque
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""A whole game of a bot, recorded."""
+"""Recording of a whole game of a bot."""
 
 from tetris.bots.registry import Planner
 from tetris.engine.events import Event

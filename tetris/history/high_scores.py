@@ -121,7 +121,7 @@ class HighScores:
     ) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
-        Where the file cannot be written, `trouble` says so, and the game is still listed
+        Where the file cannot be written, `trouble` is set, and the game is still listed
         until the program ends.
         """
         self.trouble = ""

@@ -1,4 +1,4 @@
-"""Replays: what a game was told and when, from which it can be played again.
+"""Replays: seed, rules and timed inputs of a game, from which it can be played again.
 
 A seed, a configuration and the timed inputs make a game, so nothing else is kept. Times are
 whole microseconds, which the game is given too: what is played is what is recorded, and the
@@ -31,10 +31,10 @@ _KEYFRAME_MOMENTS: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """One update that told the game something.
+    """One update with inputs.
 
     Attributes:
-        time_us: When, in microseconds of the clock of those who played.
+        time_us: When, in microseconds of the recording's clock.
         inputs: What the player did, in order.
         soft_drop: Whether soft drop is held from then on.
         initial: The turns and the hold that are held down from then on, in the order of

@@ -35,7 +35,7 @@ _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
 _MOST_NUMBER: Final = 2**64 - 1
 _MOST_INPUTS: Final = 1_000_000  # and as many moments
-_MOST_GAMES: Final = 1_000  # begun anew within one replay: each is work to play
+_MOST_GAMES: Final = 1_000  # restarts within one replay, and the first game: each is work to play
 _MOST_US: Final = 400 * 3_600_000_000  # of the clock
 _LINE: Final = 96
 

@@ -1,4 +1,4 @@
-"""A game that the bot plays beside the menus; it shows at once what a setting changes."""
+"""Attract mode: a game of the bot beside the menus, which shows at once what a setting changes."""
 
 from typing import Final
 

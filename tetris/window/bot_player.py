@@ -1,4 +1,4 @@
-"""The bot at the window: one action at a time, at a pace that can be followed by eye."""
+"""Bot in the window: one action at a time, at a pace that can be followed by eye."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""The player's hands: keys or buttons and time in, actions out.
+"""Key handling with auto-repeat: keys or buttons and time in, actions out.
 
 A held shift repeats: once on the press, again after the delayed auto shift (DAS), then at the
 auto repeat rate (ARR). Of two held directions the later one rules. Held soft drop is a state,

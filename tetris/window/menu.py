@@ -1,6 +1,6 @@
 """Menus as values: what there is to choose, and how steps move through it.
 
-A menu is built anew after every step, so that it always shows the present settings in the
+A menu is rebuilt after every step, so that it always shows the present settings in the
 present language.
 """
 

@@ -1,4 +1,4 @@
-"""One line of a menu drawn: its label, and its value as words, keycaps or a bar."""
+"""Drawing of one line of a menu: its label, and its value as words, keycaps or a bar."""
 
 from typing import Final
 

@@ -1,8 +1,8 @@
-"""Moving about in menus: what keys, pad buttons and the orb's commands mean there.
+"""Navigation in menus: what keys, pad buttons and the orb's commands mean there.
 
 Six commands are enough: a twist turns through the items like a dial, left and right change
-what is chosen, and a drop takes it. Nobody can lock himself out by binding keys anew, because
-menus heed fixed keys.
+what is chosen, and a drop takes it. Menus use fixed keys, so
+that no binding can lock a player out.
 """
 
 from collections.abc import Mapping

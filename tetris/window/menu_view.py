@@ -1,4 +1,4 @@
-"""Menus drawn: a column of items, what is chosen among them, a table above, a sentence below."""
+"""Drawing of menus: a column of items with a cursor, a table above, a sentence below."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -110,7 +110,7 @@ class MenuView:
         room: int,
         unit: float,
     ) -> None:
-        """Draw a bar that says which part of a long menu is seen."""
+        """Draw a bar that shows which part of a long menu is seen."""
         if count <= room:
             return
         track = pygame.Rect(area.right - round(8 * unit), top, max(2, round(4 * unit)), height)

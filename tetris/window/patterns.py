@@ -1,4 +1,4 @@
-"""A mark for each piece, so that blocks can be told apart without their colours."""
+"""A mark for each piece, which distinguishes blocks without their colours."""
 
 from collections.abc import Callable, Mapping
 from typing import Final

@@ -16,12 +16,12 @@ _WIDTH = 860  # and the least of its width
 
 
 class ScreenStack:
-    """Holds the screens, the uppermost of which is seen and heard.
+    """Holds the screens, the uppermost of which is active.
 
     Attributes:
         settings: What the player has chosen.
         look: What everything is drawn with.
-        sounds: What is heard.
+        sounds: The audio output.
         pads: The game pads.
         notice: A sentence that the player should read, "" for none.
         area: The window, in pixels.

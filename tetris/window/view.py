@@ -1,4 +1,4 @@
-"""A game drawn into a rectangle of a surface."""
+"""Drawing of a game into a rectangle of a surface."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -219,7 +219,7 @@ class GameView:
                     pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
-        """Say at the foot of the figures which chains are alive."""
+        """Show at the foot of the figures which chains are alive."""
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
         left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
         chips = []

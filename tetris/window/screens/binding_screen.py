@@ -49,7 +49,7 @@ class BindingScreen(MenuScreen):
             super().nav(nav, time_s)
 
     def tick(self, time_s: float) -> None:
-        """Let time pass; nobody is waited for too long."""
+        """Let time pass; the wait for a key has a limit."""
         super().tick(time_s)
         if self._waiting and self._until_s is None:
             self._until_s = time_s + WAIT_S

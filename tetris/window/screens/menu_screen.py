@@ -43,13 +43,13 @@ class MenuScreen(Screen):
 
         Args:
             stage: Where it is seen.
-            build: Makes the menu, anew after every step.
+            build: Makes the menu, after every step.
             attract: The bot's game to show beside it.
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long nothing is taken at first: who drums on the keys of a game
-                that has just ended means the game.
+            quiet_s: For how long input is ignored at first: it was meant for the game that
+                has just ended.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo

@@ -56,9 +56,9 @@ class PlayScreen(Screen):
             session: What is played.
             paused: What to do when the game pauses, and a sentence why, "" by the player.
             over: What to do when it is over.
-            restart: What to do when the player wants to begin anew.
+            restart: What to do when the player wants to restart.
             advise: Where the piece would lie well.
-            bot: Who plays in the player's place.
+            bot: Plays in the player's place.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
@@ -101,7 +101,7 @@ class PlayScreen(Screen):
             self.pause(self._stage.look.words(reason))
 
     def pause(self, reason: str = "") -> None:
-        """Stop time, and say why."""
+        """Stop time, and show why."""
         game = self.session.game
         if game.phase is Phase.OVER:
             return

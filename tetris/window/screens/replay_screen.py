@@ -143,7 +143,7 @@ class ReplayScreen(MenuScreen):
             self._film = VideoExport(self._player.replay, path, self._stage.look)
 
     def _said(self) -> str:
-        """What there is to say of a film that is over."""
+        """Return the sentence about a film that is over."""
         film = self._film
         if film is None or film.going_on:
             return ""
