@@ -27,7 +27,7 @@ from tetris.engine.events import Paused
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
 from tetris.window import bindings
-from tetris.window.menu_navigation import OF_ACTION, OF_CODE, MenuStep
+from tetris.window.menu import OF_ACTION, OF_CODE, MenuStep
 from tetris.window.settings import FILE_NAME, Settings, changed, hands, load
 from tetris.window.theme_choice import ThemeChoice
 

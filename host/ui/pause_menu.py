@@ -5,8 +5,7 @@ from typing import Final
 
 import pygame
 
-from tetris.window.menu import Cursor, Item, Menu
-from tetris.window.menu_navigation import MenuStep
+from tetris.window.menu import Cursor, Item, Menu, MenuStep
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card
 from tetris.window.settings import Settings, stepped

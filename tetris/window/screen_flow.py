@@ -9,11 +9,9 @@ from pathlib import Path
 from tetris.bots import registry as bots
 from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
-from tetris.engine.pieces import Piece
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.window.attract_mode import AttractMode
-from tetris.window.bot_player import BotPlayer
+from tetris.window.bot_player import AttractMode, BotPlayer
 from tetris.window.game_session import Session
 from tetris.window.saves import Saves
 from tetris.window.screen_stack import ScreenStack
@@ -112,7 +110,6 @@ class ScreenFlow:
             paused=self._pause,
             over=again if player else self._over,
             restart=again if player else self._restart,
-            advise=_advise,
             bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
         )
         self._stage.home(screen)
@@ -169,7 +166,3 @@ class ScreenFlow:
     def _go_on(self, recorder: Recorder) -> None:
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
         self._show(Session.going_on(mode, recorder), mode)
-
-
-def _advise(game: Game) -> Piece | None:
-    return bots.hint(game).landing

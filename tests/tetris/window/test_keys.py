@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.keys import DueAction, Keys
-from tetris.window.menu_navigation import MenuStep, Repeater
+from tetris.window.menu import MenuStep, Repeater
 from tetris.window.pads import Pads, Press
 
 LEFT, RIGHT = Action.LEFT, Action.RIGHT

@@ -3,11 +3,10 @@
 from typing import Final
 
 from tetris.window import bindings
-from tetris.window.attract_mode import AttractMode
 from tetris.window.bindings import Names
+from tetris.window.bot_player import AttractMode
 from tetris.window.keys import Code
-from tetris.window.menu import Item, Menu
-from tetris.window.menu_navigation import MenuStep
+from tetris.window.menu import Item, Menu, MenuStep
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
 from tetris.window.settings import Settings, changed

@@ -7,7 +7,7 @@ from typing import Final
 
 from tetris.engine.modes import MODES, Ranking
 from tetris.history.high_scores import Entry
-from tetris.window.attract_mode import AttractMode
+from tetris.window.bot_player import AttractMode
 from tetris.window.figures import clock
 from tetris.window.language import Words
 from tetris.window.menu import Item, Menu, Row

@@ -5,14 +5,11 @@ from typing import Final
 
 import pygame
 
-from tetris.window import menu_navigation
-from tetris.window.attract_mode import AttractMode
+from tetris.window.bot_player import AttractMode
 from tetris.window.keys import Code
-from tetris.window.logo import draw_logo
-from tetris.window.menu import Cursor, Menu
-from tetris.window.menu_navigation import MenuStep, Repeater
+from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
-from tetris.window.scenery import draw_card
+from tetris.window.scenery import draw_card, draw_logo
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.screen import Screen
 
@@ -88,7 +85,7 @@ class MenuScreen(Screen):
 
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or button by its fixed meaning in menus."""
-        nav = menu_navigation.OF_CODE.get(code)
+        nav = OF_CODE.get(code)
         if nav:
             self._repeater.press(nav, time_s)
             self.nav(nav, time_s)

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from tetris.window import language
-from tetris.window.attract_mode import AttractMode
+from tetris.window.bot_player import AttractMode
 from tetris.window.menu import Item, Menu
 from tetris.window.palettes import PALETTES
 from tetris.window.screen_stack import ScreenStack

@@ -6,6 +6,7 @@ from typing import Final
 
 import pygame
 
+from tetris.bots.registry import hint
 from tetris.engine import moves
 from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
@@ -26,8 +27,6 @@ _REST_S: Final = 1.2  # after the end, before a menu covers the board
 _INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
 
-Advise = Callable[..., Piece | None]
-
 
 class PlayScreen(Screen):
     """Plays one session, by hand or by a bot.
@@ -46,7 +45,6 @@ class PlayScreen(Screen):
         paused: Callable[["PlayScreen", str], None],
         over: Callable[["PlayScreen"], None],
         restart: Callable[["PlayScreen"], None],
-        advise: Advise,
         bot: BotPlayer | None = None,
     ) -> None:
         """Show a game that has not begun.
@@ -57,12 +55,11 @@ class PlayScreen(Screen):
             paused: What to do when the game pauses, and a sentence why, "" by the player.
             over: What to do when it is over.
             restart: What to do when the player wants to restart.
-            advise: Where the piece would lie well.
             bot: Plays in the player's place.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
-        self._advise, self._bot = advise, bot
+        self._bot = bot
         self._view = GameView(stage.area, look=stage.look)
         # A game has a clock of its own: one that was taken over goes on where it was.
         self._offset_s = session.recorder.time_s - stage.time_s
@@ -83,7 +80,7 @@ class PlayScreen(Screen):
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or a button that went down."""
         if code in self._hint_codes and self.session.game.in_play:
-            self._hint = self._advise(self.session.game)
+            self._hint = hint(self.session.game).landing
         self._keys.press(code, time_s + self._offset_s)
 
     def release(self, code: Code, time_s: float) -> None:

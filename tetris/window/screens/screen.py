@@ -6,7 +6,7 @@ import pygame
 
 from tetris.engine.events import Action
 from tetris.window.keys import Code
-from tetris.window.menu_navigation import OF_ACTION, MenuStep
+from tetris.window.menu import OF_ACTION, MenuStep
 
 
 class Screen(ABC):

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tetris.engine.modes import MODES, Mode
-from tetris.window.attract_mode import AttractMode
+from tetris.window.bot_player import AttractMode
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
