@@ -15,8 +15,7 @@ from typing import Final, NoReturn
 from tetris.bots import registry as bots
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import LAST_START_LEVEL, MODES
-from tetris.history import bot_game
-from tetris.history.replay import Player, Recorder
+from tetris.history.replay import Player, Recorder, play_bot
 from tetris.history.replay_file import ReplayError, load, save
 from tetris.history.video import SUFFIXES, VideoError
 
@@ -101,7 +100,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
     rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
     recorder = Recorder(seed, config, mode.name)
     action_s = 1 / rate_hz if rate_hz else 0.0
-    bot_game.play(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    play_bot(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
     if options.record:
         try:
             save(options.record, recorder.replay())

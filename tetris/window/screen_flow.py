@@ -16,11 +16,10 @@ from tetris.window.game_session import Session
 from tetris.window.saves import Saves
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.game_menus import over_screen, pause_screen
-from tetris.window.screens.lists import best_screen, replays_screen
 from tetris.window.screens.pages import open_settings
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
-from tetris.window.screens.title import chosen_mode, title_screen
+from tetris.window.screens.title import best_screen, chosen_mode, replays_screen, title_screen
 
 _LAST_SEED = 2**32 - 1
 _BOT_ACTION_S = 0.08  # quick, and still to be followed by eye

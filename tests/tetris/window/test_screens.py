@@ -8,8 +8,8 @@ import pytest
 
 from tests.support.tetris_player import FRAME_S, Player, open_app, opened
 from tetris.engine.game import Action
-from tetris.window.screens.binding_screen import WAIT_S, BindingScreen
 from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.pages import WAIT_S, BindingScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen
 from tetris.window.settings import Settings
 

@@ -10,8 +10,7 @@ from tetris.window.keys import Code
 from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card, draw_logo
-from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.screen import Screen
+from tetris.window.screen_stack import Screen, ScreenStack
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game

@@ -16,8 +16,7 @@ from tetris.window.bot_player import BotPlayer
 from tetris.window.figures import figures_of
 from tetris.window.game_session import Session
 from tetris.window.keys import Code, DueAction
-from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.screen import Screen
+from tetris.window.screen_stack import Screen, ScreenStack
 from tetris.window.settings import hands
 from tetris.window.view import GameView
 
