@@ -56,7 +56,7 @@ from host.connection.receiver import (
     Stale,
 )
 from host.connection.transport import Transport, explain, open_transport
-from host.connection.virtual_orb import VirtualOrbProcess
+from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
 from tests.support.manual_host import numbered
@@ -601,10 +601,28 @@ def python(code: str) -> tuple[str, ...]:
     return (sys.executable, "-c", code)
 
 
-def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
-    device = VirtualOrbProcess(1, command=python("import sys; sys.exit('the bundle is\\nmissing')"))
-    with pytest.raises(LinkError, match="ended with status 1: the bundle is missing"):
-        Receiver(device.open, token=device.token).connect()
+STARTS_NOT = "the virtual orb does not start, it "
+
+
+@pytest.mark.parametrize(
+    ("code", "sentence"),
+    [
+        (
+            "raise SystemExit('the bundle is\\nmissing')",
+            "ended with status 1: the bundle is missing",
+        ),
+        ("input()", "does not say where it is: it left no message"),
+        *(
+            (f"print({line!r}, flush=True)", "")
+            for line in ("", "hello", "[]", "{}", "{" * 100_000)
+        ),
+    ],
+)
+def test_an_orb_that_does_not_say_where_it_listens_is_ended(code: str, sentence: str) -> None:
+    start_s = 0.1 if code == "input()" else START_S
+    device = VirtualOrbProcess(1, command=python(code), start_s=start_s)
+    with pytest.raises(LinkError, match=STARTS_NOT + sentence):
+        device.open()
     assert device.process is None
     device.close()
 
@@ -612,20 +630,6 @@ def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
 def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
     device = VirtualOrbProcess(1, ("--presett", "nominal"))
     with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
-        device.open()
-
-
-def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
-    device = VirtualOrbProcess(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
-    with pytest.raises(LinkError, match="does not say where it is: it left no message"):
-        device.open()
-    assert device.process is None
-
-
-@pytest.mark.parametrize("line", ["", "hello", "[]", "{}", "{" * 100_000])
-def test_an_orb_whose_first_line_makes_no_sense_is_ended(line: str) -> None:
-    device = VirtualOrbProcess(1, command=python(f"print({line!r}, flush=True)"))
-    with pytest.raises(LinkError, match="the virtual orb does not start"):
         device.open()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tests.support.tetris_player import FRAME_S, Player, open_app, opened
+from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.history.video import VideoError
@@ -15,16 +15,6 @@ from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
-
-
-@pytest.fixture
-def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
-    yield from opened(monkeypatch)
-
-
-@pytest.fixture
-def player(window: pygame.Surface, tmp_path: Path) -> Player:
-    return open_app(window, config=tmp_path / "config", data=tmp_path / "data")
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
