@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import tomli_w
 
-from tetris.files import DAMAGES, parse_toml, put_aside, read_toml, write_beside
+from tetris import files
 from tetris.window import bindings
 from tetris.window.bindings import Names
 from tetris.window.keys import Keys
@@ -99,30 +99,13 @@ def load(path: Path) -> tuple[Settings, str]:
     Args:
         path: The file; where there is none, everything is as it comes.
     """
-    try:
-        return _chosen(read_toml(path)), ""
-    except FileNotFoundError:
-        return Settings(), ""
-    except OSError as error:
-        if error.errno not in DAMAGES:
-            return Settings(), f"cannot read {path}: {error.strerror}"
-        return Settings(), _put_aside(path)
-    except ValueError:
-        return Settings(), _put_aside(path)
-
-
-def _put_aside(path: Path) -> str:
-    try:
-        aside = put_aside(path)
-    except OSError as error:
-        return f"cannot put {path} aside: {error.strerror}"
-    return f"{path.name} is damaged and was put aside as {aside.name}"
+    return files.load(path, lambda file: _chosen(files.read_toml(file)), Settings())
 
 
 def save(path: Path, settings: Settings) -> str:
     """Write the settings, all or nothing; return a sentence for the player, "" when all is well."""
     try:
-        write_beside(path, format_toml(settings).encode())
+        files.write_beside(path, format_toml(settings).encode())
     except OSError as error:
         return f"cannot save {path}: {error.strerror}"
     return ""
@@ -134,7 +117,7 @@ def parse(words: str) -> Settings:
     Raises:
         ValueError: It is no TOML, or costs too much to read.
     """
-    return _chosen(parse_toml(words))
+    return _chosen(files.parse_toml(words))
 
 
 def _chosen(read: Mapping[str, Any]) -> Settings:

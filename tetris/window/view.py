@@ -51,10 +51,6 @@ class GameView:
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last
-        self.resize(area)
-
-    def resize(self, area: pygame.Rect) -> None:
-        """Draw into another area from now on."""
         self._lay_out(Layout.inside(area))
 
     def _lay_out(self, layout: Layout) -> None:
