@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
-from controller.sensors.base import Sensor, VirtualSensor
+from controller.sensors.base import Sensor
 
 Frames = NDArray[np.float32]  # (n, rows, columns)
 
@@ -59,8 +59,8 @@ class FrameReader:
             else:
                 self._sleep(max(0.0, due_s - now_s))
         frame = self.sensor.read(self.now_s)
-        driver = getattr(self.sensor, "driver", None)
-        if driver is not None and driver.pressure_kpa is not None:
+        driver = self.sensor.driver
+        if driver is not None and driver.pump is not None and driver.pressure_kpa is not None:
             self.air.append(PressureReading(self.now_s, driver.pressure_kpa, driver.pump.running))
         return frame
 
@@ -78,9 +78,9 @@ class Finger(Protocol):
 class VirtualFinger:
     """The virtual orb's own finger."""
 
-    def __init__(self, watch: FrameReader, sensor: VirtualSensor) -> None:
+    def __init__(self, watch: FrameReader) -> None:
         """Prepare."""
-        self._watch, self._sensor = watch, sensor
+        self._watch, self._sensor = watch, watch.sensor
 
     def press(self, place: Place) -> bool:
         """Press at once."""

@@ -35,7 +35,7 @@ from controller.runtime.device import Device, Wish, steady
 from controller.runtime.long_press import WINDOW_S
 from controller.runtime.realtime import IdleCollector
 from controller.sensors import base as sensors
-from controller.sensors.base import RecordedSensor, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -239,7 +239,9 @@ def _exclude(options: Namespace) -> None:
             raise UserError("a recording has its own rate; leave out --rate")
         if options.ledger is not None:
             raise UserError("a replay keeps no time that could be measured; leave out --ledger")
-    if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
+    if options.hand_of != ("", "") and (
+        options.replay is not None or sensors.name_of(options.sensor) != "virtual"
+    ):
         raise UserError("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
     if options.link == PRINT and (options.key is not None or options.unprotected):
         raise UserError("--key and --unprotected are for hosts; say with --link where they come")
@@ -270,24 +272,19 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
         )
-    name = options.sensor if options.replay is None else sensors.REPLAY
-    faults = tuple(options.fault)
     sensor = sensors.load(
-        name,
-        SensorOptions(
-            wanted_hz,
-            options.seed,
-            options.replay,
-            options.preset,
-            faults,
-            _gestures(options),
-            user=options.hand_of[0],
-            day=_day(*options.hand_of),
-            wiring=options.wiring,
-        ),
+        options.sensor if options.replay is None else sensors.REPLAY,
+        wanted_hz,
+        seed=options.seed,
+        path=options.replay,
+        preset=options.preset,
+        fault=tuple(options.fault),
+        gestures=_gestures(options),
+        user=options.hand_of[0],
+        day=_day(*options.hand_of),
+        wiring=options.wiring,
     )
-    if isinstance(sensor, RecordedSensor):
-        sensor.refuse_misfit(bundle)
+    sensor.refuse_misfit(bundle)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -346,7 +343,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
-    if isinstance(sensor, RecordedSensor):
+    if sensor.source is not None:
         return Device(sensor, pipeline, link, sensor.schedule(), live=False)
     tape = None
     if parts.runs is not None:
@@ -445,9 +442,9 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    if not isinstance(sensor, RecordedSensor):
-        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
     source = sensor.source
+    if source is None:
+        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
     if source.origin.bundle != bundle.hash:
         return Pipeline(bundle, recognizer, mapping, None, user)
     pipeline = Pipeline(bundle, recognizer, mapping, None, source.origin.user)  # as it was said

@@ -25,7 +25,7 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame, Image
 from controller.recordings.recording import UNKNOWN
 from controller.runtime.long_press import LongPress
-from controller.sensors.base import Sensor, SensorAwayError, SensorError, VirtualSensor
+from controller.sensors.base import Sensor, SensorAwayError, SensorError
 
 if TYPE_CHECKING:
     from controller.capture.cues import Cue
@@ -108,8 +108,7 @@ class Device:
         self.obey, self.on_long_press = obey, on_long_press
         if timekeeper is not None:
             pipeline.mark = timekeeper.mark
-        # Asked once: to compare an object with a protocol takes longer than a network's answer.
-        self._virtual = sensor if isinstance(sensor, VirtualSensor) else None
+        self._virtual = sensor if sensor.virtual else None
         self.due = next(schedule, None)
         self.now_s = 0.0
         self.hush = LogLimit()

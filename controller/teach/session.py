@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
@@ -33,15 +32,13 @@ from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
 from controller.runtime.device import Device, steady
 from controller.runtime.loop import Loop
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
 from controller.teach import TeachError, dataset_folder, null_model, protocols
 from controller.teach.example_counts import ExampleCounts
 from controller.teach.offline_link import OfflineLink
 from controller.teach.progress import ProgressDisplay, ProgressLog, ProgressPage, drawable
-
-VIRTUAL: Final = ("virtual", "emulated")  # whose own hand does what it is asked for
 
 _log = logging.getLogger("controller")
 
@@ -101,7 +98,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
     vocabulary = vocabulary or dataset_folder.vocabulary(options.out, options.labels)
-    if options.sensor in VIRTUAL:
+    if sensors.options(options.sensor).simulated:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):
                 raise TeachError(
@@ -134,11 +131,9 @@ def begin(lesson: TeachPlan, user: str) -> Session:
     runs = RunFiles(options.out, user, options.session)
     name = runs.next().stem
     sensor = sensors.load(
-        options.sensor,
-        SensorOptions(
-            options.rate, options.seed, None, options.preset, tuple(options.fault),
-            gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
-        ),
+        options.sensor, options.rate,
+        seed=options.seed, preset=options.preset, fault=tuple(options.fault),
+        gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
     )  # fmt: skip
     key = zlib.crc32(name.encode())
     grid = sensor.geometry
@@ -275,8 +270,8 @@ def _origin(session: Session) -> Provenance:
         user=session.user,
         session=options.session,
         protocol=options.protocol,
-        preset=options.preset if sensor.virtual else "",
-        seed=options.seed if sensor.virtual else None,
+        preset=sensor.preset,
+        seed=sensor.seed,
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+        hardware=sensor.hardware,
     )

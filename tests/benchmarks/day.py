@@ -34,7 +34,7 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device, steady
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES, draw_mood, draw_style
@@ -80,10 +80,9 @@ def orb(seed: int, preset: str, hours: int, out: Connection) -> None:
     out.close()
 
 
-class Skin:
+class Skin(Sensor):
     """The sensor: frames from the orb's process, in order."""
 
-    virtual = False
     device_id = "virtual-day"
     rate_hz = RATE_HZ
 

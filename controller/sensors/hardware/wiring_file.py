@@ -29,12 +29,14 @@ _PULLED: Final = (2, 3)  # pins with resistors to the supply on every Raspberry 
 _SPI: Final = {0: ((9, 10, 11), {0: 8, 1: 7}), 1: ((19, 20, 21), {0: 18, 1: 17, 2: 16})}
 
 
-def read(path: Path) -> Wiring:
-    """Return the wiring in a file.
+def read(path: Path | None) -> Wiring:
+    """Return the wiring in a file, or without one the default wiring.
 
     Raises:
         HardwareError: It cannot be read, or is none; one sentence, with the line.
     """
+    if path is None:
+        return shipped()
     try:
         text = read_text(path, MAX_BYTES)
     except OSError as error:
