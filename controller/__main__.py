@@ -10,7 +10,6 @@ def main(argv: list[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     name = words[0] if words and not words[0].startswith("-") else None
     with importing():
-        import gc
         import os
         from importlib import import_module
 
@@ -22,17 +21,8 @@ def main(argv: list[str] | None = None) -> int:
             return complain("controller", error, error.status)
         # Our matrices are small: NumPy's threads would wait for each other five times as long.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # Modules are here to stay: to look for garbage among them took a sixth of the start.
-        gc.disable()
-        try:
-            command = import_module(RUN if name is None else COMMANDS[name][0])
-            gc.freeze()
-        finally:
-            gc.enable()
-    try:
-        return run("controller", lambda: command.main(words if name is None else words[1:]))
-    finally:
-        gc.unfreeze()
+        command = import_module(RUN if name is None else COMMANDS[name][0])
+    return run("controller", lambda: command.main(words if name is None else words[1:]))
 
 
 if __name__ == "__main__":

@@ -1,15 +1,18 @@
-"""Parse TOML and JSON from files that strangers may have written, at a bounded cost.
+"""Parse TOML and JSON of unknown origin at a bounded cost, and check tables against dataclasses.
 
 Python's `tomllib` takes time and memory quadratic in the parts of one dotted key (a line of 30,000
 parts costs gigabytes), and both parsers recurse into nested values. So size, dots and nesting are
 checked before, and whole numbers after, since some are too large to become a float.
 """
 
+import dataclasses
 import json
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from types import NoneType, UnionType
+from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 from controller.errors import UserError, reason
 from controller.files import read_text
@@ -27,6 +30,17 @@ _QUOTED: Final = re.compile(
     re.DOTALL | re.MULTILINE,
 )  # fmt: skip
 _DOTTED: Final = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{MAX_PARTS}}}")
+_ANY_NUMBER: Final = (0.0, 1e9)  # range of a field that names none; 1e9 stands for never
+_EXPECTED: Final = {  # of a field of each type that is checked
+    bool: "true or false",
+    int: "a whole number from {low:g} to {high:g}",
+    float: "a number from {low:g} to {high:g}",
+    str: "a text",
+    tuple: "a list of different words",
+    dict: "a table",
+}
+_REQUIRED: Final = (dataclasses.MISSING, dataclasses.MISSING)  # default and factory of a field
+_Settings = TypeVar("_Settings")
 _PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 
 
@@ -83,6 +97,82 @@ def parse_json(text: str | bytes, limit_bytes: int = MAX_BYTES) -> Any:
         raise ConfigError("values are nested too deeply") from None
     except ValueError:
         raise ConfigError("a whole number does not fit 64 bits") from None
+
+
+def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
+    """Return the settings in a table: a dataclass with a field for each key.
+
+    A missing key takes the default of its field; an unknown one is refused. Fields of the types
+    bool, int, float, str, dict, tuple[str, ...] and of dataclasses, which are tables themselves,
+    are checked. Their metadata may have the "key" if it is not the field's name, the "range" of a
+    number, the "choices" or the "pattern" of a text, the "count" of a list of texts, and what is
+    "expected".
+
+    Args:
+        kind: The dataclass.
+        table: Its values.
+        name: What the table is called; "" for the whole file.
+
+    Raises:
+        ConfigError: A value cannot be used; a sentence without its subject.
+    """
+    under = f" under [{name}]" if name else ""
+    if not isinstance(table, dict):
+        raise ConfigError(f"has {name} = {table!r}; expected is a table [{name}]")
+    fields = {
+        field.metadata.get("key", field.name): field
+        for field in dataclasses.fields(kind)  # type: ignore[arg-type]
+    }
+    if odd := sorted(set(table) - set(fields)):
+        raise ConfigError(f"has the unknown key {odd[0]!r}{under}; known are {', '.join(fields)}")
+    hints, values = get_type_hints(kind), {}
+    for key, field in fields.items():
+        if key in table or (field.default, field.default_factory) == _REQUIRED:
+            wanted = _without_none(hints[field.name])
+            values[field.name] = _value(wanted, table.get(key), key, under, field.metadata)
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise ConfigError(f"has{under} {error}") from None
+
+
+def _without_none(hint: Any) -> Any:
+    """Return T for the type T | None."""
+    kinds = [kind for kind in get_args(hint) if kind is not NoneType]
+    return kinds[0] if isinstance(hint, UnionType) and len(kinds) == 1 else hint
+
+
+def _value(kind: Any, value: Any, key: str, under: str, limits: Mapping[str, Any]) -> Any:
+    """Return the value of a field, checked."""
+    if dataclasses.is_dataclass(kind):
+        return settings(kind, value, key)  # type: ignore[arg-type]
+    if kind is float and type(value) is int:
+        value = float(value)
+    if kind == tuple[str, ...] and isinstance(value, list):
+        value = tuple(value)
+    plain = tuple if kind == tuple[str, ...] else dict if get_origin(kind) is dict else kind
+    if plain in _EXPECTED and (type(value) is not plain or not _within(value, limits)):
+        low, high = limits.get("range", _ANY_NUMBER)
+        words = {"low": low, "high": high, "choices": ", ".join(limits.get("choices", ()))}
+        wanted = "one of {choices}" if "choices" in limits else _EXPECTED[plain]
+        expected = limits.get("expected") or wanted.format(**words)
+        raise ConfigError(f"has {key} = {value!r}{under}; expected is {expected}")
+    return value
+
+
+def _within(value: Any, limits: Mapping[str, Any]) -> bool:
+    """Return whether a value of the right type is within the limits of its field."""
+    if isinstance(value, str):
+        pattern = limits.get("pattern", r"(?s).*")
+        return value in limits.get("choices", (value,)) and bool(re.fullmatch(pattern, value))
+    if isinstance(value, tuple):
+        low, high = limits.get("count", (0, MAX_BYTES))
+        different = all(type(one) is str for one in value) and len(set(value)) == len(value)
+        return low <= len(value) <= high and different and all(_within(v, limits) for v in value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        low, high = limits.get("range", _ANY_NUMBER)
+        return bool(low <= value <= high)
+    return True
 
 
 def line_of(text: str, table: str, key: str = "", count: int = 1, *, near: bool = False) -> str:

@@ -1,6 +1,7 @@
 """Read and replace files: regular files only, of bounded size, and never half written.
 
-Every error is an `OSError` whose `strerror` completes the sentence "cannot read FILE: ...".
+Every error is an `OSError` whose `strerror` completes the sentence "cannot read FILE: ...". The
+folders of a user's own files are those of platformdirs.
 """
 
 import contextlib
@@ -11,8 +12,11 @@ import sys
 from pathlib import Path
 from typing import IO, Final
 
+import platformdirs
+
+_APPLICATION: Final = "orbtouch"
 _NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-_PIECE: Final = 1 << 20  # bytes that are read at once; so much memory is asked for
+_PIECE: Final = 1 << 20  # bytes that are read at once
 _KINDS: Final = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -20,6 +24,27 @@ _KINDS: Final = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
+
+
+def data_folder() -> Path:
+    """Return the folder of what is kept for good: bundles."""
+    return platformdirs.user_data_path(_APPLICATION, appauthor=False)
+
+
+def state_folder() -> Path:
+    """Return the folder of what can be measured again: calibrations, hosts."""
+    return platformdirs.user_state_path(_APPLICATION, appauthor=False)
+
+
+def config_folder() -> Path:
+    """Return the folder of what the user chose: the host's devices."""
+    return platformdirs.user_config_path(_APPLICATION, appauthor=False)
+
+
+def runtime_folder() -> Path:
+    """Return the folder of what holds while a program runs; the state folder if there is none."""
+    given = Path(os.environ.get("XDG_RUNTIME_DIR", ""))
+    return given / _APPLICATION if given.is_absolute() else state_folder()
 
 
 def open_regular(path: Path) -> IO[bytes]:

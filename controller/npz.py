@@ -1,8 +1,7 @@
-"""Arrays in and out of `.npz` files that strangers may have written: never pickle, never a bomb.
+"""Arrays in `.npz` files of unknown origin: no pickles, and memory for what is there only.
 
-`numpy.load` trusts the sizes that a file claims and evaluates the text of its headers. Here every
-size is checked before memory is asked for, headers have one form, and whatever is wrong with the
-file is one `NpzError`.
+`numpy.load` takes memory for the sizes that a file claims and evaluates the text of its headers.
+Here every size is checked first, and headers have one form.
 """
 
 import io
@@ -14,34 +13,35 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from controller.files import open_regular
-from controller.unzip import DEFLATED, PIECE, STORED, Reader, ZipError, directory
+from controller.zip_limits import DAMAGE, ZipError, open_zip
 
 Arrays = dict[str, NDArray[Any]]
 Shape = tuple[tuple[int, ...], np.dtype[Any]]
-Header = tuple[tuple[int, ...], np.dtype[Any], bool]
-Member = tuple[str, Reader, int]
+Member = tuple[str, IO[bytes], int]  # name, content, bytes of the content
 
 MAX_MEMBERS: Final = 256  # arrays in one file; ours have some thirty
 MAX_HEADER: Final = 4096  # bytes of an array's header; NumPy's have 118
 MAX_DIMENSIONS: Final = 8  # weights of a 3D convolution have five
 
-_NAME: Final = re.compile(r"\w[\w.-]{0,199}")
-_FLAGS: Final = 0x80E  # deflate's effort, sizes after the data, UTF-8: no encryption, no patches
+_NAME: Final = re.compile(r"(\w[\w.-]{0,199})\.npy")
 _HEADER: Final = re.compile(
-    rb"\{\s*'descr':\s*'([^'\\]{1,16})',\s*'fortran_order':\s*(True|False),"
+    rb"\{\s*'descr':\s*'([^'\\]{1,16})',\s*'fortran_order':\s*(?:True|False),"
     rb"\s*'shape':\s*\(([0-9, ]*)\),?\s*\}\s*"
 )
 _PLAIN: Final = re.compile(r"[<>|=]?[biufcSU][1-9][0-9]{0,9}")  # truth, numbers and texts
 
-# What NumPy is known to raise on what is no array.
-_DAMAGE: Final = (ValueError, KeyError, IndexError, TypeError, OverflowError, RuntimeError)
+# What `zipfile` and NumPy are known to raise on what is no array.
+_DAMAGE: Final = (
+    *DAMAGE, ValueError, KeyError, IndexError, TypeError, OverflowError, RuntimeError
+)  # fmt: skip
 
 
 class NpzError(ValueError):
-    """The bytes are no archive of plain arrays, or too large a one; the message says which."""
+    """The bytes are no archive of plain arrays, or too large a one; the message has no subject."""
 
 
 def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -56,18 +56,18 @@ def unpack(source: Path | bytes, limit_bytes: int, only: Iterable[str] | None = 
 
     Args:
         source: The file, or its content.
-        limit_bytes: All arrays may have so many bytes together, and the file as well.
-        only: The arrays that are wanted, of those that there are; by default all.
+        limit_bytes: Most bytes of all arrays together, and of the file.
+        only: Names of the arrays to return, if they exist; by default all.
 
     Raises:
         NpzError: It is damaged, too large, or holds anything but plain arrays.
         OSError: The file cannot be read.
     """
     wanted = None if only is None else set(only)
-    with _archive(source, limit_bytes) as members:
+    with _open(source, limit_bytes) as file:
         return {
             name: _array(name, stream, size, limit_bytes)
-            for name, stream, size in members
+            for name, stream, size in _members(file, limit_bytes)
             if wanted is None or name in wanted
         }
 
@@ -79,40 +79,33 @@ def single(path: Path, limit_bytes: int) -> NDArray[Any]:
         NpzError: It is damaged, too large, or anything but a plain array.
         OSError: The file cannot be read.
     """
-    with _bounded(path, limit_bytes) as (file, size):
-        return _array(path.stem, file, size, limit_bytes)
+    with _open(path, limit_bytes) as file:
+        return _array(path.stem, file, _size(file), limit_bytes)
 
 
 def shapes(source: Path | bytes, limit_bytes: int) -> dict[str, Shape]:
-    """Return (shape, dtype) of every array of an `.npz`, by name, without reading what it holds.
+    """Return (shape, dtype) of every array of an `.npz`, by name, without reading its data.
 
     Raises:
         NpzError: As `unpack`.
         OSError: The file cannot be read.
     """
-    with _archive(source, limit_bytes) as members:
-        return {name: _header(name, stream, limit_bytes)[:2] for name, stream, _ in members}
+    with _open(source, limit_bytes) as file:
+        members = _members(file, limit_bytes)
+        return {name: _header(name, stream, limit_bytes) for name, stream, _ in members}
 
 
 @contextmanager
-def _archive(source: Path | bytes, limit_bytes: int) -> Iterator[Iterator[Member]]:
-    """Open an archive whose sizes are bounded; whatever is wrong with it is one `NpzError`."""
-    with _bounded(source, limit_bytes) as (file, _):
-        yield _members(file, limit_bytes)
-
-
-@contextmanager
-def _bounded(source: Path | bytes, limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
-    """Open a file; yield it and its size. Whatever is wrong with it is one `NpzError`."""
+def _open(source: Path | bytes, limit_bytes: int) -> Iterator[IO[bytes]]:
+    """Open a file of bounded size; whatever is wrong with it is one `NpzError`."""
     with io.BytesIO(source) if isinstance(source, bytes) else open_regular(source) as file:
-        size = file.seek(0, io.SEEK_END)
+        size = _size(file)
         if size > limit_bytes:
             raise NpzError(f"has {size} bytes, more than the {limit_bytes} allowed")
         if size == 0:
             raise NpzError("is empty")
-        file.seek(0)
         try:
-            yield file, size
+            yield file
         except (NpzError, ZipError) as error:
             raise NpzError(str(error)) from None
         except MemoryError:
@@ -121,40 +114,32 @@ def _bounded(source: Path | bytes, limit_bytes: int) -> Iterator[tuple[IO[bytes]
             raise NpzError("is not a whole .npz archive") from None
 
 
+def _size(file: IO[bytes]) -> int:
+    """Return the bytes of a file; it is then at its beginning."""
+    size = file.seek(0, io.SEEK_END)
+    file.seek(0)
+    return size
+
+
 def _members(file: IO[bytes], limit_bytes: int) -> Iterator[Member]:
-    """Yield (name, stream, size) of each array, after what the directory says of all is checked."""
-    members, start = directory(file)
-    total = sum(member.size for member in members)
-    if total > limit_bytes or len(members) > MAX_MEMBERS:
-        raise NpzError(
-            f"unpacks to {total} bytes in {len(members)} arrays, more than the {limit_bytes} "
-            f"bytes and {MAX_MEMBERS} arrays allowed"
-        )
-    names = [member.name.removesuffix(".npy") for member in members]
-    for name, member in zip(names, members, strict=True):
-        # A name never becomes a path, but it may well be printed.
-        if f"{name}.npy" != member.name or not _NAME.fullmatch(name):
-            raise NpzError(f"holds {member.name[:80]!r} where arrays of plain names belong")
-        if member.method not in (STORED, DEFLATED) or member.flags & ~_FLAGS:
-            raise NpzError(f"holds {name!r} encrypted, or packed by another method than deflate")
-    if len(set(names)) < len(names):
-        raise NpzError("holds two arrays of one name")
-    end = 0
-    for member in sorted(members, key=lambda member: member.offset):
-        if member.offset < end:
-            raise NpzError("holds arrays that share their bytes")
-        end = member.end
-    if end > start:
-        raise NpzError("holds arrays that are longer than the file")
-    for name, member in zip(names, members, strict=True):
-        yield name, Reader(file, member), member.size
+    """Yield each array's name, stream and bytes, after what the directory claims is checked."""
+    with open_zip(file, limit_bytes, MAX_MEMBERS) as archive:
+        for member in archive.infolist():
+            # A name never becomes a path, but it may well be printed.
+            name = _NAME.fullmatch(member.orig_filename)
+            if name is None:
+                raise NpzError(
+                    f"holds {member.orig_filename[:80]!r} where arrays of plain names belong"
+                )
+            with archive.open(member) as stream:
+                yield name[1], stream, member.file_size
 
 
-def _header(name: str, stream: Reader | IO[bytes], limit_bytes: int) -> Header:
-    """Return shape, dtype, and whether columns come first; the stream is then at the data.
+def _header(name: str, stream: IO[bytes], limit_bytes: int) -> Shape:
+    """Return shape and dtype; the stream is then at the data.
 
-    NumPy would evaluate the header as Python's own text; ours is matched against the one form
-    that programs write, so that there is nothing to evaluate.
+    NumPy evaluates the header as Python's own text. So it is matched before against the one form
+    that programs write, in which there is nothing to evaluate.
     """
     magic = stream.read(8)
     if magic[:6] != b"\x93NUMPY" or magic[6:] not in (b"\x01\x00", b"\x02\x00", b"\x03\x00"):
@@ -165,7 +150,7 @@ def _header(name: str, stream: Reader | IO[bytes], limit_bytes: int) -> Header:
     match = _HEADER.fullmatch(stream.read(length))
     if match is None:
         raise NpzError(f"holds {name!r}, which is no plain array")
-    kind, order, sizes = (group.decode("latin-1") for group in match.groups())
+    kind, sizes = (group.decode("latin-1") for group in match.groups())
     if kind.lstrip("<>|=") == "O":
         raise NpzError(f"holds pickled objects in {name!r}, which are never loaded")
     if not _PLAIN.fullmatch(kind):
@@ -177,18 +162,14 @@ def _header(name: str, stream: Reader | IO[bytes], limit_bytes: int) -> Header:
     # An array without elements needs no bytes, but its other sizes must be sane as well.
     if math.prod(max(1, size) for size in shape) * dtype.itemsize > limit_bytes:
         raise NpzError(f"holds {name!r} with data that does not fit its shape")
-    return shape, dtype, order == "True"
+    return shape, dtype
 
 
-def _array(name: str, stream: Reader | IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
-    """Return one array whose header and data agree in size; `size` is of both."""
-    shape, dtype, fortran = _header(name, stream, limit_bytes)
-    count = math.prod(shape) * dtype.itemsize
-    if stream.tell() + count != size:
+def _array(name: str, stream: IO[bytes], size: int, limit_bytes: int) -> NDArray[Any]:
+    """Return one array, rows first; its header and data must have `size` bytes together."""
+    shape, dtype = _header(name, stream, limit_bytes)
+    if stream.tell() + math.prod(shape) * dtype.itemsize != size:
         raise NpzError(f"holds {name!r} with data that does not fit its shape")
-    data = np.empty(count, dtype=np.uint8)
-    for start in range(0, count, PIECE):
-        piece = stream.read(min(PIECE, count - start))
-        data[start : start + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
-    array: NDArray[Any] = np.ndarray(shape, dtype, data, order="F" if fortran else "C")
-    return array.copy() if fortran else array
+    stream.seek(0)
+    array = npy.read_array(stream, allow_pickle=False, max_header_size=MAX_HEADER)
+    return np.asarray(array, order="C")

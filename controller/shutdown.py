@@ -24,7 +24,7 @@ class ShutdownSignals(list[str]):
 def signals() -> Iterator[ShutdownSignals]:
     """Turn signals to end into reasons to end, in order, for as long as the context lasts.
 
-    SIGHUP is the end of the terminal that a program runs in; to one that runs in none it says that
+    SIGHUP ends a program whose terminal was closed; without a terminal it means that
     the settings have changed.
     """
     reasons = ShutdownSignals()

@@ -6,6 +6,7 @@ is the process that learns, so that the loop that plays never waits for it; it i
 """
 
 import io
+import math
 import os
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from controller.bundles.deploy.store import BundleStore
 
 LATEST_S: Final = 2.5  # a touch that ended earlier is not meant
 GAP_S: Final = 0.4  # between two touches; a double tap's is shorter
+LEAD_S: Final = 1.3  # of images before the touch
 DEADLINE_S: Final = 120.0
 MOST: Final = 40  # corrections that a bundle takes
 NICE: Final = 10
@@ -55,36 +57,30 @@ def example(label: str, images: Images, rate_hz: float) -> Example:
 
 def latest(images: Images, rate_hz: float) -> Images | None:
     """Return the images of the latest touch with what is around it; None: there was none."""
-    if len(images) < 3:
+    touches = touched(images, GAP_S * rate_hz) if len(images) >= 3 else []
+    if not touches or touches[-1].span[1] < len(images) - LATEST_S * rate_hz:
         return None
-    touches = touched(images)
-    if not touches or touches[0].span[1] < len(images) - LATEST_S * rate_hz:
-        return None
-    energy = np.abs(images.astype(np.float64) - 1.0).mean(axis=(1, 2))
-    idle = float(np.quantile(energy, 0.1))
-    loud = np.flatnonzero(energy > idle + 0.2 * (energy.max() - idle))
-    gaps = np.flatnonzero(np.diff(loud) > GAP_S * rate_hz)
-    first = int(loud[gaps[-1] + 1]) if len(gaps) else int(loud[0])
-    before = int(loud[gaps[-1]]) + 1 if len(gaps) else 0
-    return images[max(before, first - round(1.3 * rate_hz)) :]
+    before = math.ceil(touches[-2].span[1]) if len(touches) > 1 else 0
+    first = math.ceil(touches[-1].span[0]) - round(LEAD_S * rate_hz)
+    return images[max(before, first) :]
 
 
 def correct(
     label: str,
     images: Images,
     rate_hz: float,
-    shelf: BundleStore,
+    store: BundleStore,
     install: Callable[[Path, str], str],
 ) -> str:
     """Learn what the latest touch was and take the bundle that knows it into use.
 
-    It takes seconds, and runs where nobody waits for it.
+    It takes seconds: call it in a thread of its own.
 
     Args:
         label: What it was; "null": nothing; "": take the last correction back.
         images: The latest, z, (frames, rows, columns).
         rate_hz: Frames per second.
-        shelf: Of this device.
+        store: Bundle store of this device.
         install: Proves a file and takes it into use; given the name of the bundle that it
             corrects as well.
 
@@ -92,21 +88,21 @@ def correct(
         What is in use now, a sentence.
 
     Raises:
-        BundleError, AdaptError, OSError: Nothing has changed; the message says why.
+        BundleError, AdaptError, OSError: Nothing has changed; the message has the reason.
     """
     if not label:
-        left = _corrections(shelf.path(shelf.take_back().current))
+        left = _corrections(store.path(store.take_back().current))
         return f"taken back ({left} left)"
-    before = shelf.record().current
-    path = shelf.path(before)
+    before = store.record().current
+    path = store.path(before)
     made = _corrections(path)
     if made >= MOST:
         raise AdaptError(
-            f"{MOST} corrections are enough; teach the gesture anew (docs/teach.md), or go back "
+            f"{MOST} corrections are enough; teach the gesture again (docs/teach.md), or go back "
             "with controller rollback"
         )
     example(label, images, rate_hz)  # what cannot be learned from is told at once
-    out = shelf.folder / "incoming" / "corrected.orb"
+    out = store.folder / "incoming" / "corrected.orb"
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         _in_a_process(path, out, label, images, rate_hz)

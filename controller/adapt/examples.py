@@ -42,7 +42,7 @@ class Example:
         user: Whose network shall learn it; `EVERYBODY`: all.
         rotations: Turns that leave it the same gesture: "all", "half" or "none".
         mirrored: Its mirror image is the same gesture.
-        span: First frame of the touch and the frame after its last; None: `found` tells.
+        span: First frame of the touch and the frame after its last; None until `found`.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Example:
         """Return the example with its touch found, or None where nothing touches.
 
         Of several touches the last is meant; what lies beyond the pauses around it is cut off, so
-        that nobody learns the touch before as what comes ahead of this one.
+        that the previous touch is not learned as the beginning of this one.
 
         Args:
             rate_hz: Frames per second.

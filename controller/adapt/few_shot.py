@@ -6,19 +6,19 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import tomli_w
 from numpy.typing import NDArray
 
-from controller import console, npz, toml_text
+from controller import console
 from controller.adapt import fit_head, head, rehearsal
 from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
-from controller.adapt.head import FormError, SplitNetwork
+from controller.adapt.head import FormError
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
-from controller.bundles import archive
 from controller.bundles import bundle as bundles
+from controller.bundles import users_table
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.errors import TroubleError
-from controller.recognition import users
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -28,11 +28,18 @@ SHARE: Final = 0.185  # what a label's examples weigh without noise, all that is
 NOISY: Final = 0.03  # as much noise halves it: the old gestures are nearer to any other then
 AROUND: Final = 1.0  # what surrounds them, times that
 LEAST_KEPT: Final = 0.9  # of the rehearsed gestures, taken for the same ones as before
+_SEED: Final = 0  # the same lesson gives the same bundle
 GOLDEN_EACH: Final = 4  # windows of an example that become golden
 
 
+# Windows (n, window, rows, columns), and of each: whether the touch lies within, class, weight.
+_ExampleWindows = tuple[
+    NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64], NDArray[np.float64]
+]
+
+
 class AdaptError(TroubleError, ValueError):
-    """It cannot be learned like this; the message says why, in one sentence."""
+    """It cannot be learned like this; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True)
@@ -67,18 +74,14 @@ def teach(
     *,
     command: str | Sequence[Mapping[str, Any]] | None = None,
     note: str = "",
-    seed: int = 0,
-    careful: bool = True,
 ) -> AdaptedBundle:
     """Return a bundle that has learned from examples.
 
     Args:
         data: The bundle as a file.
         examples: Of one gesture or several, old or new; a user's own go into a network of theirs.
-        command: What a new gesture asks for: a word or rules (docs/mapping.md); None: nothing.
-        note: What the card says of the lesson; by default which gesture from how many examples.
-        seed: Of what is drawn: the same lesson gives the same bundle.
-        careful: It is refused where more than a tenth of the rehearsed gestures would be lost.
+        command: Command of a new gesture: a word or rules (docs/mapping.md); None: nothing.
+        note: Entry of the card; by default the gestures and numbers of examples.
 
     Raises:
         AdaptError: There is no touch in an example, or the old gestures would suffer.
@@ -88,7 +91,7 @@ def teach(
         loaded, parts = bundles.parse(data), bundles.unpack(data)
         table = bundles.manifest(parts[bundles.MANIFEST])
         known = _rehearsal(loaded, parts)
-    except (RehearsalError, archive.ArchiveError) as error:
+    except (RehearsalError, BundleError) as error:
         raise BundleError(f"the bundle {error}") from None
     fresh = _checked(loaded, known, examples)
     known = replace(known, taught=(*known.taught, *fresh))
@@ -96,15 +99,15 @@ def teach(
     labels = (*loaded.labels, *new)
     everybodys = any(one.user == EVERYBODY for one in fresh)
     asked = {one.user for one in fresh} - {EVERYBODY}
-    lesson = _Lesson(loaded, known, labels, seed, LEAST_KEPT if careful else 0.0)
+    lesson = _Lesson(loaded, known, labels)
     content = bundles.content(parts)
     base, answers = dict(known.base), dict[str, NDArray[np.float32]]()
     questions = np.concatenate([loaded.golden.windows, *_golden(fresh, loaded.window)])
     heads = list(dict.fromkeys((*loaded.users.heads, *sorted(asked))))
     shares = []
     for user in (EVERYBODY, *heads):
-        part = GESTURE if user == EVERYBODY else users.head_part(user)
-        source = part if part in parts else GESTURE  # whoever had none begins with everybody's
+        part = GESTURE if user == EVERYBODY else users_table.head_part(user)
+        source = part if part in parts else GESTURE  # a user's first network begins as everybody's
         model = parts[source]
         if everybodys or user in asked:
             model, base[part], share = lesson.learn(model, known.base.get(source), user)
@@ -117,16 +120,16 @@ def teach(
             table["mapping"][label] = command if isinstance(command, str) else [*command]
     _enrol(table, heads, labels)
     table["card"]["added"] = [*table["card"].get("added", []), note or _told(fresh)]
-    golden = npz.unpack(content[bundles.GOLDEN], bundles.MAX_BYTES)
-    golden |= {"windows": questions, "probabilities": answers[EVERYBODY]}
-    golden |= {f"head.{user}": answers[user] for user in heads}
+    own = {user: answers[user] for user in heads}
+    golden = replace(loaded.golden, windows=questions, probabilities=answers[EVERYBODY], heads=own)
     if heads:
-        golden["people"] = _people(content, len(table["users"]["names"]), questions)
-        content.setdefault(users.NETWORK, b"")
-    content[bundles.GOLDEN] = npz.pack(golden)
+        people = _people(content, len(table["users"]["names"]), questions)
+        golden = replace(golden, people=people)
+        content.setdefault(users_table.NETWORK, b"")
+    content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
     return AdaptedBundle(
-        toml_text.dumps(table).encode(),
+        tomli_w.dumps(table).encode(),
         content,
         min(kept for kept, _ in shares),
         min(learned for _, learned in shares),
@@ -141,64 +144,60 @@ class _Lesson:
         bundle: As it was.
         known: What is rehearsed, and every example.
         labels: The classes from now on.
-        seed: Of what is drawn.
-        least_kept: Less may not be kept of what is rehearsed.
     """
 
     bundle: Bundle
     known: Rehearsal
     labels: tuple[str, ...]
-    seed: int
-    least_kept: float = LEAST_KEPT
 
     def learn(
         self, model: bytes, base: tuple[int, int] | None, user: str
     ) -> tuple[bytes, tuple[int, int], tuple[float, float]]:
         """Return a network that has learned, its base, and the shares kept and learned."""
         try:
-            taken = head.take_apart(model, base)
+            split = head.take_apart(model, base)
         except FormError as error:
             raise AdaptError(f"the gesture network {error}") from None
-        window = self.bundle.window
-        rng = np.random.default_rng(self.seed)
-        old, touch = self.known.windows(window, REHEARSED, rng)
+        rng = np.random.default_rng(_SEED)
+        old, touch = self.known.windows(self.bundle.window, REHEARSED, rng)
         if not len(old):
             raise AdaptError("this bundle has nothing to rehearse; install one that has")
-        embedded = [taken.embed(old)]
-        # It shall go on answering what it answers: a label knows nothing of how sure one can be.
-        target = [_probabilities(taken.logits(embedded[0]), len(self.labels))]
-        weight = [np.full(len(old), 1.0 / len(old))]
         own = [one for one in self.known.taught if one.user in (EVERYBODY, user)]
-        spoken: list[tuple[NDArray[np.int64], NDArray[np.bool_]]] = []
-        for name in dict.fromkeys(one.label for one in own):
-            alike = [one for one in own if one.label == name]
-            for one in alike:
-                made, telling = vary(one, window, max(1, COPIES // len(alike)), rng)
-                inside = telling >= 0.0
-                kind = np.where(inside, self.labels.index(name), 0)
-                embedded.append(taken.embed(made))
-                target.append(_one_hot(kind, len(self.labels)))
-                each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
-                                AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
-                weight.append(weight_of(one) * each / len(alike))
-                spoken.append((kind, inside))
-        embedding = np.concatenate(embedded)
-        material = fit_head.TrainingSet(
-            embedding, taken.logits(embedding), np.concatenate(target), np.concatenate(weight)
+        by_label = {one.label: [o for o in own if o.label == one.label] for one in own}
+        fresh = [self._windows(one, alike, rng) for alike in by_label.values() for one in alike]
+        windows, inside, kinds, weights = map(np.concatenate, zip(*fresh, strict=True))
+        embedding = split.embed(np.concatenate([old, windows]))
+        logits = split.logits(embedding)
+        # The target of old windows is the network's own answer, with its confidence.
+        target = [_probabilities(logits[: len(old)], len(self.labels))]
+        target.append(np.eye(len(self.labels), dtype=np.float32)[kinds])
+        weight = np.concatenate([np.full(len(old), 1.0 / len(old)), weights])
+        units = fit_head.fit(
+            fit_head.TrainingSet(embedding, logits, np.concatenate(target), weight)
         )
-        units = fit_head.fit(material, self.seed)
-        said = _logits(taken, material, units)
-        before = _names(material.logits[: len(old)], touch)
-        kept = _share(_names(said[: len(old)], touch) == before)
-        if kept < self.least_kept:
+        after = units.answers(embedding)
+        after[:, : split.classes] += logits
+        names = (_names(answers[: len(old)], touch) for answers in (logits, after))
+        kept = _share(np.equal(*names))
+        if kept < LEAST_KEPT:
             raise AdaptError(
                 f"the other gestures would suffer: {kept:.0%} of those that are rehearsed would be "
                 "taken for what they are; give other examples, or a gesture that is less like them"
             )
-        kinds = np.concatenate([kind for kind, _ in spoken])
-        inside_ = np.concatenate([inside for _, inside in spoken])
-        learned = _share((said[len(old) :].argmax(axis=1) == kinds)[inside_])
-        return taken.widened(units), (taken.hidden, taken.classes), (kept, learned)
+        learned = _share((after[len(old) :].argmax(axis=1) == kinds)[inside])
+        return split.widened(units), (split.hidden, split.classes), (kept, learned)
+
+    def _windows(
+        self, one: Example, alike: Sequence[Example], rng: np.random.Generator
+    ) -> _ExampleWindows:
+        """Return the windows of an example; `alike` are all examples of its label."""
+        copies = max(1, COPIES // len(alike))
+        windows, telling = vary(one, self.bundle.window, copies, rng)
+        inside = telling >= 0.0
+        kind = np.where(inside, self.labels.index(one.label), 0)
+        each = np.where(inside, telling / max(1.0, float(telling[inside].sum())),
+                        AROUND / max(1.0, float((~inside).sum())))  # fmt: skip
+        return windows, inside, kind, weight_of(one) * each / len(alike)
 
 
 def weight_of(example: Example) -> float:
@@ -243,12 +242,11 @@ def _checked(loaded: Bundle, known: Rehearsal, examples: Sequence[Example]) -> t
 
 
 def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -> None:
-    """Let the manifest know whoever has a network of their own."""
+    """Add users with networks of their own to the manifest."""
     if not heads:
         return
     people = table.setdefault("users", {
-        "names": [], "gestures": list(labels[1:]), "temperature": 1.0, "accept": 0.9,
-        "stay": 0.98, "forget_s": 30.0,
+        "names": [], "gestures": list(labels[1:])
     })  # fmt: skip
     people["names"] += [name for name in heads if name not in people["names"]]
     people["heads"] = list(heads)
@@ -257,15 +255,15 @@ def _enrol(table: dict[str, Any], heads: Sequence[str], labels: Sequence[str]) -
 def _people(
     content: Mapping[str, bytes], names: int, questions: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the user network's answers; it must know everybody who has a network."""
-    model = content.get(users.NETWORK, b"")
+    """Return the user network's answers; it must have an output for each user with a network."""
+    model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
     told = _ask(model, questions)
     if told.shape[1] != 1 + names:
         raise AdaptError(
-            "this bundle tells its users by their touch, and does not know this one; use a name "
-            "that it knows, or enrol them: models train --task user (docs/users.md)"
+            "this bundle identifies its users by their touch, and does not know this one; use a "
+            "name that it knows, or enrol them: models train --task user (docs/users.md)"
         )
     return told
 
@@ -281,17 +279,9 @@ def _golden(fresh: Sequence[Example], window: int) -> list[NDArray[np.float32]]:
 
 
 def _ask(model: bytes, questions: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a network's answers, (n, outputs), to (n, window, rows, columns)."""
     run = engines.open_network(engines.standard(), model, onnx_reader.read(model))
-    return np.concatenate([run(question[None]) for question in questions])
-
-
-def _logits(
-    taken: SplitNetwork, material: fit_head.TrainingSet, units: head.LearnedUnits
-) -> NDArray[np.float32]:
-    hidden = np.maximum(material.embedding @ units.weights.T + units.bias, 0.0)
-    logits = hidden @ units.says.T
-    logits[:, : taken.classes] += material.logits
-    return np.asarray(logits)
+    return run(questions)
 
 
 def _names(logits: NDArray[np.float32], touch: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -308,10 +298,6 @@ def _probabilities(logits: NDArray[np.float32], classes: int) -> NDArray[np.floa
     told = np.zeros((len(logits), classes), dtype=np.float32)
     told[:, : logits.shape[1]] = power / power.sum(axis=1, keepdims=True)
     return told
-
-
-def _one_hot(kind: NDArray[np.integer], classes: int) -> NDArray[np.float32]:
-    return np.asarray(np.eye(classes, dtype=np.float32)[kind])
 
 
 def _share(right: NDArray[np.bool_]) -> float:

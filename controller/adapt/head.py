@@ -2,21 +2,23 @@
 
 The form is that of the shipped network (figure 6 of the paper): ... dense, relu = embedding; dense,
 relu; dense, softmax. New units stand beside those of the second dense layer; they see the
-embedding, and what they tell is added to the answers. Since no old weight changes, the network as
+embedding, and their outputs are added to the answers. Since no old weight changes, the network as
 it was trained is still there, and can be had back.
 """
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.bundles.inference import engines, onnx_writer
 from controller.bundles.inference import onnx_reader as graph
-from controller.bundles.inference.engines import EngineError
 from controller.bundles.inference.onnx_reader import Graph, GraphError, Node
 
 Values = NDArray[np.float32]
+
+_BATCH: Final = 64  # windows that are embedded at once
 
 
 class FormError(ValueError):
@@ -30,12 +32,17 @@ class LearnedUnits:
     Attributes:
         weights: (units, embedding).
         bias: (units,).
-        says: (classes, units); the old classes first.
+        out: Output weights, (classes, units); the old classes first.
     """
 
     weights: Values
     bias: Values
-    says: Values
+    out: Values
+
+    def answers(self, embedding: Values) -> Values:
+        """Return what the units add to the answers, (n, classes), to (n, embedding)."""
+        hidden = np.maximum(embedding @ self.weights.T + self.bias, 0.0)
+        return np.asarray(hidden @ self.out.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +53,7 @@ class SplitNetwork:
         graph: The network.
         embedding: Name of the embedding.
         dense: The second dense layer: names of its weights and bias.
-        out: The last one, likewise.
+        out: The last dense layer: names of its weights and bias.
         hidden: Units of the second dense layer.
         classes: Answers.
     """
@@ -59,14 +66,12 @@ class SplitNetwork:
     classes: int
 
     def embed(self, windows: NDArray[np.float32]) -> Values:
-        """Return the embedding of windows (n, window, rows, columns), (n, width).
-
-        Neighbours that follow each other in time are computed faster.
-        """
+        """Return the embedding of windows (n, window, rows, columns), (n, width)."""
         at = next(i for i, node in enumerate(self.graph.nodes) if node.output == self.embedding)
         cut = replace(self.graph, nodes=self.graph.nodes[: at + 1], output=self.embedding)
         network = engines.open_network("numpy", b"", cut)
-        return np.concatenate([network(window[None]) for window in windows])
+        parts = range(0, len(windows), _BATCH)
+        return np.concatenate([network(windows[first : first + _BATCH]) for first in parts])
 
     def logits(self, embedding: Values) -> Values:
         """Return what the network as it was trained answers, before the softmax, (n, classes)."""
@@ -75,13 +80,13 @@ class SplitNetwork:
         return np.asarray(hidden @ weights[self.out[0]].T + weights[self.out[1]])
 
     def widened(self, units: LearnedUnits) -> bytes:
-        """Return the ONNX file of the network with more units, and classes as they say."""
+        """Return the ONNX file of the network with the learned units and all their classes."""
         weights = dict(self.graph.weights)
         dense, bias = (weights[name] for name in self.dense)
         old, old_bias = (weights[name] for name in self.out)
-        out = np.zeros((len(units.says), self.hidden + len(units.bias)), dtype=np.float32)
+        out = np.zeros((len(units.out), self.hidden + len(units.bias)), dtype=np.float32)
         out[: self.classes, : self.hidden] = old
-        out[:, self.hidden :] = units.says
+        out[:, self.hidden :] = units.out
         none = np.zeros(len(out) - self.classes, dtype=np.float32)
         weights[self.dense[0]] = np.vstack([dense, units.weights]).astype(np.float32)
         weights[self.dense[1]] = np.concatenate([bias, units.bias]).astype(np.float32)
@@ -148,6 +153,3 @@ def _other() -> FormError:
         "has another form than ours (dense, relu, dense, relu, dense, softmax at its end), so "
         "nothing can be added to it"
     )
-
-
-__all__ = ["EngineError", "FormError", "LearnedUnits", "SplitNetwork", "take_apart"]

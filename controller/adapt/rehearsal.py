@@ -36,7 +36,7 @@ Bytes = NDArray[np.uint8]
 
 
 class RehearsalError(ValueError):
-    """The part cannot be used; the message says why, without a subject."""
+    """The part cannot be used; the message has no subject."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,31 +130,10 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
         a = npz.unpack(data, MAX_BYTES)
     except npz.NpzError as error:
         raise RehearsalError(f"has a rehearsal whose file {error}") from None
-    try:
-        frames, taught, examples = len(a["images"]), len(a["taught"]), len(a["taught_frames"])
-        words = [[str(word) for word in row] for row in a["taught_words"]]
-        fits = (
-            a["images"].shape == (frames, *grid)
-            and a["taught"].shape == (taught, *grid)
-            and all(a[name].dtype == np.uint8 for name in ("images", "taught"))
-            and a["label"].shape == a["first"].shape == (frames,)
-            and a["label"].dtype == np.int8
-            and a["first"].dtype == np.bool_
-            and bool(((a["label"] >= UNCLEAR) & (a["label"] < classes)).all())
-            and int(a["taught_frames"].sum()) == taught
-            and bool((a["taught_frames"] > 0).all())
-            and a["taught_span"].shape == (examples, 2)
-            and bool(np.isfinite(a["taught_span"]).all())
-            and a["taught_words"].shape == (examples, 3)
-            and a["taught_mirror"].shape == (examples,)
-            and all(rotations in TURNS for _, _, rotations in words)
-            and a["base"].shape == (len(a["networks"]), 2)
-        )
-    except (KeyError, TypeError, ValueError, AttributeError):
-        fits = False
-    if not fits:
+    if not _fits(a, grid, classes):
         raise RehearsalError("has a rehearsal of another sensor or version; install a newer bundle")
-    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"])[:-1]) if examples else []
+    words = [[str(word) for word in row] for row in a["taught_words"]]
+    cuts = np.split(a["taught"], np.cumsum(a["taught_frames"]))[:-1]
     kept = tuple(
         Example(label, from_bytes(cut), user, rotations, bool(mirrored), (float(b), float(e)))
         for cut, (label, user, rotations), mirrored, (b, e) in zip(
@@ -168,6 +147,29 @@ def read(data: bytes, grid: tuple[int, int], classes: int) -> Rehearsal:
     return Rehearsal(a["images"], a["label"], a["first"], kept, base)
 
 
+def _fits(a: npz.Arrays, grid: tuple[int, int], classes: int) -> bool:
+    """Return whether arrays have the types and shapes of a rehearsal, and sensible values."""
+    try:
+        frames, taught, examples = len(a["images"]), len(a["taught"]), len(a["taught_frames"])
+        forms = {
+            "images": ("u1", (frames, *grid)), "label": ("i1", (frames,)),
+            "first": ("b1", (frames,)), "taught": ("u1", (taught, *grid)),
+            "taught_frames": ("i4", (examples,)), "taught_span": ("f4", (examples, 2)),
+            "taught_mirror": ("b1", (examples,)), "base": ("i4", (len(a["networks"]), 2)),
+        }  # fmt: skip
+        return (
+            all(a[k].dtype == kind and a[k].shape == shape for k, (kind, shape) in forms.items())
+            and a["taught_words"].shape == (examples, 3)
+            and bool(((a["label"] >= UNCLEAR) & (a["label"] < classes)).all())
+            and int(a["taught_frames"].sum()) == taught
+            and bool((a["taught_frames"] > 0).all())
+            and bool(np.isfinite(a["taught_span"]).all())
+            and all(str(rotations) in TURNS for rotations in a["taught_words"][:, 2])
+        )
+    except (KeyError, TypeError):
+        return False
+
+
 def disturbed(
     images: NDArray[np.float32], label: NDArray[np.int8], rng: np.random.Generator
 ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
@@ -179,7 +181,7 @@ def disturbed(
 
 
 def of_golden(bundle: Bundle) -> Rehearsal:
-    """Return a bundle's golden windows, for want of better: each is what the network says it is."""
+    """Return the golden windows of a bundle, each with the class that its network answers."""
     windows, count = bundle.golden.windows, bundle.window
     label = np.full((len(windows), count), UNCLEAR, dtype=np.int8)
     label[:, -1] = bundle.golden.probabilities.argmax(axis=1)

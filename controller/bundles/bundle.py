@@ -1,129 +1,135 @@
 """Deployable bundles: one file `NAME.orb` with networks, labels, settings and golden vectors.
 
-A bundle with enrolled users (`controller/recognition/users.py`) also has the user network, and
+A bundle with enrolled users (`users_table`) also has the user network, and
 gesture networks of single users. It is a zip in the one form that `archive` reads, so any changed
 bit is found. The hash proves integrity; authenticity comes from the channel that carried the file.
 """
 
-import dataclasses
 import hashlib
 import os
-import re
 from collections.abc import Iterable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from controller.bundles import archive
+from controller import config
+from controller.bundles import archive, users_table
 from controller.bundles import golden as goldens
 from controller.bundles.golden import Golden, GoldenError
-from controller.config import ConfigError, parse_toml
+from controller.config import ConfigError
 from controller.console import one_line
 from controller.errors import UserError, reason
 from controller.files import atomic_write, open_regular
-from controller.recognition import users
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
+from controller.recognition.pipeline import PipelineSettings
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
-from controller.recognition.users import NOBODY, Users, UsersError
+from controller.recognition.user_id import NOBODY, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
-# Form 1 did not say how z is made: by the ratio. Form 3 and those before it knew no users.
-READABLE = (1, 2, 3, FORMAT)
-MAX_BYTES = 64 << 20  # of the file, and of what its arrays unpack to
+READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
+MAX_BYTES = 64 << 20  # of the file, and of its unpacked arrays
 MANIFEST, SUMS, GOLDEN = "bundle.toml", "SHA256SUMS", "golden.npz"
-REHEARSAL = "rehearsal.npz"  # may be there: what is rehearsed while more is learned
+REHEARSAL = "rehearsal.npz"  # optional: what is rehearsed while more is learned
 CONTENT = ("gesture.onnx", "location.onnx", GOLDEN)
 PARTS = (MANIFEST, *CONTENT, SUMS)  # in the order of the file; users' networks before SUMS
-# Forms 1 and 2 held the weights once more, in files that nobody needs: ONNX holds them.
+# Formats 1 and 2 held the weights once more, in files that are not read: ONNX holds them.
 _DROPPED = ("gesture.npz", "location.npz")
 _OLD_PARTS = (MANIFEST, CONTENT[0], _DROPPED[0], CONTENT[1], _DROPPED[1], GOLDEN, SUMS)
 
-_LABEL = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
-_LIMITS: dict[str, tuple[type, float, float]] = {  # type and range of the plain fields
-    "rows": (int, 1, 30),  # 900 taxels fit in a packet of telemetry
-    "columns": (int, 1, 30),
-    "window": (int, 1, 250),
-    "pitch_mm": (float, 0.1, 1000.0),
-    "rate_hz": (float, 0.1, 1000.0),
-}
-_RANGES = {  # of settings; others are from 0 to 1e9, which stands for never
-    "scale": (1e-9, 1e9),  # images stay finite
-    "start_s": (0.0, 100.0),  # all frames of this time are kept
-    "smoothing": (0.01, 1.0),
-    "on": (0.0, 1.0),
-    "off": (0.0, 1.0),
-}
-_ENDS = 200, 150  # characters of a long message: what was found, and what was expected
-_Settings = TypeVar("_Settings", PreprocessSettings, DebounceSettings, PositionSpread)
+_OTHERS = ("format", "mapping", "users")  # entries of a manifest with readers of their own
+_ENDS = 200, 150  # characters kept of a long message: what was found, and what was expected
 
 
 class BundleError(UserError, ValueError):
-    """The bundle cannot be used; the message says why, in one sentence."""
+    """The bundle cannot be used; the message is one sentence with the reason."""
 
 
-@dataclass(frozen=True, slots=True)
-class Bundle:
-    """A bundle that was read and found whole.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BundleSettings:
+    """The plain settings of a bundle, as bundle.toml has them.
 
     Attributes:
         labels: The gestures, "null" first, in the order of the network's outputs.
-        rows: Taxel rows of the sensor that it was trained for.
+        rows: Taxel rows of the sensor for which it was trained.
         columns: Taxel columns.
         pitch_mm: Distance of two taxels.
         rate_hz: Frames per second.
         window: Images in a window.
-        preprocess: How windows are made.
-        debounce: When a gesture counts.
-        mapping: What each gesture asks for.
-        card: Where it comes from: data, accuracy, date, as its maker wrote it.
+        preprocess: Settings of the windows.
+        debounce: Settings of the debouncer.
+        card: Origin: data, accuracy, date, as its maker wrote it.
+        spread: Deviation of touch positions; None if it was not measured.
+    """
+
+    labels: tuple[str, ...] = field(
+        metadata={
+            "pattern": r"[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
+            "count": (2, 64),
+            "expected": '2 to 64 different names in small letters, "null" first',
+        }
+    )
+    rows: int = field(metadata={"range": (1, 30)})  # 900 taxels fit in a packet of telemetry
+    columns: int = field(metadata={"range": (1, 30)})
+    pitch_mm: float = field(metadata={"range": (0.1, 1000.0)})
+    rate_hz: float = field(metadata={"range": (0.1, 1000.0)})
+    window: int = field(metadata={"range": (1, 250)})
+    preprocess: PreprocessSettings
+    debounce: DebounceSettings
+    card: dict[str, Any]
+    spread: PositionSpread | None = field(default=None, metadata={"key": "location"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bundle(BundleSettings):
+    """A bundle that was read and found whole.
+
+    Attributes:
+        mapping: Commands of the gestures.
         gesture_onnx: The network window -> probabilities.
-        location_onnx: The network image -> touch; empty in a bundle that locates nothing.
+        location_onnx: The network image -> touch; empty in a bundle without positions.
         golden: Questions and answers that prove the networks on this machine.
         hash: SHA-256 of the file, hexadecimal.
-        spread: How far off the places are that it tells; None: nobody measured it.
-        users: Whom it knows, and what for.
-        user_onnx: The network window -> who; empty in a bundle that cannot tell.
+        users: Enrolled users and their settings.
+        user_onnx: The network window -> user; empty in a bundle that cannot identify users.
         heads: Users' own networks window -> probabilities, by name.
     """
 
-    labels: tuple[str, ...]
-    rows: int
-    columns: int
-    pitch_mm: float
-    rate_hz: float
-    window: int
-    preprocess: PreprocessSettings
-    debounce: DebounceSettings
     mapping: Mapping
-    card: dict[str, Any]
     gesture_onnx: bytes
     location_onnx: bytes
     golden: Golden
     hash: str
-    spread: PositionSpread | None = None
     users: Users = NOBODY
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
 
     @property
+    def settings(self) -> PipelineSettings:
+        """Settings of the pipeline's stages."""
+        return PipelineSettings(
+            self.labels, self.rows, self.columns, self.preprocess, self.debounce, self.spread,
+            self.users, self.identifies,
+        )  # fmt: skip
+
+    @property
     def locates(self) -> bool:
-        """Whether it says where a touch is."""
+        """Whether it has positions of touches."""
         return bool(self.location_onnx)
 
     @property
-    def tells(self) -> bool:
-        """Whether it says who touches."""
+    def identifies(self) -> bool:
+        """Whether it identifies users."""
         return bool(self.user_onnx)
 
 
 def default_path() -> Path:
-    """Return where the bundle is that ships with the program."""
-    models = find_spec("models")  # `importlib.resources` would import what unpacks zip files
+    """Return the path of the bundle that ships with the program."""
+    models = find_spec("models")  # which is not imported: it is another package
     assert models is not None
     assert models.origin is not None
     return Path(models.origin).with_name("orbtouch.orb")
@@ -137,16 +143,15 @@ def read(path: Path) -> Bundle:
     """
     try:
         return parse(_content(path))
-    except (BundleError, archive.ArchiveError) as error:
+    except BundleError as error:
         raise BundleError(f"the bundle {path} {_cut(one_line(str(error)))}") from None
 
 
 def parse(data: bytes) -> Bundle:
-    """Return the bundle that bytes are, every one of them checked.
+    """Return the bundle in the bytes of a file, every one of them checked.
 
     Raises:
-        BundleError: Anything in it is not as it was written.
-        ArchiveError: It is no such file at all. Neither message has a subject.
+        BundleError: Anything in it is not as it was written; the message has no subject.
     """
     return _parse(unpack(data), hashlib.sha256(data).hexdigest())
 
@@ -155,12 +160,16 @@ def unpack(data: bytes) -> dict[str, bytes]:
     """Return the parts of a bundle's file, by name: `PARTS`, and users' networks.
 
     Raises:
-        ArchiveError: They are not as they were packed.
+        BundleError: They are not as they were packed.
     """
-    names = archive.names(data)
-    parts = archive.unpack(data, _OLD_PARTS if names == _OLD_PARTS else _in_order(names))
+    try:
+        parts = archive.unpack(data)
+    except archive.ArchiveError as error:
+        raise BundleError(str(error)) from None
+    if tuple(parts) not in (_OLD_PARTS, _in_order(parts)):
+        raise BundleError("is damaged: its parts are not those of a bundle")
     if archive.sums(parts, SUMS) != parts[SUMS]:
-        raise archive.ArchiveError("is damaged: a part is not what SHA256SUMS says of it")
+        raise BundleError("is damaged: a part has not the hash in SHA256SUMS")
     return {name: data for name, data in parts.items() if name not in _DROPPED}
 
 
@@ -170,13 +179,13 @@ def content(parts: AbstractMapping[str, bytes]) -> dict[str, bytes]:
 
 
 def manifest(text: bytes) -> dict[str, Any]:
-    """Return what bundle.toml says, in the newest form.
+    """Return the table of bundle.toml, in the newest format.
 
     Raises:
-        BundleError: It is no TOML, too large, or of a form that is not known.
+        BundleError: It is no TOML, too large, or of an unknown format.
     """
     try:
-        table = parse_toml(text)
+        table = config.parse_toml(text)
     except ConfigError as error:
         raise BundleError(f"has a manifest that cannot be used: {error}") from None
     form = table.get("format")
@@ -185,10 +194,6 @@ def manifest(text: bytes) -> dict[str, Any]:
             f"has format {form!r}, this program reads {READABLE[0]} to {READABLE[-1]}; "
             "update the older one"
         )
-    if form == 1:
-        defaults = PreprocessSettings()
-        added = {"normalise": defaults.normalise, "scale": defaults.scale}
-        table["preprocess"] = {**added, **_table(table, "preprocess")}
     return {**table, "format": FORMAT}
 
 
@@ -199,7 +204,7 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         path: Where to; `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
         parts: The bytes of each name in `CONTENT`, and of users' networks by the names that
-            `controller/recognition/users.py` gives them, as far as the manifest says so.
+            `controller/bundles/users_table.py` gives them, as far as the manifest names users.
 
     Raises:
         BundleError: The result would be refused by `read`.
@@ -212,8 +217,7 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
     whole[SUMS] = archive.sums(whole, SUMS)
     data = archive.pack(whole)
     try:
-        if len(data) > MAX_BYTES:
-            raise BundleError(f"has {len(data)} bytes, more than the {MAX_BYTES} allowed")
+        _check_size(len(data))
         _parse(whole, hashlib.sha256(data).hexdigest())
     except BundleError as error:
         raise BundleError(f"the bundle for {path} {error}") from None
@@ -225,13 +229,17 @@ def _content(path: Path) -> bytes:
     try:
         with open_regular(path) as file:
             size = os.fstat(file.fileno()).st_size
-            if size > MAX_BYTES:
-                raise BundleError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
-            return file.read(size)  # memory for all that is asked for is taken first
+            _check_size(size)
+            return file.read(size)
     except FileNotFoundError:
         raise BundleError("does not exist; check its name") from None
     except OSError as error:
         raise BundleError(f"cannot be read: {reason(error)}; name a file NAME.orb") from None
+
+
+def _check_size(size: int) -> None:
+    if size > MAX_BYTES:
+        raise BundleError(f"has {size} bytes, more than the {MAX_BYTES} allowed")
 
 
 def _cut(problem: str) -> str:
@@ -245,133 +253,74 @@ def _cut(problem: str) -> str:
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     """Return the bundle that whole parts make, every field checked."""
     table = manifest(parts[MANIFEST])
-    labels = _labels(table.get("labels"))
-    plain = {name: _number(table, name) for name in _LIMITS}
-    rows, columns, window = int(plain["rows"]), int(plain["columns"]), int(plain["window"])
-    preprocess = _settings(PreprocessSettings, table, "preprocess")
-    if (preprocess.window, preprocess.rate_hz) != (window, plain["rate_hz"]):
-        raise BundleError("names one window and rate at its top and others under [preprocess]")
+    located, told = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
     try:
-        mapping = parse_mapping(_table(table, "mapping"), labels)
-    except MappingError as error:
-        raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
-    located = bool(parts["location.onnx"])
-    try:
-        known = users.parse(table.get("users"), labels)
+        plain = _settings(table)
+        mapping = parse_mapping(_rules(table.get("mapping")), plain.labels)
+        known = users_table.parse(table.get("users"), plain.labels)
         _check_parts(set(content(parts)), known)
         golden = goldens.read(
-            parts[GOLDEN], (window, rows, columns), len(labels), located=located, users=known,
-            told=bool(parts.get(users.NETWORK)), most=MAX_BYTES,
+            parts[GOLDEN], (plain.window, plain.rows, plain.columns), len(plain.labels),
+            located=located, users=known, told=told, most=MAX_BYTES,
         )  # fmt: skip
-    except (UsersError, GoldenError) as error:
+    except MappingError as error:
+        raise BundleError(f"has a [mapping] that cannot be used: {error}") from None
+    except (ConfigError, GoldenError) as error:
         raise BundleError(str(error)) from None
     if not located and not all(_everywhere(m) for m in (mapping, *known.mappings.values())):
-        raise BundleError("maps gestures by their place, but has no network that tells it")
+        raise BundleError("maps gestures by their place, but has no location network")
     return Bundle(
-        labels=labels,
-        rows=rows,
-        columns=columns,
-        pitch_mm=plain["pitch_mm"],
-        rate_hz=plain["rate_hz"],
-        window=window,
-        preprocess=preprocess,
-        debounce=_settings(DebounceSettings, table, "debounce"),
-        spread=_settings(PositionSpread, table, "location") if "location" in table else None,
+        **{entry.name: getattr(plain, entry.name) for entry in fields(plain)},
         mapping=mapping,
-        card=_card(table),
         gesture_onnx=parts["gesture.onnx"],
         location_onnx=parts["location.onnx"],
         golden=golden,
         hash=digest,
         users=known,
-        user_onnx=parts.get(users.NETWORK, b""),
-        heads={name: parts[users.head_part(name)] for name in known.heads},
+        user_onnx=parts.get(users_table.NETWORK, b""),
+        heads={name: parts[users_table.head_part(name)] for name in known.heads},
     )
 
 
+def _settings(table: dict[str, Any]) -> BundleSettings:
+    """Return the plain settings of a manifest, every field checked.
+
+    Raises:
+        BundleError, ConfigError: One of them cannot be used.
+    """
+    own = {key: value for key, value in table.items() if key not in _OTHERS}
+    plain = config.settings(BundleSettings, own)
+    if plain.labels[0] != "null":
+        raise BundleError(f'has the labels {", ".join(plain.labels)}; expected is "null" first')
+    if (plain.preprocess.window, plain.preprocess.rate_hz) != (plain.window, plain.rate_hz):
+        raise BundleError("names one window and rate at its top and others under [preprocess]")
+    added = plain.card.get("added", [])  # notes of lessons; the rest of the card is its maker's
+    if not isinstance(added, list):
+        raise BundleError(f"has added = {added!r} under [card]; expected is a list")
+    return plain
+
+
+def _rules(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise BundleError("has no table [mapping] in its manifest")
+    return value
+
+
 def _everywhere(mapping: Mapping) -> bool:
-    """Whether no rule asks where a touch is."""
+    """Whether no rule depends on the place of a touch."""
     return all(rules[-1:] == rules for rules in mapping.rules.values())
 
 
 def _check_parts(given: set[str], known: Users) -> None:
-    """Refuse parts that nobody would look at, and the lack of others."""
-    wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
+    """Refuse parts that the manifest does not name, and the lack of others."""
+    wanted = {*CONTENT, *(users_table.head_part(name) for name in known.heads)}
     if known.names:
-        wanted.add(users.NETWORK)
-    if REHEARSAL in given:
-        wanted.add(REHEARSAL)
-    if odd := ", ".join(sorted(wanted ^ given)):
-        raise BundleError(f"has other parts than its manifest says ({odd}); write it anew")
+        wanted.add(users_table.NETWORK)
+    if odd := ", ".join(sorted((wanted ^ given) - {REHEARSAL})):
+        raise BundleError(f"has other parts than its manifest says ({odd}); write it again")
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
     """Return the parts of a file in the one order that they have there."""
-    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users.NETWORK, name))
+    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users_table.NETWORK, name))
     return (MANIFEST, *CONTENT, *own, SUMS)
-
-
-def _labels(value: Any) -> tuple[str, ...]:
-    """Return the labels, checked: names of their own, null first."""
-    ok = (
-        isinstance(value, list)
-        and 2 <= len(value) <= 64
-        and all(isinstance(label, str) and _LABEL.fullmatch(label) for label in value)
-        and len(set(value)) == len(value)
-        and value[0] == "null"
-    )
-    if not ok:
-        raise BundleError(
-            f"has the labels {value!r}; expected are 2 to 64 different names in small letters, "
-            '"null" first'
-        )
-    return tuple(value)
-
-
-def _number(table: dict[str, Any], name: str) -> float:
-    """Return a plain number of the manifest, of its type and within its range."""
-    kind, low, high = _LIMITS[name]
-    value = table.get(name)
-    accepted = int if kind is int else (int, float)
-    if isinstance(value, bool) or not isinstance(value, accepted) or not low <= value <= high:
-        noun = "a whole number" if kind is int else "a number"
-        raise BundleError(f"has {name} = {value!r}; expected is {noun} from {low:g} to {high:g}")
-    return kind(value)  # type: ignore[no-any-return]
-
-
-def _table(table: dict[str, Any], name: str) -> dict[str, Any]:
-    value = table.get(name)
-    if not isinstance(value, dict):
-        raise BundleError(f"has no table [{name}] in its manifest")
-    return value
-
-
-def _card(table: dict[str, Any]) -> dict[str, Any]:
-    """Return the card; all of it is its maker's, but for the notes of lessons."""
-    card = _table(table, "card")
-    if not isinstance(card.get("added", []), list):
-        raise BundleError(f"has added = {card['added']!r} under [card]; expected is a list")
-    return card
-
-
-def _settings(kind: type[_Settings], table: dict[str, Any], name: str) -> _Settings:
-    """Return the settings in a table: exactly the fields of the dataclass, all finite numbers."""
-    values = _table(table, name)
-    fields = {field.name: field.type for field in dataclasses.fields(kind)}
-    if set(values) != set(fields):
-        odd = ", ".join(sorted(set(values) ^ set(fields)))
-        raise BundleError(f"has a [{name}] of another version of this program ({odd}); update one")
-    checked: dict[str, Any] = {}
-    for key, value in values.items():
-        wanted = fields[key]
-        if wanted is float and type(value) is int:
-            value = float(value)
-        low, high = _RANGES.get(key, (0.0, 1e9))
-        if type(value) is not wanted or (wanted is not str and not low <= value <= high):
-            noun = "a text" if wanted is str else f"a number from {low:g} to {high:g}"
-            raise BundleError(f"has {key} = {value!r} under [{name}]; expected is {noun}")
-        checked[key] = value
-    try:
-        return kind(**checked)
-    except ValueError as error:
-        raise BundleError(f"has under [{name}] {error}") from None

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 
 _HEAD = "head."  # before a user's name: the answers of that user's own gesture network
 _PEOPLE = "people"
-_OTHERS = ("windows", "images", "touches", _PEOPLE)  # what is no answer of a gesture network
 
-Answers = NDArray[np.float32]
+Answers = NDArray[np.float32]  # (n, outputs)
 
 
 class GoldenError(ValueError):
@@ -26,7 +25,7 @@ def _none() -> Answers:
 
 @dataclass(frozen=True, slots=True)
 class Golden:
-    """What the networks answered when they were made; the device asks them again.
+    """Questions to the networks, and their answers when they were made; a device compares.
 
     Attributes:
         windows: Questions to the gesture networks and to the user network, (n, window, rows,
@@ -34,7 +33,7 @@ class Golden:
         probabilities: The gesture network's answers, (n, classes).
         images: Questions to the location network, (m, rows, columns), z.
         touches: Its answers, (m, 2), x and y in grid units.
-        people: The user network's answers, (n, 1 + users), n is 0 where there is none.
+        people: The user network's answers, (n, 1 + users); n is 0 without that network.
         heads: Answers of users' own gesture networks, (n, classes) by name.
     """
 
@@ -46,32 +45,18 @@ class Golden:
     heads: Mapping[str, Answers] = field(default_factory=dict)
 
     def pack(self) -> bytes:
-        """Return the file."""
-        return npz.pack(self.arrays())
-
-    def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return what `golden.npz` holds."""
-        arrays = {
-            "windows": self.windows,
-            "probabilities": self.probabilities,
-            "images": self.images,
-            "touches": self.touches,
-        }
-        if self.people.shape[1]:
-            arrays[_PEOPLE] = self.people
-        return arrays | {f"{_HEAD}{name}": answers for name, answers in self.heads.items()}
+        """Return the file `golden.npz`."""
+        names = ("windows", "probabilities", "images", "touches", _PEOPLE)
+        arrays = {name: getattr(self, name) for name in names}
+        if not self.people.shape[1]:
+            del arrays[_PEOPLE]
+        return npz.pack(arrays | {f"{_HEAD}{name}": heads for name, heads in self.heads.items()})
 
 
 def read(
-    data: bytes,
-    grid: tuple[int, int, int],
-    classes: int,
-    *,
-    located: bool,
-    users: Users,
-    told: bool,
-    most: int,
-) -> Golden:
+    data: bytes, grid: tuple[int, int, int], classes: int,
+    *, located: bool, users: Users, told: bool, most: int,
+) -> Golden:  # fmt: skip
     """Return the golden vectors in a file, of the shapes that the manifest promises.
 
     Args:
@@ -79,7 +64,7 @@ def read(
         grid: Window, rows and columns.
         classes: Outputs of the gesture network.
         located: Whether there is a location network.
-        users: Whom the bundle knows.
+        users: The users of the bundle.
         told: Whether there is a user network.
         most: Bytes that the arrays may have together.
 
@@ -90,15 +75,12 @@ def read(
         arrays = npz.unpack(data, most)
     except npz.NpzError as error:
         raise GoldenError(f"has golden vectors whose file {error}") from None
+    heads = [f"{_HEAD}{name}" for name in users.heads]
     shapes: dict[str, tuple[int, ...]] = {
-        "windows": grid,
-        "probabilities": (classes,),
-        "images": grid[1:],
-        "touches": (2,),
-    }
-    if users.names:
-        shapes[_PEOPLE] = (1 + len(users.names),)
-    shapes |= {f"{_HEAD}{name}": (classes,) for name in users.heads}
+        "windows": grid, "probabilities": (classes,), "images": grid[1:], "touches": (2,),
+        **({_PEOPLE: (1 + len(users.names),)} if users.names else {}),
+        **dict.fromkeys(heads, (classes,)),
+    }  # fmt: skip
     if set(arrays) != set(shapes):
         raise GoldenError(f"has golden vectors {', '.join(arrays)}, not {', '.join(shapes)}")
     for name, shape in shapes.items():
@@ -108,12 +90,14 @@ def read(
                 f"has golden {name} of {array.dtype} {array.shape}; "
                 f"expected are finite float32 (n, {', '.join(map(str, shape))})"
             )
-    asked = len(arrays["windows"])
-    pairs = [(len(arrays["images"]), len(arrays["touches"]), located)]
-    pairs += [(asked, len(arrays[name]), True) for name in shapes if name not in _OTHERS]
+    asked, images = len(arrays["windows"]), len(arrays["images"])
+    lengths = dict.fromkeys(("probabilities", *heads), asked) | {"touches": images}
     if users.names:
-        pairs.append((asked if told else 0, len(arrays[_PEOPLE]), told))
-    if any(given != answered or bool(given) != wanted for given, answered, wanted in pairs):
+        lengths[_PEOPLE] = asked if told else 0
+    alike = all(len(arrays[name]) == length for name, length in lengths.items())
+    if not alike or not asked or bool(images) != located:
         raise GoldenError("has golden questions and answers that are not equally many")
-    heads = {name: arrays.pop(f"{_HEAD}{name}") for name in users.heads}
-    return Golden(**arrays, heads=heads)
+    return Golden(
+        **{name: arrays[name] for name in arrays if name not in heads},
+        heads={name: arrays[f"{_HEAD}{name}"] for name in users.heads},
+    )

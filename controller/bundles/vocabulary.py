@@ -1,30 +1,31 @@
-"""A vocabulary: the gestures that somebody teaches, and what each of them asks for.
+"""A vocabulary: gestures that are taught, their symmetries and commands.
 
 It is a TOML file that lies beside the recordings (docs/teach.md):
 
     name = "mine"
+    extends = "paper"               # optional: the paper's gestures come first
 
     [[gesture]]                     # in the order of the network's outputs; "null" comes first
     label = "press"
-    say = "press with one finger"   # what the cue says
-    rotations = "all"               # symmetries: docs/gestures.md; silence means none
+    say = "press with one finger"   # text of the cue
+    rotations = "all"               # symmetries: docs/gestures.md; none by default
     mirror = "self"
-    located = true                  # where it is made is learned and told as well
+    located = true                  # its position is learned as well
     command = "drop"                # or rules, as in docs/mapping.md
 
     [[gesture]]
     label = "knock"
-    file = "knock.toml"             # how the virtual orb's own hand does it
+    file = "knock.toml"             # movement of the virtual hand
 """
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from controller.config import ConfigError, parse_toml
+from controller import config
+from controller.config import ConfigError
 from controller.errors import UserError, reason
 from controller.files import read_text
 from controller.recognition import mapping
@@ -33,15 +34,19 @@ from controller.recognition.mapping import Mapping, MappingError
 FILE: Final = "gestures.toml"  # its name beside recordings
 ROTATIONS: Final = ("none", "half", "all")  # fewest first
 SELF, NO_MIRROR = "self", "none"
+PAPER: Final = "paper"  # the vocabulary that others may extend
 MAX_GESTURES: Final = 60  # with "null" they fit in a bundle
 
 _MAX_BYTES: Final = 256 * 1024
-_LABEL: Final = re.compile(r"[a-z][a-z0-9_]{0,39}")  # 40 characters fit in a packet
-_MAX_SAY: Final = 80  # one line of a terminal
+_MAX_LINE: Final = 80  # letters
+_LABEL: Final = {
+    "pattern": r"(?!null$)[a-z][a-z0-9_]{0,39}",  # 40 characters fit in a packet
+    "expected": "a name of small letters, digits and _, not null",
+}
 
 
 class VocabularyError(UserError, ValueError):
-    """The file is no vocabulary; the message says where, and what belongs there."""
+    """The file is no vocabulary; the message has the place and what belongs there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,23 +55,31 @@ class Entry:
 
     Attributes:
         label: Its name.
-        say: What the cue says.
+        say: Text of the cue; by default the label in words.
         rotations: Turns of the sensor that leave it the same gesture: "all", "half" or "none".
-        mirror: What its mirror image is: "self", another label, or "none" (no gesture).
+        mirror: Its mirror image: "self", another label, or "none" (no gesture).
         located: Whether its place is learned.
-        command: What it asks for, as in a mapping; None: nothing.
-        file: How the virtual orb's hand does it; None: as the gesture that ships.
+        command: Its command, as in a mapping; None: nothing.
+        file: Description of the virtual hand's movement; None: as the gesture that ships.
         shifts: Whether it is the same gesture anywhere on the sensor.
     """
 
-    label: str
-    say: str
-    rotations: str = "none"
+    label: str = field(metadata=_LABEL)
+    say: str = ""
+    rotations: str = field(default="none", metadata={"choices": ROTATIONS})
     mirror: str = NO_MIRROR
     located: bool = False
     command: str | tuple[dict[str, Any], ...] | None = None
     file: Path | None = None
     shifts: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.say.isprintable() or len(self.say) > _MAX_LINE:
+            raise ValueError(f"say = {self.say!r}; write one line of {_MAX_LINE} letters at most")
+        if not self.say:
+            object.__setattr__(self, "say", self.label.replace("_", " "))
+        if self.mirror == self.label:
+            object.__setattr__(self, "mirror", SELF)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +87,7 @@ class Vocabulary:
     """Gestures, in the order of the network's outputs.
 
     Attributes:
-        name: Of the whole.
+        name: Title.
         entries: The gestures, without "null".
         text: The file as it was written, so that it can be laid beside recordings.
     """
@@ -95,21 +108,21 @@ class Vocabulary:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """How the virtual orb's hand does them, where it is not as they ship."""
+        """Descriptions of the virtual hand's movements, for gestures that do not ship."""
         return tuple(entry.file for entry in self.entries if entry.file is not None)
 
     @property
     def table(self) -> dict[str, Any]:
-        """What each gesture asks for, as a table of a mapping."""
+        """Commands of the gestures, as a table of a mapping."""
         return {
-            entry.label: entry.command if isinstance(entry.command, str) else list(entry.command)
+            entry.label: list(entry.command) if isinstance(entry.command, tuple) else entry.command
             for entry in self.entries
             if entry.command is not None
         }
 
     @property
     def mapping(self) -> Mapping:
-        """The same, ready for use."""
+        """Commands of the gestures."""
         return mapping.parse(self.table, self.labels)
 
     def rotations(self, rows: int, columns: int) -> str:
@@ -137,7 +150,7 @@ def of(labels: Sequence[str]) -> Vocabulary:
     What a gesture that ships declares is taken from there; others declare nothing.
     """
     known = {entry.label: entry for entry in shipped().entries}
-    entries = tuple(known.get(label) or Entry(label, _words(label)) for label in labels[1:])
+    entries = tuple(known.get(label) or Entry(label) for label in labels[1:])
     mirrored = tuple(
         entry if entry.mirror in (SELF, NO_MIRROR, *labels) else Entry(entry.label, entry.say)
         for entry in entries
@@ -164,30 +177,37 @@ def parse(text: str, source: str, folder: Path) -> Vocabulary:
     Args:
         text: TOML.
         source: What errors begin with.
-        folder: What `file` is relative to.
+        folder: Folder of the files that gestures name.
 
     Raises:
         VocabularyError: It is none.
     """
     try:
-        table = parse_toml(text, _MAX_BYTES)
+        table = config.parse_toml(text, _MAX_BYTES)
     except ConfigError as error:
         raise VocabularyError(f"{source}, {error}") from None
-    odd = sorted(set(table) - {"name", "gesture"})
-    if odd:
-        raise VocabularyError(f"{source}: {odd[0]!r} is unknown; there are name and [[gesture]]")
-    given = table.get("gesture")
+    given = table.pop("gesture", None)
+    try:
+        head = config.settings(_Head, {"name": Path(source).stem, **table})
+    except ConfigError as error:
+        raise VocabularyError(f"{source} {error}") from None
     if not isinstance(given, list) or not 1 <= len(given) <= MAX_GESTURES:
         raise VocabularyError(
             f"{source} has no gestures; write 1 to {MAX_GESTURES} tables [[gesture]]"
         )
     entries = tuple(_entry(f"{source}, gesture {i}", g, folder) for i, g in enumerate(given, 1))
-    name = table.get("name", Path(source).stem)
-    if not isinstance(name, str) or not 0 < len(name) <= _MAX_SAY:
-        raise VocabularyError(f"{source}: name is {name!r}, not a text of one line")
-    vocabulary = Vocabulary(name, entries, text)
+    inherited = shipped().entries if head.extends == PAPER else ()
+    vocabulary = Vocabulary(head.name, (*inherited, *entries), text)
     _check(source, vocabulary)
     return vocabulary
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """The entries of a vocabulary beside its gestures."""
+
+    name: str = field(metadata={"pattern": ".{1,80}", "expected": "one line of 1 to 80 letters"})
+    extends: str = field(default="", metadata={"choices": (PAPER,)})
 
 
 def _check(source: str, vocabulary: Vocabulary) -> None:
@@ -212,48 +232,20 @@ def _check(source: str, vocabulary: Vocabulary) -> None:
         raise VocabularyError(f"{source}: {error} (docs/mapping.md)") from None
 
 
-_KEYS: Final = ("label", "say", "rotations", "mirror", "shifts", "located", "command", "file")
-
-
 def _entry(where: str, table: Any, folder: Path) -> Entry:
-    """Return one gesture, every line checked."""
+    """Return one gesture, every entry of its table checked."""
     if not isinstance(table, dict):
         raise VocabularyError(f"{where} is {table!r}; write [[gesture]] above its lines")
-    label = table.get("label")
-    if not isinstance(label, str) or not _LABEL.fullmatch(label) or label == "null":
-        raise VocabularyError(
-            f"{where}: label is {label!r}; write a name of small letters, digits and _, not null"
-        )
-    where = f"{where} ({label})"
-    odd = sorted(set(table) - set(_KEYS))
-    if odd:
-        raise VocabularyError(f"{where}: {odd[0]!r} is unknown; there are {', '.join(_KEYS)}")
-    say = table.get("say", _words(label))
-    if not isinstance(say, str) or not 0 < len(say) <= _MAX_SAY or not say.isprintable():
-        raise VocabularyError(
-            f"{where}: say is {say!r}, write one line, {_MAX_SAY} letters at most"
-        )
-    rotations = table.get("rotations", "none")
-    if rotations not in ROTATIONS:
-        raise VocabularyError(f"{where}: rotations is {rotations!r}; it is {', '.join(ROTATIONS)}")
-    mirror, located = table.get("mirror", NO_MIRROR), table.get("located", False)
-    shifts = table.get("shifts", False)
-    if not (isinstance(mirror, str) and isinstance(located, bool) and isinstance(shifts, bool)):
-        raise VocabularyError(f"{where}: mirror is a label, located and shifts true or false")
+    if isinstance(label := table.get("label"), str):
+        where = f"{where} ({label})"
     command, file = table.get("command"), table.get("file")
     if file is not None and (not isinstance(file, str) or not file):
         raise VocabularyError(f"{where}: file is {file!r}, not the name of a gesture's file")
-    return Entry(
-        label=label,
-        say=say,
-        rotations=rotations,
-        mirror=SELF if mirror == label else mirror,
-        located=located,
-        command=tuple(command) if isinstance(command, list) else command,
-        file=None if file is None else folder / file,
-        shifts=shifts,
-    )
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")
+    own = {
+        "command": tuple(command) if isinstance(command, list) else command,
+        "file": None if file is None else folder / file,
+    }
+    try:
+        return config.settings(Entry, {**table, **own})
+    except ConfigError as error:
+        raise VocabularyError(f"{where} {error}") from None

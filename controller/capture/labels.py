@@ -78,7 +78,7 @@ class Labeller:
         t_s: float,
         *,
         button: str | None = None,
-        told: Iterable[Timed] = (),
+        events: Iterable[Timed] = (),
         felt: bool = False,
         ready: bool = True,
     ) -> FrameLabels:
@@ -87,11 +87,11 @@ class Labeller:
         Args:
             t_s: Its time.
             button: State of the sensor's button: None without one, "null" up, "" down, or a label.
-            told: Events of the terminal since the last frame.
+            events: Events of the terminal since the last frame.
             felt: Something touches.
             ready: The sensor's rest is known; cues wait for it.
         """
-        amends, marks = self._key_changes(told, t_s)
+        amends, marks = self._key_changes(events, t_s)
         voids: list[DiscardedExample] = []
         if self.cues is not None:
             for amend in amends:
@@ -119,11 +119,11 @@ class Labeller:
         )
 
     def _key_changes(
-        self, told: Iterable[Timed], t_s: float
+        self, events: Iterable[Timed], t_s: float
     ) -> tuple[list[LabelCorrection], list[Mark]]:
         """Return the corrections and marks from the keys since the last frame."""
         changes = []
-        for ago_s, event in told:
+        for ago_s, event in events:
             when_s = t_s - ago_s
             if isinstance(event, KeyEvent):
                 changes += self._holds.take(event, when_s)

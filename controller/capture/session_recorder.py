@@ -61,16 +61,16 @@ class SessionRecorder:
         """Whether the whole plan has been recorded."""
         return self._labeller.done
 
-    def start_next_if_full(self) -> None:
+    def turn(self) -> None:
         """Continue in a new file if the present one is full; call it between two frames.
 
         Raises:
             RecordingError: One of them cannot be written.
         """
         if self._recorder.full:
-            self.continue_in(self._begin)
+            self.go_on(self._begin)
 
-    def continue_in(self, begin: Callable[[State], Recorder]) -> None:
+    def go_on(self, begin: Callable[[State], Recorder]) -> None:
         """Seal the present file and continue in a new one, as `begin` makes it.
 
         Raises:
@@ -81,7 +81,7 @@ class SessionRecorder:
         self._recorder = begin(self._pipeline.state())
         self._rested, self._least_s = False, 0.0
 
-    def record(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
+    def take(self, frame: Frame, step: Step, label: int, button: str | None) -> FrameLabels:
         """Record a frame, and return its labels.
 
         Args:
@@ -93,7 +93,7 @@ class SessionRecorder:
         said = self._labeller.label(
             step.t_s,
             button=button,
-            told=self._keyboard.poll() if self._keyboard is not None else (),
+            events=self._keyboard.poll() if self._keyboard is not None else (),
             felt=step.ready and not step.quiet,
             ready=step.ready,
         )

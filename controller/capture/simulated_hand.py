@@ -16,7 +16,7 @@ _REACTION_S: Final = (0.2, 0.6)  # from a cue to the hand's first movement
 
 
 class CuedHand:
-    """A hand that does what cues ask for, a while after they do: people react."""
+    """A hand that follows cues with the delay of a person's reaction."""
 
     def __init__(
         self,

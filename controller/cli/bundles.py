@@ -8,17 +8,12 @@ from typing import Any
 
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.record_words import about, called
-from controller.bundles.deploy.store import BundleStore, InstalledRecord
-from controller.console import TROUBLE, complain, one_line, run
+from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
+from controller.console import TROUBLE, complain, one_line
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
-    return run("controller", lambda: _models(argv))
-
-
-def _models(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
@@ -39,28 +34,28 @@ def _models(argv: Sequence[str]) -> int:
 
 
 def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, Any]:
-    """Return what is known of one bundle."""
+    """Return the entries of one bundle."""
     entry, path = record.entry(name), shelf.path(name)
     row: dict[str, Any] = {
-        "name": called(name),
+        "name": shown_name(name),
         "path": str(path),
         "in_use": name == record.current,
         "previous": name == record.previous,
         "engine": entry.engine if entry else "",
         "step_us": entry.step_us if entry else None,
         "installed": entry.installed if entry else "",
-        "corrects": called(entry.corrects) if entry else "",
+        "corrects": shown_name(entry.corrects) if entry else "",
         "problem": "",
     }
     try:
         bundle = bundles.read(path)
     except BundleError as error:
         return {**row, "problem": str(error)}
-    return {**row, "hash": bundle.hash, "about": about(bundle), "card": bundle.card}
+    return {**row, "hash": bundle.hash, "about": summary(bundle), "card": bundle.card}
 
 
 def _lines(row: dict[str, Any]) -> Iterator[str]:
-    """Yield what people are told of one bundle."""
+    """Yield the lines about one bundle."""
     mark = "in use" if row["in_use"] else "before" if row["previous"] else ""
     yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
     if row["installed"]:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from controller import folders
+from controller import files
 from controller.bundles import bundle as bundles
 from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics import (
@@ -25,7 +25,7 @@ from controller.diagnostics import (
 from controller.diagnostics.frame_source import Finger, FrameReader, PromptedFinger, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
-from controller.recognition.preprocess import LEAST_REST
+from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError
 
@@ -77,7 +77,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     """
     real = sensors.name_of(options.sensor) == REAL
     yield from system_checks.libraries(options.bundle, pi=real)
-    yield system_checks.disk(folders.state())
+    yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
     if real:
         yield from system_checks.permissions()
@@ -174,7 +174,7 @@ def _skin(
         yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
         return
     level = idle.mean(axis=0).astype(np.float64)
-    bad |= level < LEAST_REST * np.median(level)
+    bad |= without_lead(level)
     means = np.array([frames.mean(axis=0) for frames in pressed])
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
     if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):

@@ -4,18 +4,13 @@ import argparse
 from collections.abc import Sequence
 
 from controller.bundles.bundle import BundleError
-from controller.bundles.deploy.record_words import called
-from controller.bundles.deploy.store import BundleStore
-from controller.console import TROUBLE, complain, run
+from controller.bundles.deploy.store import BundleStore, shown_name
+from controller.console import TROUBLE, complain
 from controller.errors import reason
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller rollback` and return its exit status."""
-    return run("controller", lambda: _rollback(argv))
-
-
-def _rollback(argv: Sequence[str]) -> int:
     argparse.ArgumentParser(
         prog="controller rollback",
         description="Take the bundle of before into use; run again, it brings the newer one back.",
@@ -27,5 +22,5 @@ def _rollback(argv: Sequence[str]) -> int:
         return complain("controller", error, TROUBLE)
     except OSError as error:
         return complain("controller", f"{shelf.folder} cannot be written: {reason(error)}", TROUBLE)
-    print(f"{called(record.current)} is in use; {called(record.previous)} is kept")
+    print(f"{shown_name(record.current)} is in use; {shown_name(record.previous)} is kept")
     return 0

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from controller.bundles import bundle as bundles
-from controller.bundles.deploy import install
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
+from controller.cli import install
 from controller.cli.sensor_options import add_sensor
 from controller.console import INTERRUPTED, TROUBLE, complain
 from controller.errors import TroubleError, UserError, reason

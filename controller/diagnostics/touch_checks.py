@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from controller.diagnostics.messages import SENTENCES
 from controller.diagnostics.report import Row, Verdict
-from controller.recognition.dead_taxels import TaxelInterpolator
+from controller.recognition.dead_taxels import DEAD, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 
@@ -27,7 +27,7 @@ RADIUS_MM: Final = 7.0
 _HOLD_S: Final = 1.0
 _FELT: Final = 0.03  # mean |z - 1|: a press of 8 mm makes 0.05 and more
 _BETTER: Final = 0.01  # of the likeness: the right wiring leads by .06, at 4 % noise by .01
-_STIFF: Final = (0.12, 0.35)  # of what its neighbours say, and of what the dome should feel
+_STIFF: Final = (DEAD, 0.35)  # of what its neighbours predict, and of what the dome should feel
 _WEAK: Final = (0.6, 0.7)
 
 

@@ -1,1 +1,1 @@
-"""Key names, key mappings and the state of held keys, pure; standard library only."""
+"""Key names, key mappings, held keys and the keyboard of the terminal; standard library only."""

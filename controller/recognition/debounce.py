@@ -9,7 +9,7 @@ whole recording, so that many settings can be compared; a test holds them togeth
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +32,9 @@ class DebounceSettings:
         off: Smoothed probability of all gestures together at which the latch re-arms.
     """
 
-    smoothing: float = 0.4
-    on: float = 0.8
-    off: float = 0.35
+    smoothing: float = field(default=0.4, metadata={"range": (0.01, 1.0)})
+    on: float = field(default=0.8, metadata={"range": (0.0, 1.0)})
+    off: float = field(default=0.35, metadata={"range": (0.0, 1.0)})
 
 
 class Debouncer:

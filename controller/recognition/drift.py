@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+import numpy.ma
 from numpy.typing import NDArray
-
-from controller.median import mean, median
 
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Shape = Literal["touch", "lifted", "common", "electrode", "film", "scattered"]
@@ -34,20 +33,20 @@ _ROUNDS: Final = 4  # of the median polish: more change nothing
 
 
 def tone(change: NDArray[np.floating]) -> float:
-    """Return how lopsided a change is: below 0 few taxels lose much, above 0 few gain much."""
+    """Return how lopsided a change of any shape is: < 0: few lose much, > 0: few gain much."""
     square = np.square(change)
-    power = mean(square)
-    return mean(square * change) / power**1.5 if power > 0.0 else 0.0
+    power = float(square.mean())
+    return float((square * change).mean()) / power**1.5 if power > 0.0 else 0.0
 
 
 def unevenness(change: Change) -> float:
-    """Return which share of a change is not common to all taxels, 0 ... 1 and beyond."""
+    """Return which share of a change, (rows, columns), is not common to all, 0 ... 1 and beyond."""
     size = float(np.abs(change).sum())
-    return float(np.abs(change - median(change)).sum()) / size if size > 0.0 else 0.0
+    return float(np.abs(change - np.median(change)).sum()) / size if size > 0.0 else 0.0
 
 
 def smoothness(change: Change) -> float:
-    """Return how alike neighbours are: 1 where all change alike, about 0 where each by itself."""
+    """Return how alike neighbours in a change, (rows, columns), are: from about 0 to 1."""
     power = float(np.square(change).sum())
     across, down = change[:, 1:] * change[:, :-1], change[1:] * change[:-1]
     pairs = across.size + down.size
@@ -63,7 +62,7 @@ def shape(change: Change) -> Shape:
         change: z - 1, (rows, columns), averaged over so many frames that noise does not matter.
     """
     size = np.abs(change).sum()
-    off = np.abs(change - median(change))
+    off = np.abs(change - np.median(change))
     left = off.sum()
     if left < _COMMON * size:
         return "common"
@@ -103,14 +102,14 @@ def causes(before: NDArray[np.floating], now: NDArray[np.floating]) -> DriftCaus
     """
     film = np.log(now.astype(np.float64)) - np.log(before.astype(np.float64))
     rows, columns = np.zeros(film.shape[0]), np.zeros(film.shape[1])
-    common = float(median(film))
+    common = float(np.median(film))
     film = film - common
     for _ in range(_ROUNDS):
         for part, axis in ((rows, 1), (columns, 0)):
-            middles = median(film, axis=axis)
+            middles = np.median(film, axis=axis)
             part += middles
             film = film - np.expand_dims(middles, axis)
-            middle = float(median(part))
+            middle = float(np.median(part))
             part -= middle
             common += middle
     return DriftCauses(common, rows, columns, film)

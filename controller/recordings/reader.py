@@ -3,15 +3,17 @@
 `survey` reads the provenance and the length only; `load` reads all.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
+from controller.errors import reason
 from controller.recognition.event_metric import Event
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recordings.recording import (
@@ -44,7 +46,6 @@ COLUMNS: Final[dict[str, type]] = {
     "excluded": np.bool_,
 }
 TABLES: Final = ("mark_", "command_", "event_")  # begin the names of tables' columns
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +72,7 @@ def survey(path: Path | str) -> Survey:
         RecordingError: There is none, it is damaged, or it is no recording.
     """
     path = Path(path)
-
-    def read() -> Survey:
+    with _one_sentence(path):
         there = _inspect(path)
         arrays = npz.unpack(path, MAX_BYTES, only=("meta", "t"))
         origin = origin_of(arrays.get("meta"))
@@ -84,8 +84,6 @@ def survey(path: Path | str) -> Survey:
         t = _rising(_array(arrays, "t", np.float64, shape[:1]), "t")
         return Survey(path, origin, shape[0], float(t[-1] - t[0]))
 
-    return _guarded(path, read)
-
 
 def load(path: Path | str) -> Recording:
     """Return the recording in a file, every array checked.
@@ -94,24 +92,23 @@ def load(path: Path | str) -> Recording:
         RecordingError: There is none, it is damaged, or it is no recording.
     """
     path = Path(path)
-
-    def read() -> Recording:
+    with _one_sentence(path):
         _inspect(path)
         return parse(npz.unpack(path, MAX_BYTES))
 
-    return _guarded(path, read)
 
-
-def _guarded(path: Path, read: Callable[[], _T]) -> _T:
-    """Return `read()`; any error is one sentence about the file."""
+@contextmanager
+def _one_sentence(path: Path) -> Iterator[None]:
+    """Turn any error about a file into one sentence that names it."""
     try:
         if not path.exists():
             raise RecordingError("does not exist")
         if not path.is_file():
             raise RecordingError("is not a file")
-        return read()
+        yield
+        return
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}"
+        problem = f"cannot be read: {reason(error)}"
     except ValueError as error:  # NpzError and RecordingError
         problem = str(error)
     raise RecordingError(f"the recording {path} {problem}; name a file made with --record")

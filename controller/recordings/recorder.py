@@ -5,6 +5,7 @@ and syncs it twice a second, so the loop never waits for a disk. When the record
 session is sealed into its file, and only then is the journal removed.
 """
 
+import contextlib
 import errno
 import logging
 import os
@@ -16,6 +17,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
+from controller.errors import reason
 from controller.recognition.pipeline import CommandRecord, Touch
 from controller.recognition.preprocess import Frame, State
 from controller.recordings import journal, naming
@@ -180,11 +182,8 @@ class Recorder:
             if not answers:
                 raise TimeoutError(errno.ETIMEDOUT, "the disk does not answer")
             place = seal(self.path, recording)
-        except OSError as error:
-            problem = f"cannot write {self.path}: {error.strerror or error}"
-            raise RecordingError(self._rescue(recording, problem, answers)) from None
-        except RecordingError as error:
-            raise RecordingError(self._rescue(recording, str(error), answers)) from None
+        except (OSError, RecordingError) as error:
+            raise RecordingError(self._rescue(recording, error, answers)) from None
         self._file.remove()
         if place != self.path:
             raise RecordingError(f"{self.path} appeared meanwhile; recorded into {place}")
@@ -216,7 +215,7 @@ class Recorder:
         except FileExistsError:
             raise TakenError(f"{self._place} exists; record into another file") from None
         except OSError as error:
-            raise RecordingError(f"cannot write {self._place}: {error.strerror or error}") from None
+            raise RecordingError(f"cannot write {self._place}: {reason(error)}") from None
         return self._file
 
     def _run(self) -> None:
@@ -239,6 +238,7 @@ class Recorder:
             self.problem = problem
 
     def _slowness(self, took_s: float) -> str:
+        """Return the problem that a sync took too long; "" if it did not."""
         if took_s <= SLOW_S:
             return ""
         return (
@@ -247,29 +247,32 @@ class Recorder:
         )
 
     def _failure(self, error: OSError) -> str:
+        """Return the problem that a sync failed."""
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         return (
-            f"cannot write {self._place}: {error.strerror or error}; "
+            f"cannot write {self._place}: {reason(error)}; "
             f"{'make room' if full else 'look at the disk'}: what is recorded waits in memory, "
             "and is tried again every second"
         )
 
-    def _rescue(self, recording: Recording, problem: str, answers: bool) -> str:
-        """Seal a session into a temporary folder; return the sentence that says so.
+    def _rescue(self, recording: Recording, error: Exception, answers: bool) -> str:
+        """Seal a session into a temporary folder; return the sentence about it.
 
         Its journal, if there is one, stays as well: a temporary folder may not last.
         """
+        problem = str(error)
+        if isinstance(error, OSError):
+            problem = f"cannot write {self.path}: {reason(error)}"
         if answers:
             self._file.close()
-        try:
+        with contextlib.suppress(OSError, RecordingError):
             folder = Path(tempfile.mkdtemp(prefix="orbtouch-"))  # private, with a random name
             try:
-                kept = seal(folder / self.path.name, recording)
+                return (
+                    f"{problem}; the session is kept in {seal(folder / self.path.name, recording)}"
+                )
             except (OSError, RecordingError):
                 folder.rmdir()
-                raise
-        except (OSError, RecordingError):
-            if answers and os.path.lexists(self._place):
-                return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"
-            return f"{problem}; the session is lost"
-        return f"{problem}; the session is kept in {kept}"
+        if answers and os.path.lexists(self._place):
+            return f"{problem}; what the disk took is in {self._place}: make room, {RECOVER}"
+        return f"{problem}; the session is lost"

@@ -29,7 +29,7 @@ UNKNOWN: Final = -1  # a label that no source gave
 RATE_TOLERANCE: Final = 0.02  # farther apart than this, a window is no longer the network's second
 
 MAX_PROVENANCE: Final = 1 << 20  # characters of its JSON: all labels at their longest, three times
-TOO_LONG: Final = f"says too much of its origin; {MAX_PROVENANCE} characters are allowed"
+TOO_LONG: Final = f"holds too much about its origin; {MAX_PROVENANCE} characters are allowed"
 MAX_TEXT: Final = 1000  # characters of any name
 MAX_TAXELS: Final = 4096  # 64×64
 MAX_LABELS: Final = 256
@@ -179,10 +179,10 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
             f"the recording is of a {shape[0]}×{shape[1]} sensor, the bundle for "
             f"{expected[0]}×{expected[1]}; choose another with --bundle"
         )
-    if abs(recording.rate_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
+    if abs(recording.rate_hz / bundle.preprocess.rate_hz - 1.0) > RATE_TOLERANCE:
         raise RecordingError(
             f"the recording runs at {recording.rate_hz:.2f} Hz, the bundle at "
-            f"{bundle.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
+            f"{bundle.preprocess.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
         )
     if recording.origin.unit != PICOFARAD:
         raise RecordingError(
@@ -224,9 +224,9 @@ def parse_provenance(text: str) -> Provenance:
     except RecordingError:
         raise
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        raise RecordingError("says nothing legible about its origin") from None
+        raise RecordingError("holds nothing legible about its origin") from None
     if not possible:
-        raise RecordingError("says impossible things about its origin")
+        raise RecordingError("holds impossible things about its origin")
     return origin
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, Final
 
 from controller.console import count
+from controller.errors import reason
 from controller.files import sync_folder
 from controller.recordings import journal_file, naming
 from controller.recordings.journal import MAX_BYTES, decode
@@ -70,7 +71,7 @@ def recover(journal: Path) -> Recovered:
     except LockedError:
         raise
     except OSError as error:
-        problem = f"cannot be recovered: {error.strerror or error}"
+        problem = f"cannot be recovered: {reason(error)}"
         advice = "try again when that is mended"
     except RecordingError as error:
         problem, advice = str(error), "delete it if you do not need it"

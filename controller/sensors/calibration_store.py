@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from controller import files, folders
+from controller import files
 from controller.config import parse_json
 from controller.recognition.preprocess import Frame, StoredBaseline
 
@@ -49,7 +49,7 @@ class Calibration:
 
 def folder() -> Path:
     """Return where calibrations are kept."""
-    return folders.state() / "calibrations"
+    return files.state_folder() / "calibrations"
 
 
 def path(device_id: str, where: Path | None = None) -> Path:

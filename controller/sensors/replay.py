@@ -58,7 +58,7 @@ class Replay(Sensor):
         Raises:
             RecordingError: Its grid, rate or unit is another than the recording's.
         """
-        recording.refuse_misfit(self.source, bundle)
+        recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:
         """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.

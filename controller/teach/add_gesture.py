@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+import tomli_w
 
 from controller import adapt
 from controller.adapt import Example
@@ -84,8 +85,6 @@ def vocabulary(options: argparse.Namespace, known: Bundle) -> Vocabulary:
 
 def _text(entry: Entry) -> str:
     """Return a vocabulary of one gesture as TOML."""
-    from controller import toml_text
-
     table = {
         "label": entry.label,
         "say": entry.say,
@@ -94,7 +93,7 @@ def _text(entry: Entry) -> str:
         **({} if entry.command is None else {"command": entry.command}),
         **({} if entry.file is None else {"file": str(entry.file.resolve())}),
     }
-    return toml_text.dumps({"name": entry.label, "gesture": [table]})
+    return tomli_w.dumps({"name": entry.label, "gesture": [table]})
 
 
 def learn(

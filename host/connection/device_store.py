@@ -24,10 +24,9 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-from controller import folders
 from controller.config import parse_toml
 from controller.errors import reason
-from controller.files import atomic_write, read_text
+from controller.files import atomic_write, config_folder, read_text
 
 MOST: Final = 64  # devices; the one that was not seen for the longest time makes room
 _MAX_BYTES: Final = 256 * 1024
@@ -65,7 +64,7 @@ class KnownDevice:
 
 def default_path() -> Path:
     """Return the user's own file; it may not exist yet."""
-    return folders.config() / "devices.toml"
+    return config_folder() / "devices.toml"
 
 
 class DeviceStore:

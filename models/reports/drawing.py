@@ -7,6 +7,7 @@ variables in their place.
 import io
 import math
 import re
+import warnings
 from collections.abc import Iterable
 from typing import Any, Final
 
@@ -46,6 +47,7 @@ STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "orbtouch",
     "text.color": INK,
+    "text.parse_math": False,  # names of users and sessions are shown as they are
     "xtick.color": DIM,
     "xtick.major.size": 0,
     "xtick.minor.size": 0,
@@ -75,7 +77,11 @@ def svg(figure: Figure, alternative: str) -> Markup:
         alternative: Its content, for screen readers.
     """
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", "Glyph .* missing", UserWarning
+        )  # the page has other fonts
+        figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
     width, height = figure.get_size_inches() * PIXELS_PER_INCH
     _, _, inside = buffer.getvalue().partition("<svg ")[2].partition(">")
     inside = re.sub(r"<metadata>.*?</metadata>|<defs>\s*<style.*?</defs>", "", inside, flags=re.S)

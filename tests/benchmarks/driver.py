@@ -71,7 +71,7 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
         "virtual" if way == "virtual" else "emulated", 10.0,
         seed=seed, preset=preset, wiring=wiring if way == "taxel" else None,
     )  # fmt: skip
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     wishes = list(script(bundle.labels, seed, minutes))
     events, answers, number = [], [], 0
     for k in range(1, round(600 * minutes) + 1):

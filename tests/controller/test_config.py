@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.config import MAX_BYTES, ConfigError, parse_json, parse_toml, read_toml
+from controller.config import MAX_BYTES, ConfigError, parse_json, parse_toml, read_toml, settings
 
 PIECES = ["a", "b", ".", "=", "1", "[", "]", "{", "}", ",", "'", "#", "\\", '"', "2.5", "true"]
 TEXTS = st.lists(
@@ -102,3 +103,49 @@ def test_larger_numbers_in_json_are_refused(number: int) -> None:
 def test_broken_json_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(ConfigError):
         parse_json(text)
+
+
+@dataclass(frozen=True)
+class Inner:
+    on: float = field(default=0.5, metadata={"range": (0.0, 1.0)})
+
+
+@dataclass(frozen=True)
+class Outer:
+    rows: int
+    order: str = field(default="random", metadata={"choices": ("random", "blocks")})
+    labels: tuple[str, ...] = field(default=(), metadata={"pattern": "[a-z]+", "count": (1, 3)})
+    inner: Inner | None = field(default=None, metadata={"key": "table"})
+    bare: bool = False
+
+    def __post_init__(self) -> None:
+        if self.rows == 7:
+            raise ValueError("an unlucky number of rows")
+
+
+def test_a_table_becomes_a_dataclass_with_its_defaults() -> None:
+    assert settings(Outer, {"rows": 5}) == Outer(5)
+    table = {"rows": 5, "labels": ["a", "b"], "table": {"on": 1}, "bare": True}
+    assert settings(Outer, table) == Outer(5, labels=("a", "b"), inner=Inner(1.0), bare=True)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({}, "has rows = None; expected is a whole number from 0 to 1e.09"),
+        ({"rows": True}, "has rows = True; expected is a whole number"),
+        ({"rows": 5, "row": 5}, "has the unknown key 'row'; known are rows, order, labels, table"),
+        ({"rows": 5, "order": "b"}, "has order = 'b'; expected is one of random, blocks"),
+        ({"rows": 5, "labels": ["a", "a"]}, "expected is a list of different words"),
+        ({"rows": 5, "labels": ["a", 1]}, "expected is a list of different words"),
+        ({"rows": 5, "table": 3}, "has table = 3; expected is a table"),
+        ({"rows": 5, "table": {"on": float("nan")}}, "has on = nan under .table.; expected is a n"),
+        ({"rows": 5, "bare": 1}, "has bare = 1; expected is true or false"),
+        ({"rows": 7}, "has an unlucky number of rows"),
+    ],
+)
+def test_a_value_that_a_dataclass_cannot_have_is_refused(
+    table: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ConfigError, match=message):
+        settings(Outer, table)

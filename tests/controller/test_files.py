@@ -3,11 +3,13 @@
 import errno
 import os
 import socket
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from controller import files
 from controller.files import atomic_write, read_bytes, read_text
 
 
@@ -86,6 +88,20 @@ def test_special_files_are_never_replaced(specials: list[Path]) -> None:
         with pytest.raises(OSError):
             atomic_write(path, b"")
         assert not path.is_file()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere these folders are others")
+@pytest.mark.parametrize("given", ["", "./data", "{}/own"])
+def test_a_relative_xdg_folder_is_ignored_as_the_specification_says(
+    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for name in ("XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_RUNTIME_DIR"):
+        monkeypatch.setenv(name, given.format(tmp_path))
+    folders = (files.data_folder, files.state_folder, files.config_folder, files.runtime_folder)
+    found = [folder() for folder in folders]
+    assert all(folder.is_relative_to(tmp_path) for folder in found)
+    assert found.count(tmp_path / "own" / "orbtouch") == (4 if given.startswith("{") else 0)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no permissions of this kind")

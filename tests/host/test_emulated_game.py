@@ -8,6 +8,8 @@ pytest.importorskip("gpiozero", reason="the emulated hardware uses gpiozero's mo
 
 from host.__main__ import main
 
+pytestmark = pytest.mark.slow
+
 DEMO = ["--demo", "--headless", "--speed", "0", "--seed", "3", "--seconds", "24", "--json", "--"]
 
 

@@ -39,7 +39,7 @@ SLOWER: Final = 5  # times as long as without the mutation: it hangs
 GRACE_S: Final = 20.0  # on top of that, for a machine that is busy
 MEMORY: Final = 8 << 30  # bytes of address space of a test run
 _PYTEST: Final = (
-    *(sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider"),
+    *(sys.executable, "-m", "pytest", "-x", "-n0", "-p", "no:cacheprovider"),
     "--hypothesis-profile=mutants",  # see tests/conftest.py
 )
 _NOT_COPIED: Final = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis")

@@ -173,7 +173,7 @@ FILES: Final[dict[str, tuple[Callable[[], bytes], str]]] = {
         lambda: archive(
             member(data=npy("(100000000,)"), packed=deflated(BLANK), method=8, size=400_000_080)
         ),
-        "not fit its shape|not a whole",
+        "fewer bytes than it claims",
     ),
     "a size beyond the file": (
         lambda: archive((member(data=BLANK)[0][:-50], *member(data=BLANK)[1:])),
@@ -190,7 +190,7 @@ FILES: Final[dict[str, tuple[Callable[[], bytes], str]]] = {
     ),
     "many members": (
         lambda: archive(*[member(b"a%d.npy" % k, BLANK) for k in range(300)]),
-        "300 arrays, more than",
+        "300 members, more than",
     ),
     "a directory larger than the rest": (
         lambda: archive(*[member(b"a.npy")] * 300_000, together=True),
@@ -239,7 +239,7 @@ FILES: Final[dict[str, tuple[Callable[[], bytes], str]]] = {
     "a zero in a name": (lambda: archive(member(b"frames.npy\0.exe", BLANK)), "plain names"),
     "a name of 60000 letters": (lambda: archive(member(b"a" * 60_000, BLANK)), "plain names"),
     "a name that clears the screen": (lambda: archive(member(b"\x1b[2J.npy", BLANK)), "x1b"),
-    "one name twice": (lambda: archive(*[member(data=BLANK)] * 2), "two arrays of one name"),
+    "one name twice": (lambda: archive(*[member(data=BLANK)] * 2), "two members of one name"),
     # What it says of itself.
     "lists in lists": (lambda: but(meta=np.array("[" * 100_000)), "nothing legible"),
     "a number of 5000 digits": (lambda: but(meta=np.array("9" * 5000)), "nothing legible"),
@@ -251,7 +251,7 @@ FILES: Final[dict[str, tuple[Callable[[], bytes], str]]] = {
     "labels in one word": (lambda: says(labels="np"), "nothing legible"),
     "a form that is true": (lambda: says(schema=True), "has form True, this program reads"),
     "a form of a thousand forms": (lambda: says(schema=[1] * 1000), "has form .{20}, this"),
-    "a million lists": (lambda: but(meta=np.array("[]," * 1_000_000)), "says too much"),
+    "a million lists": (lambda: but(meta=np.array("[]," * 1_000_000)), "holds too much"),
     "letters beyond all letters": (
         lambda: but(meta=np.frombuffer(b"\xff" * 400, "<U100")[0:1].reshape(())),
         "texts that are none",

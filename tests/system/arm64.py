@@ -26,7 +26,7 @@ import platformdirs
 SUITE: Final = "trixie"  # Debian 13: qemu 10
 PYTHON: Final = "3.13"  # the suite's
 PLATFORMS: Final = ("manylinux_2_28_aarch64", "manylinux_2_27_aarch64", "manylinux2014_aarch64")
-WHEELS: Final = "numpy onnxruntime platformdirs pyserial pytest hypothesis cobs"
+WHEELS: Final = "numpy onnxruntime platformdirs pyserial pytest pytest-xdist hypothesis cobs"
 CPU: Final = "cortex-a72"  # the Raspberry Pi 4's
 AGREE: Final = 1e-5
 PATIENCE_S: Final = "300"  # with a program that takes seconds on the machine itself
@@ -36,7 +36,7 @@ TESTS: Final = """
     controller/bundles/bundle controller/recognition/debounce controller/bundles/engines
     controller/bundles/onnx_reader controller/recordings/journal controller/capture/labels
     controller/capture/cues controller/links/links controller/runtime/loop
-    controller/recognition/mapping controller/median controller/recognition/pipeline
+    controller/recognition/mapping controller/npz controller/recognition/pipeline
     controller/recognition/preprocess controller/protocol/messages controller/recordings/recorder
     controller/recordings/recording controller/recordings/recovery controller/bundles/store
     controller/start controller/capture/session_recorder controller/recognition/touch_position
@@ -189,7 +189,7 @@ def main() -> int:
         print(f"that is more than {AGREE:g}")
         return 1
     return subprocess.run(
-        [str(program), "-m", "pytest", "-p", "no:cacheprovider", *chosen],
+        [str(program), "-m", "pytest", "-n0", "-p", "no:cacheprovider", *chosen],
         cwd=ROOT, check=False,
         env={**os.environ, "ORBTOUCH": str(ROOT), "ORBTOUCH_PATIENCE_S": PATIENCE_S},
     ).returncode  # fmt: skip

@@ -1,4 +1,4 @@
-"""Prove a bundle on this device: golden vectors, then a control step timed, engine by engine.
+"""Self-test of a bundle on this device: golden vectors, then a timed control step, by engine.
 
 Each engine is tried in a process of its own with a deadline, since a library that was built for
 another processor does not raise but kills. `python -m controller.bundles.deploy.selftest FILE
@@ -24,21 +24,20 @@ from controller.console import one_line
 from controller.recognition.pipeline import Pipeline
 
 DEADLINE_S: Final = 60.0  # for one engine; a slow board needs some seconds for its import
-TURNS: Final = 2  # of each engine, one after the other: what else runs here makes both slower
+TURNS: Final = 2  # of each engine, in turns: other programs only ever make them slower
 STEPS: Final = 1000  # timed together
-BLOCKS: Final = 5  # of so many steps are timed, after one untimed: the fastest one tells
+BLOCKS: Final = 5  # that many times those steps, after one block untimed; the fastest counts
 ALIKE: Final = 1.1  # steps that differ by less are equally fast; then a short start decides
 
 
 @dataclass(frozen=True, slots=True)
 class SelfTestResult:
-    """What one engine showed.
+    """Measurements of one engine.
 
     Attributes:
         engine: Its name.
-        step_us: The median control step: a frame in, a gesture out, microseconds; at its best,
-            as other programs only ever make it slower.
-        worst_us: The slowest of a hundred, likewise.
+        step_us: Median control step, from a frame to a gesture, of the fastest block, microseconds.
+        worst_us: 99th percentile of that block, microseconds.
         problem: Why the engine cannot be used; "" if it can.
         start_ms: Processor time from a program's start until the networks were proved.
     """
@@ -51,12 +50,12 @@ class SelfTestResult:
 
 
 def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResult]:
-    """Return what every engine shows with a bundle, the one to use first.
+    """Return the measurements of every engine with a bundle, the one to use first.
 
     That is the fastest, or, of those that are as fast, the one that starts soonest.
 
     Raises:
-        BundleError: The bundle is damaged, or no engine can run it; the message says why.
+        BundleError: The bundle is damaged, or no engine can run it.
     """
     bundles.read(path)
     proofs = [_in_a_process(path, name) for name in names]
@@ -76,7 +75,7 @@ def prove(path: Path, names: Iterable[str] = engines.NAMES) -> list[SelfTestResu
 
 
 def _better(one: SelfTestResult, other: SelfTestResult) -> SelfTestResult:
-    """Return what two runs of an engine showed at their best; the first one's if one failed."""
+    """Return the better of two runs of an engine; the first one if the other failed."""
     if other.problem:
         return one
     fast = min(one, other, key=lambda proof: proof.step_us)
@@ -84,13 +83,8 @@ def _better(one: SelfTestResult, other: SelfTestResult) -> SelfTestResult:
 
 
 def _in_a_process(path: Path, engine: str) -> SelfTestResult:
-    command = [
-        sys.executable,
-        "-m",
-        "controller.bundles.deploy.selftest",
-        str(path.resolve()),
-        engine,
-    ]
+    module = "controller.bundles.deploy.selftest"
+    command = [sys.executable, "-m", module, str(path.resolve()), engine]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
         return SelfTestResult(**json.loads(done.stdout.splitlines()[-1]))
@@ -117,17 +111,15 @@ def measure(
         spent_s: Processor time since the start of the process.
     """
     try:
-        pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+        pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
     except BundleError as error:
         return SelfTestResult(
             engine, problem=one_line(str(error))
         )  # it may hold names out of the networks
     start_ms = round(1000.0 * spent_s(), 1)
-    rest = np.full((bundle.rows, bundle.columns), 40.0)
-    if bundle.preprocess.normalise == "difference":
-        rest = np.zeros_like(rest)
-    noise = np.random.default_rng(0).normal(0.0, 1.0, (64, *rest.shape)) * 0.01
-    scale = bundle.preprocess.scale if bundle.preprocess.normalise == "difference" else 40.0
+    ratio = bundle.preprocess.normalise == "ratio"
+    rest, scale = (40.0, 40.0) if ratio else (0.0, bundle.preprocess.scale)
+    noise = np.random.default_rng(0).normal(0.0, 0.01, (64, bundle.rows, bundle.columns))
     frames = (rest + noise * scale).astype(np.float32)
     pressed = frames + np.float32(0.2 * scale)
     quiet = round(2 * bundle.preprocess.start_s * bundle.rate_hz)

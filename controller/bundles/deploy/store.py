@@ -1,51 +1,47 @@
-"""The folder of installed bundles, and the one line in it that says which of them is in use.
+"""Installed bundles: a folder, and the record in it that names the one in use.
 
-A bundle is written under the name of its hash and read again before `installed.toml` speaks of it;
-that file is replaced in one step. So whatever stops an installation, even the power, the device
+A bundle is written under the name of its hash and read again before `installed.toml` names it; both
+are written by `files.atomic_write`. So whatever stops an installation, even a power cut, the device
 has the old bundle or the new one.
 
     FOLDER/76913f8e79414a23.orb
-    FOLDER/installed.toml       current, previous, and what each was measured to need
+    FOLDER/installed.toml       current, previous, and measurements of each bundle
 """
 
-from __future__ import annotations
-
+import contextlib
 import re
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from controller import folders, toml_text
+import tomli_w
+
+from controller import config, files
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import Bundle, BundleError
-from controller.config import parse_toml
 from controller.errors import reason
-from controller.files import read_text
-
-if TYPE_CHECKING:
-    from controller.bundles.deploy.disk import Files
 
 RECORD: Final = "installed.toml"
-KEEP: Final = 8  # bundles; the two that count and the newest others
-_NAME: Final = r"[0-9a-f]{16}"
+KEEP: Final = 8  # bundles; the current and previous one, and the newest others
+_NAME: Final = "[0-9a-f]{16}"
+_FILE: Final = re.compile(rf"\.?({_NAME})\.orb(\.[0-9a-f]{{8}})?")  # or what a power cut left
 _MAX_BYTES: Final = 64 << 10  # of the record; its eight entries have some hundred each
 _MAX_MESSAGE: Final = 200  # characters of what is wrong with it
 
 
 @dataclass(frozen=True, slots=True)
 class StoredBundle:
-    """One bundle on the shelf.
+    """One bundle in the store.
 
     Attributes:
         name: The first 16 digits of its hash.
-        engine: What runs it fastest here.
+        engine: The fastest inference engine for it on this device.
         step_us: Median of a control step with that engine, microseconds.
-        installed: When, ISO 8601.
-        corrects: The name of the bundle that it is a correction of; None: it is none.
+        installed: Time of installation, ISO 8601.
+        corrects: Name of the bundle that it is a correction of; None if it is none.
     """
 
-    name: str
+    name: str = field(metadata={"pattern": _NAME, "expected": "16 digits of a hash"})
     engine: str
     step_us: float
     installed: str
@@ -54,50 +50,51 @@ class StoredBundle:
 
 @dataclass(frozen=True, slots=True)
 class InstalledRecord:
-    """What `installed.toml` says.
+    """Content of `installed.toml`.
 
     Attributes:
-        current: The name of the bundle in use; "" is the one that ships.
-        previous: The one that was in use before, likewise; None if there was none.
-        entries: The bundles on the shelf, oldest first.
+        current: Name of the bundle in use; "" is the one that ships.
+        previous: Name of the one that was in use before; None if there was none.
+        entries: The bundles in the store, oldest first.
     """
 
-    current: str = ""
+    current: str
     previous: str | None = None
     entries: tuple[StoredBundle, ...] = ()
 
+    def __post_init__(self) -> None:
+        known = ("", *(entry.name for entry in self.entries))
+        for name in (self.current, self.previous, *(entry.corrects for entry in self.entries)):
+            if name is not None and name not in known:
+                raise ValueError(f"a name {name!r} that is not among its bundles")
+
     def entry(self, name: str) -> StoredBundle | None:
-        """Return what is known of a bundle."""
+        """Return the entry of a bundle; None for the one that ships."""
         return next((entry for entry in self.entries if entry.name == name), None)
 
 
 class BundleStore:
-    """A folder of bundles."""
+    """A folder of bundles.
 
-    def __init__(self, folder: Path | None = None, files: Files | None = None) -> None:
-        """Look at a folder, by default the user's own; it need not exist."""
+    Attributes:
+        folder: It need not exist.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """Look at a folder, by default the user's own."""
         self.folder = folder or home()
-        if files is not None:
-            self._files = files
-
-    @cached_property
-    def _files(self) -> Files:
-        """The disk, for those who install."""
-        from controller.bundles.deploy.disk import RealFiles
-
-        return RealFiles()
 
     def record(self) -> InstalledRecord:
-        """Return what is installed.
+        """Return the record of what is installed.
 
         Raises:
             BundleError: The record is damaged.
         """
         path = self.folder / RECORD
         try:
-            return _parse(parse_toml(read_text(path, _MAX_BYTES)))
+            return _parse(config.parse_toml(files.read_text(path, _MAX_BYTES)))
         except FileNotFoundError:
-            return InstalledRecord()
+            return InstalledRecord("")
         except OSError as error:
             problem = f"cannot be read: {reason(error)}"
         except ValueError as error:
@@ -108,11 +105,11 @@ class BundleStore:
         )
 
     def path(self, name: str) -> Path:
-        """Return where the bundle of a name is; "" is the one that ships."""
+        """Return the path of a bundle; "" is the one that ships."""
         return self.folder / f"{name}.orb" if name else bundles.default_path()
 
     def current(self) -> tuple[Path, str]:
-        """Return the bundle in use, and the engine that runs it fastest ("": not measured).
+        """Return the bundle in use, and its fastest engine; "" if it was not measured.
 
         Raises:
             BundleError: The record is damaged.
@@ -122,7 +119,7 @@ class BundleStore:
         return self.path(record.current), entry.engine if entry else ""
 
     def install(self, data: bytes, entry: StoredBundle) -> InstalledRecord:
-        """Take a proved bundle into use; the old one stays for `rollback`.
+        """Take a tested bundle into use; the old one stays for `rollback`.
 
         Raises:
             BundleError: The bundle, read again, is not what was written, or the record is damaged.
@@ -130,25 +127,18 @@ class BundleStore:
         """
         before = self.record()
         path = self.path(entry.name)
-        beside = path.with_suffix(".new")
-        try:
-            self._files.write(beside, data)
-            if beside.read_bytes() != data:
-                raise BundleError(f"{beside} is not what was written; is the disk failing?")
-            self._files.rename(beside, path)
-        finally:
-            self._files.remove(beside)
+        files.atomic_write(path, data)
+        if path.read_bytes() != data:
+            raise BundleError(f"{path} is not what was written; is the disk failing?")
         others = tuple(other for other in before.entries if other.name != entry.name)
         previous = before.current if before.current != entry.name else before.previous
-        after = InstalledRecord(entry.name, previous, (*others, entry))
-        kept = _kept(after)
-        self._switch(kept)
-        for gone in {e.name for e in after.entries} - {e.name for e in kept.entries}:
-            self._files.remove(self.path(gone))
-        return kept
+        after = _kept(InstalledRecord(entry.name, previous, (*others, entry)))
+        self._write(after)
+        self._remove_others(after)
+        return after
 
     def rollback(self) -> InstalledRecord:
-        """Take the bundle of before into use; a second time brings the newer one back.
+        """Take the previous bundle into use; a second time brings the newer one back.
 
         Raises:
             BundleError: There is none, or it is damaged, or the record is.
@@ -160,7 +150,7 @@ class BundleStore:
         return self._use(record, record.previous)
 
     def take_back(self) -> InstalledRecord:
-        """Take the bundle into use that the present one is a correction of; others likewise.
+        """Take the bundle into use of which the current one is a correction.
 
         Raises:
             BundleError: It is no correction, or what it corrects is damaged, or the record is.
@@ -173,30 +163,48 @@ class BundleStore:
         return self._use(record, entry.corrects)
 
     def _use(self, record: InstalledRecord, name: str) -> InstalledRecord:
-        """Take a bundle of the shelf into use; the present one stays for `rollback`."""
+        """Take a bundle of the store into use; the current one stays for `rollback`."""
         bundles.read(self.path(name))
         after = replace(record, current=name, previous=record.current)
-        self._switch(after)
+        self._write(after)
         return after
 
-    def _switch(self, record: InstalledRecord) -> None:
-        """Replace the record, in one step."""
-        beside = self.folder / f"{RECORD}.new"
-        try:
-            self._files.write(beside, _text(record).encode())
-            self._files.rename(beside, self.folder / RECORD)
-        finally:
-            self._files.remove(beside)
+    def _write(self, record: InstalledRecord) -> None:
+        files.atomic_write(self.folder / RECORD, _text(record).encode())
+
+    def _remove_others(self, record: InstalledRecord) -> None:
+        """Delete bundles that the record does not name, whole or not."""
+        for path in self.folder.iterdir():
+            match = _FILE.fullmatch(path.name)
+            if match and (match[2] or record.entry(match[1]) is None):
+                with contextlib.suppress(OSError):
+                    path.unlink()
 
 
 def home() -> Path:
-    """Return the user's own shelf; it may not exist."""
-    return folders.data() / "bundles"
+    """Return the user's own store; it may not exist."""
+    return files.data_folder() / "bundles"
 
 
 def name_of(bundle: Bundle) -> str:
-    """Return the name that a bundle has on a shelf."""
+    """Return the name that a bundle has in a store."""
     return bundle.hash[:16]
+
+
+def shown_name(name: str | None) -> str:
+    """Return how messages call the bundle of a name; "" if there is none."""
+    return "" if name is None else name or "the shipped bundle"
+
+
+def summary(bundle: Bundle) -> str:
+    """Return the gestures and the sensor of a bundle, as text."""
+    return f"{', '.join(bundle.labels[1:])}; for {sensor_summary(bundle)}"
+
+
+def sensor_summary(bundle: Bundle, *, pitch: bool = False) -> str:
+    """Return the sensor that a bundle is for, on request with its pitch."""
+    apart = f", {bundle.pitch_mm:g} mm apart," if pitch else ""
+    return f"{bundle.rows}×{bundle.columns} taxels{apart} at {bundle.rate_hz:g} Hz"
 
 
 def _kept(record: InstalledRecord) -> InstalledRecord:
@@ -218,47 +226,33 @@ def _kept(record: InstalledRecord) -> InstalledRecord:
 
 
 def _text(record: InstalledRecord) -> str:
-    table: dict[str, Any] = {"current": record.current}
-    if record.previous is not None:
-        table["previous"] = record.previous
-    table["bundles"] = {
-        entry.name: {
-            "engine": entry.engine,
-            "step_us": round(entry.step_us, 1),
-            "installed": entry.installed,
-            **({} if entry.corrects is None else {"corrects": entry.corrects}),
-        }
-        for entry in record.entries
-    }
-    return toml_text.dumps(table)
+    table = _without_none(asdict(record))
+    entries = table.pop("entries")
+    table["bundles"] = {entry.pop("name"): _without_none(entry) for entry in entries}
+    return tomli_w.dumps(table)
+
+
+def _without_none(table: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if value is not None}
 
 
 def _parse(table: dict[str, Any]) -> InstalledRecord:
-    """Return the record that a table describes.
+    """Return the record that a table describes; keys of newer versions are left out.
 
     Raises:
         ValueError: It describes none.
     """
     listed = table.get("bundles", {})
-    if not isinstance(listed, dict):
-        raise ValueError("bundles is no table")
-    entries = tuple(_entry(name, values) for name, values in listed.items())
-    known = ["", *(entry.name for entry in entries)]
-    current, previous = table.get("current"), table.get("previous")
-    if current not in known or previous not in (None, *known):
-        raise ValueError(f"it names a bundle {current!r} or {previous!r} that it does not list")
-    for entry in entries:
-        if entry.corrects not in (None, *known):
-            raise ValueError(f"it names a bundle {entry.corrects!r} that it does not list")
-    return InstalledRecord(current, previous, entries)
+    if not isinstance(listed, dict) or not all(isinstance(one, dict) for one in listed.values()):
+        raise ValueError("bundles is no table of tables")
+    entries = tuple(
+        config.settings(StoredBundle, _known(StoredBundle, {**values, "name": name}), name)
+        for name, values in listed.items()
+    )
+    return config.settings(InstalledRecord, _known(InstalledRecord, {**table, "entries": entries}))
 
 
-def _entry(name: str, values: Any) -> StoredBundle:
-    if not re.fullmatch(_NAME, name):
-        raise ValueError(f"{name!r} is no bundle's name")
-    match values:
-        case {"engine": str(engine), "step_us": int() | float() as step_us, "installed": str(when)}:
-            corrects = values.get("corrects")
-            if 0.0 <= step_us < 1e9 and isinstance(corrects, str | None):
-                return StoredBundle(name, engine, float(step_us), when, corrects)
-    raise ValueError(f"bundles.{name} has no engine, step_us and installed")
+def _known(kind: Any, table: dict[str, Any]) -> dict[str, Any]:
+    """Return the entries of a table for which a dataclass has a field."""
+    names = {field.name for field in fields(kind)}
+    return {key: value for key, value in table.items() if key in names}

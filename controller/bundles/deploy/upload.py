@@ -1,7 +1,7 @@
-"""Take a bundle that a host sends in pieces; what is here survives a lost link, and lost power.
+"""Chunked upload of a bundle; what has arrived survives a lost link and a power cut.
 
-The pieces go into `FOLDER/incoming/DIGEST.part`. A host that comes back hears how much there is,
-and goes on; whether the whole is what was announced its SHA-256 tells at the end.
+The chunks go into `FOLDER/incoming/DIGEST.part`. A host that reconnects gets the size of what has
+arrived, and continues there; at the end the SHA-256 of the whole is compared.
 """
 
 import contextlib
@@ -23,87 +23,81 @@ FOLDER: Final = "incoming"
 
 
 class UploadReceiver:
-    """One delivery at a time.
+    """Receiver of one upload at a time.
 
     Attributes:
-        whole: The file, once all of it is here and is what was announced.
-        objection: Why nothing may be delivered; "": it may.
+        whole: The file, once it has arrived and has the announced hash.
+        objection: Why nothing may be uploaded; "" if it may.
     """
 
-    def __init__(self, shelf: Path, objection: str = "") -> None:
-        """Take deliveries into a shelf's folder.
-
-        Args:
-            shelf: The folder of bundles.
-            objection: Why this link may deliver nothing; "": it may.
-        """
+    def __init__(self, store: Path, objection: str = "") -> None:
+        """Receive into the folder of the bundle store."""
         self.whole: Path | None = None
-        self._folder = shelf / FOLDER
         self.objection = objection
-        self._announced: UploadOffer | None = None
-        self._have = 0
+        self._folder = store / FOLDER
+        self._offer: UploadOffer | None = None
+        self._size = 0  # bytes that have arrived
 
     def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
-        """Take an announcement or a piece, and return how it stands."""
+        """Take an offer or a chunk, and return the status of the upload."""
         try:
             return self._begin(message) if isinstance(message, UploadOffer) else self._add(message)
         except OSError as error:
-            self._announced = None
+            self._offer = None
             return UploadStatus(DECLINED, 0, f"the orb cannot keep it: {error.strerror or error}")
 
     def remove(self) -> None:
-        """Delete what was delivered."""
-        self._announced = self.whole = None
+        """Delete what was uploaded."""
+        self._offer = self.whole = None
         for path in self._folder.glob("*.part"):
             with contextlib.suppress(OSError):
                 path.unlink()
 
-    def _begin(self, announced: UploadOffer) -> UploadStatus:
+    def _begin(self, offer: UploadOffer) -> UploadStatus:
         if self.objection:
             return UploadStatus(DECLINED, 0, self.objection)
-        if len(announced.digest) != hashlib.sha256().digest_size or announced.size < 1:
+        if len(offer.digest) != hashlib.sha256().digest_size or offer.size < 1:
             return UploadStatus(DECLINED, 0, "that announces no file")
-        if announced.size > MAX_BYTES:
-            return UploadStatus(DECLINED, 0, f"{announced.size} bytes are more than {MAX_BYTES}")
+        if offer.size > MAX_BYTES:
+            return UploadStatus(DECLINED, 0, f"{offer.size} bytes are more than {MAX_BYTES}")
         if self.whole is not None:
-            return UploadStatus(PROVING, announced.size, "")
+            return UploadStatus(PROVING, offer.size, "")
         self._folder.mkdir(parents=True, exist_ok=True)
-        path = self._path(announced)
+        path = self._path(offer)
         for other in self._folder.glob("*.part"):
             if other != path:
                 other.unlink()
         with path.open("ab") as file:
-            self._have = file.tell()
-            if self._have > announced.size:
-                self._have = file.truncate(0)
-        self._announced = announced
-        return self._stand(announced)
+            self._size = file.tell()
+            if self._size > offer.size:
+                self._size = file.truncate(0)
+        self._offer = offer
+        return self._status(offer)
 
-    def _add(self, piece: UploadChunk) -> UploadStatus:
-        announced = self._announced
-        if announced is None:
+    def _add(self, chunk: UploadChunk) -> UploadStatus:
+        offer = self._offer
+        if offer is None:
             return UploadStatus(DECLINED, 0, "nothing was announced")
-        # A piece that is not the next one tells that some were lost, or came twice.
-        fits = piece.offset == self._have and self._have + len(piece.data) <= announced.size
-        if fits and piece.data:
-            with self._path(announced).open("ab") as file:
-                file.write(piece.data)
-            self._have += len(piece.data)
-        return self._stand(announced)
+        # A chunk that is not the next one shows that some were lost, or came twice.
+        fits = chunk.offset == self._size and self._size + len(chunk.data) <= offer.size
+        if fits and chunk.data:
+            with self._path(offer).open("ab") as file:
+                file.write(chunk.data)
+            self._size += len(chunk.data)
+        return self._status(offer)
 
-    def _stand(self, announced: UploadOffer) -> UploadStatus:
-        """Return what is wanted, or look at what there is if that is all."""
-        if self._have < announced.size:
-            return UploadStatus(WANTED, self._have, "")
-        path = self._path(announced)
-        self._announced = None
-        if hashlib.sha256(path.read_bytes()).digest() != announced.digest:
+    def _status(self, offer: UploadOffer) -> UploadStatus:
+        """Return what is wanted next; compare the hash once all has arrived."""
+        if self._size < offer.size:
+            return UploadStatus(WANTED, self._size, "")
+        path = self._path(offer)
+        self._offer = None
+        if hashlib.sha256(path.read_bytes()).digest() != offer.digest:
             path.unlink()
-            return UploadStatus(
-                DECLINED, 0, "what arrived is not what was announced; send it again"
-            )
+            told = "what arrived is not what was announced; send it again"
+            return UploadStatus(DECLINED, 0, told)
         self.whole = path
-        return UploadStatus(PROVING, announced.size, "")
+        return UploadStatus(PROVING, offer.size, "")
 
-    def _path(self, announced: UploadOffer) -> Path:
-        return self._folder / f"{announced.digest.hex()}.part"
+    def _path(self, offer: UploadOffer) -> Path:
+        return self._folder / f"{offer.digest.hex()}.part"

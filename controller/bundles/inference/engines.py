@@ -1,12 +1,10 @@
 """Inference engines: one module each, found by name.
 
-    network = engines.open("numpy", model)
-    answer = network(question)  # (1, ...) float32 to (1, ...) float32
+    network = engines.open_network("numpy", model, onnx_reader.read(model))
+    answers = network(questions)  # (n, ...) float32 to (n, ...) float32
 
-Every engine is given the graph that `controller/bundles/inference/onnx_reader.py` found harmless.
+Every engine gets a graph that `onnx_reader` found harmless.
 """
-
-from __future__ import annotations
 
 import importlib
 import importlib.util
@@ -18,7 +16,7 @@ from numpy.typing import NDArray
 
 from controller.bundles.inference.onnx_reader import Graph
 
-Network = Callable[[NDArray[np.float32]], NDArray[np.float32]]
+Network = Callable[[NDArray[np.float32]], NDArray[np.float32]]  # (n, ...) to (n, ...)
 
 STANDARD: Final = "onnxruntime"  # where it is installed
 _MODULES: Final = {STANDARD: "onnxruntime_engine", "numpy": "numpy_engine"}
@@ -26,26 +24,26 @@ NAMES: Final = tuple(_MODULES)
 
 
 class EngineError(ValueError):
-    """The engine is not there, or cannot run this network; the message says why."""
+    """The engine is missing, or cannot run this network; the message has no subject."""
 
 
 def open_network(engine: str, model: bytes, graph: Graph) -> Network:
-    """Return a network that answers one question at a time.
+    """Return a network as a function from a batch of inputs to a batch of outputs.
 
     Args:
         engine: One of `NAMES`.
         model: The ONNX file.
-        graph: What `controller.bundles.inference.onnx_reader.read` found in it.
+        graph: The same file, read by `onnx_reader.read`.
 
     Raises:
-        EngineError: It cannot be run; the message is one sentence without a subject.
+        EngineError: It cannot be run.
     """
     network: Network = _module(engine).network(model, graph)
     return network
 
 
 def standard() -> str:
-    """Return the engine for a bundle that was never measured here."""
+    """Return the engine for a bundle that was not measured on this device."""
     return STANDARD if importlib.util.find_spec(STANDARD) else "numpy"
 
 
@@ -55,8 +53,7 @@ def version(engine: str) -> str:
     Raises:
         EngineError: It is not installed.
     """
-    words: str = _module(engine).version()
-    return words
+    return str(_module(engine).version())
 
 
 def _module(engine: str) -> Any:

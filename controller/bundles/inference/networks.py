@@ -1,10 +1,9 @@
-"""From window to probabilities, from image to touch, and from window to who touches.
+"""Networks of a bundle: window to probabilities, image to touch, window to user.
 
-A bundle's networks, proved before use.
+They are proved with the bundle's golden vectors before use.
 """
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,24 +12,25 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.onnx_reader import GraphError
+from controller.recognition.pipeline import Networks
 from controller.recognition.preprocess import Image, Window
 
 TOLERANCE = 1e-5  # greatest difference from a golden answer: processors round differently
 A_FEW = 8  # golden questions to each network, where all were asked before
 
 
-class Recognizer:
+class Recognizer(Networks):
     """The networks of a bundle, proved with its golden vectors before they are used.
 
     Attributes:
-        engine: Name and version of what runs them, for recordings.
+        engine: Name and version of the inference engine, for recordings.
     """
 
     def __init__(self, bundle: Bundle, engine: str = "", *, proved: bool = False) -> None:
         """Load the networks and ask them the golden questions.
 
         Args:
-            bundle: What was read.
+            bundle: Networks and golden vectors.
             engine: One of `engines.NAMES`; "" is the standard one.
             proved: These bytes have answered all golden questions before; then a few of them show
                 whether this machine still computes as it did.
@@ -38,64 +38,61 @@ class Recognizer:
         Raises:
             BundleError: A network does not load, or answers differently than when it was made.
         """
-        golden, prove = bundle.golden, _prove_again if proved else _prove
         engine = engine or engines.standard()
         try:
             self.engine = engines.version(engine)
         except EngineError as error:
             raise BundleError(str(error)) from None
-        asked, classes = (bundle.window, bundle.rows, bundle.columns), len(bundle.labels)
-        self._gesture = _network("gesture", bundle.gesture_onnx, asked, classes, engine)
-        prove("gesture", self._gesture, golden.windows, golden.probabilities)
-        self._location: Network | None = None
-        if bundle.locates:
-            self._location = _network("location", bundle.location_onnx, asked[1:], 2, engine)
-            prove("location", self._location, golden.images, golden.touches)
-        self._people: Network | None = None
-        if bundle.tells:
-            outputs = 1 + len(bundle.users.names)
-            self._people = _network("user", bundle.user_onnx, asked, outputs, engine)
-            prove("user", self._people, golden.windows, golden.people)
-        heads: dict[str, Network] = {}
-        for user, model in bundle.heads.items():
-            heads[user] = _network(f"gesture-{user}", model, asked, classes, engine)
-            prove(f"gesture-{user}", heads[user], golden.windows, golden.heads[user])
-        self._heads: Mapping[str, Network] = heads
+        golden = bundle.golden
+        models = {
+            "gesture": (bundle.gesture_onnx, golden.windows, golden.probabilities),
+            "location": (bundle.location_onnx, golden.images, golden.touches),
+            "user": (bundle.user_onnx, golden.windows, golden.people),
+        }
+        for user, head in bundle.heads.items():
+            models[f"gesture-{user}"] = (head, golden.windows, golden.heads[user])
+        self._networks: dict[str, Network] = {}
+        for name, (model, questions, answers) in models.items():
+            if model or name == "gesture":
+                step = max(1, len(questions) // A_FEW) if proved else 1
+                network = _network(name, model, questions.shape[1:], answers.shape[1], engine)
+                _prove(name, network, questions[::step], answers[::step])
+                self._networks[name] = network
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         """Return the probability of each label, (classes,), for a window of z images.
 
         Args:
-            window: The latest images.
-            user: Whose own network to ask, where there is one.
+            window: The latest images, (window, rows, columns).
+            user: Name of a user, whose own network answers if there is one.
         """
-        network = self._heads.get(user, self._gesture)
-        return _shares(network(window[None])[0])
+        network = self._networks.get(f"gesture-{user}", self._networks["gesture"])
+        return _finite(network(window[None])[0])
 
     def people(self, window: Window) -> NDArray[np.float32] | None:
-        """Return how probably each of the people touches, (1 + users,), anybody else first.
+        """Return the probability of each user, (1 + users,), people not enrolled first.
 
-        None where the bundle cannot tell.
+        None for a bundle that does not identify users.
         """
-        if self._people is None:
-            return None
-        return _shares(self._people(window[None])[0])
+        network = self._networks.get("user")
+        return None if network is None else _finite(network(window[None])[0])
 
     def touch(self, image: Image) -> tuple[float, float] | None:
-        """Return where a z image is touched, (x, y) in grid units; meaningless where it is not.
+        """Return the position of a touch in a z image, (x, y) in grid units.
 
-        None where the bundle locates nothing.
+        It is meaningless without a touch, and None for a bundle without positions.
         """
-        if self._location is None:
+        network = self._networks.get("location")
+        if network is None:
             return None
-        x, y = self._location(image[None])[0].tolist()
+        x, y = network(image[None])[0].tolist()
         return (x, y) if math.isfinite(x + y) else None
 
 
-def _shares(answer: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an answer as it is, or "null" for certain if it has a number that is not finite.
+def _finite(answer: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an answer as it is, or certainly "null" if one of its numbers is not finite.
 
-    A network from a stranger may answer so to some windows, although its golden ones are right.
+    Networks of unknown origin may give such answers, although their golden ones are right.
     """
     if np.isfinite(answer).all():
         return answer
@@ -124,14 +121,6 @@ def _network(name: str, model: bytes, asked: tuple[int, ...], answers: int, engi
         raise BundleError(f"the {name} network {error}") from None
 
 
-def _prove_again(
-    name: str, network: Network, questions: NDArray[np.float32], answers: NDArray[np.float32]
-) -> None:
-    """Ask a network a few of its golden questions, from first to last; else as `_prove`."""
-    step = max(1, len(questions) // A_FEW)
-    _prove(name, network, questions[::step], answers[::step])
-
-
 def _prove(
     name: str, network: Network, questions: NDArray[np.float32], answers: NDArray[np.float32]
 ) -> None:
@@ -149,5 +138,5 @@ def _prove(
         if not fits or not np.abs(given[0] - answer).max() <= TOLERANCE:  # NaN is refused as well
             raise BundleError(
                 f"the {name} network answers differently than when it was made; "
-                "copy the bundle again, or train it anew on this version"
+                "copy the bundle again, or train it with this version"
             )

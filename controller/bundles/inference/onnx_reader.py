@@ -3,15 +3,13 @@
 An ONNX file is a protocol buffer, and the format allows far more than a network needs: pictures of
 other files, functions, loops, arrays of any size. Here it is read field by field, and whatever is
 not on the lists below is refused. What is left is a short chain of well-known operators whose
-weights lie in the file; `controller/bundles/inference/onnx_shapes.py` says what it would cost to
-run.
+weights lie in the file; `onnx_shapes` computes its cost.
 
 Sources: onnx.proto3 (version 1.17 of ONNX) for the fields, and the protocol buffers' encoding
 for the bytes.
 """
 
 import math
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -23,44 +21,42 @@ MAX_NODES: Final = 100
 MAX_ARRAYS: Final = 200
 MAX_RANK: Final = 6
 MAX_TEXT: Final = 200  # bytes of a name
-MAX_NUMBERS: Final = 24  # in an attribute: the pads of a convolution over three axes are six
+MAX_NUMBERS: Final = 24  # in a list: the pads of a convolution over three axes are six
 OPSETS: Final = range(13, 24)  # in which our operators have one meaning
 IR_VERSIONS: Final = range(7, 14)
+_DOMAINS: Final = ("", "ai.onnx")  # of ONNX's own operators
 
 # Each operator and the attributes that it may have: integers, or lists of them.
-OPERATORS: Final[dict[str, frozenset[str]]] = {
-    name: frozenset(attributes.split())
-    for name, attributes in {
-        "Add": "",
-        "AveragePool": "kernel_shape strides",
-        "Conv": "kernel_shape strides pads dilations group",
-        "Div": "",
-        "Flatten": "axis",
-        "Gemm": "transA transB",
-        "Identity": "",
-        "MatMul": "",
-        "MaxPool": "kernel_shape strides",
-        "Mul": "",
-        "Relu": "",
-        "Reshape": "",
-        "Sigmoid": "",
-        "Softmax": "axis",
-        "Sub": "",
-        "Tanh": "",
-        "Transpose": "perm",
-    }.items()
+OPERATORS: Final[dict[str, str]] = {
+    "Add": "",
+    "AveragePool": "kernel_shape strides",
+    "Conv": "kernel_shape strides pads dilations group",
+    "Div": "",
+    "Flatten": "axis",
+    "Gemm": "transA transB",
+    "Identity": "",
+    "MatMul": "",
+    "MaxPool": "kernel_shape strides",
+    "Mul": "",
+    "Relu": "",
+    "Reshape": "",
+    "Sigmoid": "",
+    "Softmax": "axis",
+    "Sub": "",
+    "Tanh": "",
+    "Transpose": "perm",
 }
 
-Attribute = int | float | tuple[int, ...]
-Array = NDArray[Any]
-_TYPES: Final[dict[int, np.dtype[Any]]] = {
+Attribute = int | tuple[int, ...]
+Array = NDArray[Any]  # float32 or int64, of any shape
+_TYPES: Final[dict[int, np.dtype[Any]]] = {  # TensorProto.DataType: FLOAT, INT64
     1: np.dtype("<f4"),
     7: np.dtype("<i8"),
-}  # TensorProto.DataType: FLOAT, INT64
+}
 
 
 class GraphError(ValueError):
-    """The file is no network that a device runs; the message says why, without a subject."""
+    """The file is no network that a device runs; the message has no subject."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,68 +101,98 @@ def read(data: bytes) -> Graph:
     Raises:
         GraphError: It is damaged, or has anything that a plain network does not need.
     """
-    model = _message(data, _MODEL)
-    if _int(model, 1) not in IR_VERSIONS:
-        raise GraphError(
-            f"has the IR version {_int(model, 1)}; {IR_VERSIONS[0]} to {IR_VERSIONS[-1]} are "
-            "understood: export it for one of them"
-        )
-    imports = [_message(entry, _OPSET) for entry in model.get(8, [])]
-    if len(imports) != 1 or _text(imports[0], 1) not in ("", "ai.onnx"):
+    model = _read(data, _MODEL)
+    _check_version("has the IR version", model.number(1), IR_VERSIONS)
+    imports = model.messages(8, _OPSET)
+    if len(imports) != 1 or imports[0].text(1) not in _DOMAINS:
         raise GraphError("imports other operators than ONNX's own; export it without them")
-    if _int(imports[0], 2) not in OPSETS:
-        raise GraphError(
-            f"uses operator set {_int(imports[0], 2)}; {OPSETS[0]} to {OPSETS[-1]} are "
-            "understood: export it for one of them"
-        )
-    if len(model.get(7, [])) != 1:
+    _check_version("uses operator set", imports[0].number(2), OPSETS)
+    graphs = model.messages(7, _GRAPH)
+    if len(graphs) != 1:
         raise GraphError("has no graph, or more than one")
-    return _graph(_message(model[7][0], _GRAPH))
+    return _graph(graphs[0])
 
 
-# --- the messages of onnx.proto3: the fields that we know, and how each is written ---
+def _check_version(what: str, version: int, known: range) -> None:
+    if version not in known:
+        raise GraphError(
+            f"{what} {version}; {known[0]} to {known[-1]} are understood: export it for one of them"
+        )
 
-_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5  # the wire types of protocol buffers
+
+# --- the messages of onnx.proto3: the known fields, and how each is written ---
+
+_VARINT, _BYTES = 0, 2  # the wire types of protocol buffers that a network needs
+_MAX_FIELDS: Final = MAX_NODES + MAX_ARRAYS + 100
 
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """A message: the wire type of each field, and which may come more than once."""
+    """A message: the wire type of each known field, and which may come more than once."""
 
     name: str
     wires: dict[int, int]
-    many: frozenset[int] = frozenset()
+    many: frozenset[int]
 
 
-def _form(name: str, *, number: str = "", text: str = "", many: str = "", real: str = "") -> _Form:
-    """Return a form; the words are field numbers by what they hold."""
-    kinds = ((number, _VARINT), (text, _BYTES), (real, _FIXED32))
-    wires = {int(field): wire for words, wire in kinds for field in words.split()}
-    return _Form(name, wires, frozenset(int(field) for field in many.split()))
+def _form(name: str, *, numbers: str = "", data: str = "", many: str = "") -> _Form:
+    """Return a form from the numbers of its fields, by what they hold."""
+    wires = dict.fromkeys(map(int, numbers.split()), _VARINT)
+    wires |= dict.fromkeys(map(int, data.split()), _BYTES)
+    return _Form(name, wires, frozenset(map(int, many.split())))
 
 
-_MODEL = _form("a model", number="1 5", text="2 3 4 6 7 8", many="8")
-_OPSET = _form("an operator set", text="1", number="2")
-_GRAPH = _form("a graph", text="1 2 5 10 11 12 13", many="1 5 11 12 13")
-_NODE = _form("an operator", text="1 2 3 4 5 6 7", many="1 2 5")
-_ATTRIBUTE = _form("a setting", text="1 13", real="2", number="3 8 20", many="8")
-_TENSOR = _form("an array", number="1 2", text="8 9 12", many="1")
-_VALUE = _form("an input", text="1 2 3")
-_TYPE = _form("a type", text="1 6")
-_TENSOR_TYPE = _form("a type", number="1", text="2")
-_SHAPE = _form("a shape", text="1", many="1")
-_DIMENSION = _form("an axis", number="1", text="2 3")
-_FLOAT, _INT, _INTS = 1, 2, 7  # AttributeProto.AttributeType
-_MAX_FIELDS = MAX_NODES + MAX_ARRAYS + 100
-Fields = dict[int, list[Any]]
+_MODEL = _form("a model", numbers="1 5", data="2 3 4 6 7 8", many="8")
+_OPSET = _form("an operator set", numbers="2", data="1")
+_GRAPH = _form("a graph", data="1 2 5 10 11 12 13", many="1 5 11 12 13")
+_NODE = _form("an operator", data="1 2 3 4 5 6 7", many="1 2 5")
+_ATTRIBUTE = _form("a setting", numbers="3 8 20", data="1 13", many="8")
+_TENSOR = _form("an array", numbers="1 2", data="8 9 12", many="1")
+_VALUE = _form("an input", data="1 2 3")
+_TYPE = _form("a type", data="1 6")
+_TENSOR_TYPE = _form("a type", numbers="1", data="2")
+_SHAPE = _form("a shape", data="1", many="1")
+_DIMENSION = _form("an axis", numbers="1", data="2 3")
+_INT, _INTS = 2, 7  # AttributeProto.AttributeType
 
 
-def _message(data: bytes | memoryview, form: _Form) -> Fields:
-    """Return the fields of one message, by number, in their order.
+@dataclass(frozen=True, slots=True)
+class _Message:
+    """The fields of one message, by number, in their order."""
 
-    What should be there once and comes twice is refused: readers differ in which one counts.
+    fields: dict[int, list[Any]]
+
+    def data(self, field: int) -> memoryview:
+        """Return bytes; none if the field is missing."""
+        return next(iter(self.fields.get(field, [])), memoryview(b""))
+
+    def numbers(self, field: int) -> tuple[int, ...]:
+        """Return signed numbers of 64 bits."""
+        return tuple(v - (1 << 64) if v >= 1 << 63 else v for v in self.fields.get(field, []))
+
+    def number(self, field: int) -> int:
+        """Return a signed number; 0 if the field is missing."""
+        return (*self.numbers(field), 0)[0]
+
+    def texts(self, field: int) -> tuple[str, ...]:
+        """Return names."""
+        return tuple(_name(data) for data in self.fields.get(field, []))
+
+    def text(self, field: int) -> str:
+        """Return a name; "" if the field is missing."""
+        return _name(self.data(field))
+
+    def messages(self, field: int, form: _Form) -> "list[_Message]":
+        """Return messages inside this one."""
+        return [_read(data, form) for data in self.fields.get(field, [])]
+
+
+def _read(data: bytes | memoryview, form: _Form) -> _Message:
+    """Return a message of a form.
+
+    A field that comes twice where one belongs is refused: readers differ in which one counts.
     """
-    fields: Fields = {}
+    fields: dict[int, list[Any]] = {}
     for count, (number, wire, value) in enumerate(_fields(memoryview(data))):
         if count >= _MAX_FIELDS:
             raise GraphError(f"has {form.name} with more than {_MAX_FIELDS} fields")
@@ -177,11 +203,13 @@ def _message(data: bytes | memoryview, form: _Form) -> Fields:
             raise GraphError(f"is damaged: {form.name} has field {number} twice")
         if wire == form.wires[number]:
             values.append(value)
-        elif wire == _BYTES and number in form.many and form.wires[number] == _VARINT:
+        elif wire == _BYTES and number in form.many:
             values.extend(_packed(value))
         else:
             raise GraphError("is damaged: a field is not written as the format says")
-    return fields
+        if form.wires[number] == _VARINT and len(values) > MAX_NUMBERS:
+            raise GraphError(f"has a list of more than {MAX_NUMBERS} numbers")
+    return _Message(fields)
 
 
 def _fields(data: memoryview) -> Iterator[tuple[int, int, Any]]:
@@ -189,23 +217,17 @@ def _fields(data: memoryview) -> Iterator[tuple[int, int, Any]]:
     at = 0
     while at < len(data):
         key, at = _varint(data, at)
-        number, wire = key >> 3, key & 7
+        wire = key & 7
+        if wire not in (_VARINT, _BYTES):
+            raise GraphError("is damaged, or no ONNX file of a plain network")
         value: Any
-        if wire == _VARINT:
-            value, at = _varint(data, at)
-        elif wire == _BYTES:
-            size, at = _varint(data, at)
+        value, at = _varint(data, at)
+        if wire == _BYTES:
+            size = value
             if size > len(data) - at:
                 raise GraphError("is damaged: it ends too soon")
             value, at = data[at : at + size], at + size
-        elif wire in (_FIXED32, _FIXED64):
-            size = 4 if wire == _FIXED32 else 8
-            if size > len(data) - at:
-                raise GraphError("is damaged: it ends too soon")
-            value, at = bytes(data[at : at + size]), at + size
-        else:
-            raise GraphError("is damaged, or no ONNX file")
-        yield number, wire, value
+        yield key >> 3, wire, value
 
 
 def _varint(data: memoryview, at: int) -> tuple[int, int]:
@@ -223,35 +245,16 @@ def _varint(data: memoryview, at: int) -> tuple[int, int]:
 
 
 def _packed(data: memoryview) -> list[int]:
-    """Return the numbers of a packed list."""
+    """Return the first numbers of a packed list, one more than are allowed at most."""
     numbers: list[int] = []
     at = 0
-    while at < len(data):
-        if len(numbers) >= MAX_NUMBERS:
-            raise GraphError(f"has a list of more than {MAX_NUMBERS} numbers")
+    while at < len(data) and len(numbers) <= MAX_NUMBERS:
         value, at = _varint(data, at)
         numbers.append(value)
     return numbers
 
 
-def _signed(value: int) -> int:
-    """Return a 64-bit number as protocol buffers mean it."""
-    return value - (1 << 64) if value >= 1 << 63 else value
-
-
-def _int(fields: Fields, number: int) -> int:
-    """Return a number; what is not there is 0."""
-    values = fields.get(number, [])
-    return _signed(values[0]) if values else 0
-
-
-def _text(fields: Fields, number: int) -> str:
-    values = fields.get(number, [])
-    return _word(values[0]) if values else ""
-
-
-def _word(data: memoryview) -> str:
-    """Return a name."""
+def _name(data: memoryview) -> str:
     if len(data) > MAX_TEXT:
         raise GraphError(f"has a name of {len(data)} bytes; {MAX_TEXT} are enough")
     try:
@@ -263,17 +266,17 @@ def _word(data: memoryview) -> str:
 # --- the graph ---
 
 
-def _graph(fields: Fields) -> Graph:
-    if len(fields.get(1, [])) > MAX_NODES or len(fields.get(5, [])) > MAX_ARRAYS:
+def _graph(graph: _Message) -> Graph:
+    if len(graph.fields.get(1, [])) > MAX_NODES or len(graph.fields.get(5, [])) > MAX_ARRAYS:
         raise GraphError(f"has more than {MAX_NODES} operators or {MAX_ARRAYS} arrays")
     weights: dict[str, Array] = {}
-    for entry in fields.get(5, []):
-        name, array = _tensor(entry)
+    for tensor in graph.messages(5, _TENSOR):
+        name, array = _tensor(tensor)
         if not name or name in weights:
             raise GraphError(f"has two arrays named {name!r}, or one without a name")
         weights[name] = array
-    inputs = [_value(entry) for entry in fields.get(11, [])]
-    outputs = [_value(entry) for entry in fields.get(12, [])]
+    inputs = [_value(value) for value in graph.messages(11, _VALUE)]
+    outputs = [_value(value) for value in graph.messages(12, _VALUE)]
     asked = [(name, shape) for name, shape in inputs if name not in weights]
     if len(asked) != 1 or len(outputs) != 1:
         raise GraphError(
@@ -282,67 +285,44 @@ def _graph(fields: Fields) -> Graph:
     (name, shape), (output, _) = asked[0], outputs[0]
     if len(shape) < 2 or not all(shape[1:]):
         raise GraphError(f"takes {name!r} of a shape that it leaves open; only the batch may be")
+    nodes = tuple(_node(node) for node in graph.messages(1, _NODE))
     known = {*weights, name}
-    nodes: list[Node] = []
-    for entry in fields.get(1, []):
-        node = _node(entry)
+    for node in nodes:
         if missing := [word for word in node.inputs if word not in known]:
             raise GraphError(f"has {node.op} take {missing[0]!r}, which nothing gave before it")
         if node.output in known:
             raise GraphError(f"has two arrays named {node.output!r}")
         known.add(node.output)
-        nodes.append(node)
     if output not in {node.output for node in nodes}:
         raise GraphError(f"gives {output!r}, which none of its operators makes")
-    return Graph(tuple(nodes), weights, name, (1, *shape[1:]), output)
+    return Graph(nodes, weights, name, (1, *shape[1:]), output)
 
 
-def _node(data: memoryview) -> Node:
-    fields = _message(data, _NODE)
-    op, domain = _text(fields, 4), _text(fields, 7)
-    if op not in OPERATORS or domain not in ("", "ai.onnx"):
+def _node(node: _Message) -> Node:
+    op, domain = node.text(4), node.text(7)
+    if op not in OPERATORS or domain not in _DOMAINS:
         raise GraphError(
             f"has the operator {domain + '.' if domain else ''}{op}; a device runs "
             f"{', '.join(OPERATORS)} only"
         )
-    inputs = tuple(_word(word) for word in fields.get(1, []))
-    outputs = tuple(_word(word) for word in fields.get(2, []))
+    inputs, outputs = node.texts(1), node.texts(2)
     if len(outputs) != 1 or not 1 <= len(inputs) <= 3 or not all((*inputs, *outputs)):
         raise GraphError(f"has {op} with {len(inputs)} inputs and {len(outputs)} outputs")
     attributes: dict[str, Attribute] = {}
-    for entry in fields.get(5, []):
-        name, value = _attribute(entry, op)
+    for entry in node.messages(5, _ATTRIBUTE):
+        name, kind = entry.text(1), entry.number(20)
+        if name not in OPERATORS[op].split() or kind not in (_INT, _INTS):
+            raise GraphError(f"has {op} with the setting {name!r}, which is not understood")
         if name in attributes:
             raise GraphError(f"is damaged: {op} has the setting {name!r} twice")
-        attributes[name] = value
+        attributes[name] = entry.number(3) if kind == _INT else entry.numbers(8)
     return Node(op, inputs, outputs[0], attributes)
 
 
-def _attribute(data: memoryview, op: str) -> tuple[str, Attribute]:
-    fields = _message(data, _ATTRIBUTE)
-    name, kind = _text(fields, 1), _int(fields, 20)
-    if name not in OPERATORS[op]:
-        raise GraphError(f"has {op} with the setting {name!r}, which is not understood")
-    if kind == _INT:
-        return name, _int(fields, 3)
-    if kind == _INTS:
-        values = fields.get(8, [])
-        if len(values) > MAX_NUMBERS:
-            raise GraphError(f"has a list of more than {MAX_NUMBERS} numbers")
-        return name, tuple(_signed(value) for value in values)
-    if kind == _FLOAT:
-        number: float = struct.unpack("<f", (fields.get(2) or [bytes(4)])[0])[0]
-        if math.isfinite(number):
-            return name, number
-    raise GraphError(f"has {op} with the setting {name!r} of a kind that is not understood")
-
-
-def _tensor(data: memoryview) -> tuple[str, Array]:
+def _tensor(tensor: _Message) -> tuple[str, Array]:
     """Return name and values of an array that lies in the file, raw."""
-    fields = _message(data, _TENSOR)
-    name, shape = _text(fields, 8), tuple(_signed(size) for size in fields.get(1, []))
-    dtype = _TYPES.get(_int(fields, 2))
-    raw = fields.get(9, [b""])[0]
+    name, shape, raw = tensor.text(8), tensor.numbers(1), tensor.data(9)
+    dtype = _TYPES.get(tensor.number(2))
     if dtype is None:
         raise GraphError(f"has the array {name!r} of another type than float32 and int64")
     if len(shape) > MAX_RANK or any(size < 0 for size in shape):
@@ -355,17 +335,14 @@ def _tensor(data: memoryview) -> tuple[str, Array]:
     return name, array
 
 
-def _value(data: memoryview) -> tuple[str, tuple[int, ...]]:
+def _value(value: _Message) -> tuple[str, tuple[int, ...]]:
     """Return name and shape of an input or output; an open axis is 0."""
-    fields = _message(data, _VALUE)
-    kind = _message((fields.get(2) or [b""])[0], _TYPE)
-    tensor = _message((kind.get(1) or [b""])[0], _TENSOR_TYPE)
-    if _int(tensor, 1) != 1:
-        raise GraphError(f"takes or gives {_text(fields, 1)!r} of another type than float32")
-    shape = _message((tensor.get(2) or [b""])[0], _SHAPE).get(1, [])
-    if len(shape) > MAX_RANK:
-        raise GraphError(f"has {_text(fields, 1)!r} of more than {MAX_RANK} axes")
-    sizes = [_int(_message(axis, _DIMENSION), 1) for axis in shape]
-    if any(size < 0 for size in sizes):
-        raise GraphError(f"has {_text(fields, 1)!r} of a negative size")
-    return _text(fields, 1), tuple(sizes)
+    name = value.text(1)
+    tensor = _read(_read(value.data(2), _TYPE).data(1), _TENSOR_TYPE)
+    if tensor.number(1) != 1:
+        raise GraphError(f"takes or gives {name!r} of another type than float32")
+    axes = _read(tensor.data(2), _SHAPE).messages(1, _DIMENSION)
+    shape = tuple(axis.number(1) for axis in axes)
+    if len(shape) > MAX_RANK or any(size < 0 for size in shape):
+        raise GraphError(f"has {name!r} of the shape {shape[:MAX_RANK]}")
+    return name, shape

@@ -1,7 +1,7 @@
 """Shape inference and cost limits of a network, without running it.
 
 A graph that `controller/bundles/inference/onnx_reader.py` has read is harmless as text, but a
-convolution with pads of a million would still ask for all the memory there is. So every shape is
+convolution with pads of a million would still take all the memory there is. So every shape is
 worked out first, by ONNX's own rules, and added up against limits that a network for a skin stays
 far below.
 """
@@ -9,7 +9,7 @@ far below.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 from controller.bundles.inference.onnx_reader import MAX_RANK, Array, Graph, GraphError, Node
 
@@ -84,16 +84,16 @@ class Sliding:
 
     @classmethod
     def of(cls, node: Node, kernel: Shape) -> "Sliding":
-        """Return what the settings of a convolution or pooling say.
+        """Return the attributes of a convolution or pooling.
 
         Raises:
             ValueError: They contradict each other, or are out of bounds.
         """
         axes = len(kernel)
-        strides = ints(node, "strides", (1,) * axes)
-        pads = ints(node, "pads", (0,) * 2 * axes)
-        dilations = ints(node, "dilations", (1,) * axes)
-        if ints(node, "kernel_shape", kernel) != kernel:
+        strides = attribute(node, "strides", (1,) * axes)
+        pads = attribute(node, "pads", (0,) * 2 * axes)
+        dilations = attribute(node, "dilations", (1,) * axes)
+        if attribute(node, "kernel_shape", kernel) != kernel:
             raise ValueError("kernel_shape is not the kernel's")
         if (len(strides), len(pads), len(dilations)) != (axes, 2 * axes, axes):
             raise ValueError("strides, pads or dilations are not one for each axis")
@@ -101,56 +101,38 @@ class Sliding:
             raise ValueError("strides, dilations and kernel must be above zero, pads not below")
         return cls(kernel, strides, pads[:axes], pads[axes:], dilations)
 
+    @property
+    def reach(self) -> Shape:
+        """Places from the first to the last of a kernel, along each axis."""
+        return tuple(d * (k - 1) + 1 for k, d in zip(self.kernel, self.dilations, strict=True))
+
     def out(self, shape: Shape) -> Shape:
         """Return the sizes that axes of these sizes give."""
         if len(shape) != len(self.kernel):
             raise ValueError(f"{len(shape)} axes for a kernel of {len(self.kernel)}")
-        return tuple(
-            (size + before + after - dilation * (kernel - 1) - 1) // stride + 1
-            for size, kernel, stride, before, after, dilation in zip(
-                shape,
-                self.kernel,
-                self.strides,
-                self.before,
-                self.after,
-                self.dilations,
-                strict=True,
-            )
-        )
+        padded = map(sum, zip(shape, self.before, self.after, strict=True))
+        along = zip(padded, self.reach, self.strides, strict=True)
+        return tuple((size - reach) // stride + 1 for size, reach, stride in along)
 
 
-def ints(node: Node, name: str, default: Shape) -> Shape:
-    """Return a setting that is a list.
+_Setting = TypeVar("_Setting", int, Shape)
+
+
+def attribute(node: Node, name: str, default: _Setting) -> _Setting:
+    """Return an attribute, of the type of its default.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: It is of another type.
     """
     value = node.attributes.get(name, default)
-    if not isinstance(value, tuple):
-        raise ValueError(f"{name} is no list")
-    return value
-
-
-def integer(node: Node, name: str, default: int) -> int:
-    """Return a setting that is a whole number.
-
-    Raises:
-        ValueError: It is something else.
-    """
-    value = node.attributes.get(name, default)
-    if not isinstance(value, int):
-        raise ValueError(f"{name} is no whole number")
+    if not isinstance(value, type(default)):
+        raise ValueError(f"{name} is no {'whole number' if isinstance(default, int) else 'list'}")
     return value
 
 
 def _same(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (shape,) = inputs
-    return shape, math.prod(shape)
-
-
-def _softmax(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    (shape,) = inputs
-    if integer(node, "axis", -1) not in (-1, len(shape) - 1):
+    if node.op == "Softmax" and attribute(node, "axis", -1) not in (-1, len(shape) - 1):
         raise ValueError("only the last axis is supported")
     return shape, math.prod(shape)
 
@@ -169,7 +151,9 @@ def _broadcast(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shap
 
 def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     data, kernel = inputs[0], inputs[1]
-    group = integer(node, "group", 1)
+    group = attribute(node, "group", 1)
+    if node.inputs[1] not in weights:
+        raise ValueError("the kernel does not lie in the file")
     if len(kernel) != len(data) or not 3 <= len(data) <= 5:
         raise ValueError("as many axes as the kernel, three to five, are supported")
     if group < 1 or kernel[0] % group or data[1] != kernel[1] * group:
@@ -183,37 +167,29 @@ def _conv(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, in
 
 def _pool(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (data,) = inputs
-    kernel = ints(node, "kernel_shape", ())
+    kernel = attribute(node, "kernel_shape", ())
     if not kernel:
         raise ValueError("there is no kernel_shape")
     shape = (*data[:2], *Sliding.of(node, kernel).out(data[2:]))
     return shape, math.prod(shape) * math.prod(kernel)
 
 
-def _gemm(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    left, right = inputs[0], inputs[1]
-    if integer(node, "transA", 0):
+def _product(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
+    """Return the shape of Gemm, and of MatMul, which has none of its attributes."""
+    if attribute(node, "transA", 0):
         raise ValueError("transA is not supported")
-    transposed = integer(node, "transB", 0)
-    depth, width = reversed(right) if transposed else right
-    rows, inner = left
+    (rows, inner), right = inputs[:2]
+    depth, width = reversed(right) if attribute(node, "transB", 0) else right
     if inner != depth:
         raise ValueError(f"{inner} against {depth}")
-    if len(inputs) == 3 and inputs[2] not in ((width,), (1, width)):
+    if len(inputs) == 3 and (node.op == "MatMul" or inputs[2] not in ((width,), (1, width))):
         raise ValueError("the bias is not one for each column")
-    return (rows, width), rows * inner * width
-
-
-def _matmul(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
-    (rows, inner), (depth, width) = inputs
-    if inner != depth:
-        raise ValueError(f"{inner} against {depth}")
     return (rows, width), rows * inner * width
 
 
 def _flatten(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (shape,) = inputs
-    if integer(node, "axis", 1) != 1:
+    if attribute(node, "axis", 1) != 1:
         raise ValueError("only axis 1 is supported")
     return (shape[0], math.prod(shape[1:])), 0
 
@@ -236,7 +212,7 @@ def _reshape(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape,
 
 def _transpose(node: Node, inputs: list[Shape], weights: _Weights) -> tuple[Shape, int]:
     (shape,) = inputs
-    order = ints(node, "perm", tuple(reversed(range(len(shape)))))
+    order = attribute(node, "perm", tuple(reversed(range(len(shape)))))
     if sorted(order) != list(range(len(shape))):
         raise ValueError(f"the order is {order}")
     return tuple(shape[axis] for axis in order), 0
@@ -248,15 +224,15 @@ _RULES: Final[dict[str, _Rule]] = {
     "Conv": _conv,
     "Div": _broadcast,
     "Flatten": _flatten,
-    "Gemm": _gemm,
+    "Gemm": _product,
     "Identity": _same,
-    "MatMul": _matmul,
+    "MatMul": _product,
     "MaxPool": _pool,
     "Mul": _broadcast,
     "Relu": _same,
     "Reshape": _reshape,
     "Sigmoid": _same,
-    "Softmax": _softmax,
+    "Softmax": _same,
     "Sub": _broadcast,
     "Tanh": _same,
     "Transpose": _transpose,

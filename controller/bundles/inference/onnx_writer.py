@@ -4,7 +4,6 @@ A device has no `onnx` package, and needs none to keep what it has learned: what
 harmless is written in the few fields that it was read from, always as the same bytes.
 """
 
-import struct
 from typing import Final
 
 import numpy as np
@@ -15,8 +14,8 @@ OPSET: Final = 17  # as trained networks are exported (models/training/export.py
 IR_VERSION: Final = 8
 PRODUCER: Final = "orbtouch"
 _FLOAT32, _INT64 = 1, 7  # TensorProto.DataType
-_FLOAT, _INT, _INTS = 1, 2, 7  # AttributeProto.AttributeType
-_VARINT, _BYTES, _FIXED32 = 0, 2, 5  # the wire types of protocol buffers
+_INT, _INTS = 2, 7  # AttributeProto.AttributeType
+_VARINT, _BYTES = 0, 2  # the wire types of protocol buffers
 
 
 def write(graph: Graph, title: str = "gesture", width: int | None = None) -> bytes:
@@ -50,8 +49,6 @@ def _attribute(name: str, value: Attribute) -> bytes:
     if isinstance(value, tuple):
         numbers = b"".join(_number(8, number) for number in value)
         return _text(1, name) + numbers + _number(20, _INTS)
-    if isinstance(value, float):
-        return _text(1, name) + _key(2, _FIXED32) + struct.pack("<f", value) + _number(20, _FLOAT)
     return _text(1, name) + _number(3, value) + _number(20, _INT)
 
 

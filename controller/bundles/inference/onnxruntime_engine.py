@@ -46,7 +46,7 @@ def session(model: bytes) -> ort.InferenceSession:
 
 
 def network(model: bytes, graph: Graph) -> Network:
-    """Return a network as a function from a batch of one to a batch of one.
+    """Return a network as a function from a batch (n, ...) to a batch (n, ...).
 
     Raises:
         EngineError: ONNX Runtime does not load it.
@@ -68,5 +68,5 @@ def network(model: bytes, graph: Graph) -> Network:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of what an error says."""
+    """Return the first line of an error's message."""
     return (str(error).splitlines() or [type(error).__name__])[0][:200]

@@ -23,7 +23,6 @@ import numpy as np
 from controller import config, files
 from controller.errors import UserError, reason
 from models.data import hold_out
-from models.data.examples import refuse_test_seed
 from models.data.hold_out import HoldOut
 from models.studies.sweep import settings
 from models.studies.sweep.settings import RECORDINGS, SECTIONS, SIMULATION, TEST, TRAIN, Setting
@@ -142,15 +141,17 @@ def _plan(table: Mapping[str, Any], name: str) -> Plan:
             raise _FaultError(section, "", f"{section!r} is no section; there are {listed}")
     given = {section: dict(settings.flattened(table.get(section, {}))) for section in SECTIONS}
     known = RECORDINGS if "folders" in given["data"] else SIMULATION
-    data = {} if known is RECORDINGS else settings.defaults(SIMULATION)
+    data = settings.defaults(SIMULATION) if known is SIMULATION else {}
     data |= {key: _value("data", key, value, known) for key, value in given["data"].items()}
-    _check_simulation("data", "", data)
     train = settings.defaults(TRAIN)
     recipe = str(given["train"].get("recipe", train["recipe"]))
     for key, value in given["train"].items():
         train[key] = _value("train", key, value, settings.of_train(recipe))
-    _check_seed("train", train["seed"])
-    axes = {key: _axis(key, values, data, recipe) for key, values in given["axes"].items()}
+    simulated = known is SIMULATION
+    axes = {
+        key: _axis(key, values, recipe, simulated=simulated)
+        for key, values in given["axes"].items()
+    }
     made = Plan(name, data, train, _test(given["test"], train["task"] == "user"), axes)
     count = made.test.get("folds", 1) * math.prod(map(len, axes.values()))
     if count > MOST_JOBS:
@@ -174,7 +175,7 @@ def _test(given: Mapping[str, Any], enrolled: bool) -> dict[str, Any]:
     return {"by": "session" if enrolled else TEST["by"].default, **test}
 
 
-def _axis(key: str, values: Any, data: Mapping[str, Any], recipe: str) -> list[Any]:
+def _axis(key: str, values: Any, recipe: str, *, simulated: bool) -> list[Any]:
     """Return the values of an axis."""
     if not isinstance(values, list) or not values:
         found = settings.toml(values)
@@ -182,18 +183,12 @@ def _axis(key: str, values: Any, data: Mapping[str, Any], recipe: str) -> list[A
     if key == "task":
         raise _FaultError("axes", key, "scores of tasks do not compare; make a sweep for each")
     if not key.startswith("data."):
-        made = [_value("axes", key, one, settings.of_train(recipe)) for one in values]
-        for one in made if key == "seed" else ():
-            _check_seed("axes", one)
-        return made
-    if "folders" in data:
+        return [_value("axes", key, one, settings.of_train(recipe)) for one in values]
+    if not simulated:
         why = "only simulations have such an axis; make a sweep for each data set"
         raise _FaultError("axes", key, why)
     known = {f"data.{setting}": own for setting, own in SIMULATION.items()}
-    made = [_value("axes", key, one, known) for one in values]
-    for one in made:
-        _check_simulation("axes", "data.", {**data, key.removeprefix("data."): one})
-    return made
+    return [_value("axes", key, one, known) for one in values]
 
 
 def _value(section: str, key: str, value: Any, known: Mapping[str, Setting]) -> Any:
@@ -204,22 +199,6 @@ def _value(section: str, key: str, value: Any, known: Mapping[str, Setting]) -> 
             hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
             raise ValueError(f"there is no such setting; {hint}")
         return known[key].read(value)
-
-
-def _check_seed(section: str, seed: int) -> None:
-    """Refuse seeds of tests."""
-    with _at(section, "seed"):
-        refuse_test_seed(seed, "this training")
-
-
-def _check_simulation(section: str, before: str, data: Mapping[str, Any]) -> None:
-    """Refuse seeds of tests and unknown gestures."""
-    if "folders" in data:
-        return
-    with _at(section, f"{before}seed"):
-        refuse_test_seed(data["seed"], "this simulation")
-    with _at(section, f"{before}gestures"):
-        settings.data_set(data).repertoire()
 
 
 def _check_amounts(plan: Plan) -> None:

@@ -3,24 +3,19 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from controller import files
 from controller.console import count
 from models import user_files
+from models.reports import markdown
+from models.reports.tables import Table
 from models.studies.sweep import figures
 from models.studies.sweep.figures import MEASURES, Choice, Measure, Point
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 POINTS: Final = "points.csv"
 CURVES: Final = "curves.svg"
 FEW: Final = 6  # users or sessions: of fewer, resampling says too little
-FAR: Final = 8.0  # ratio of an axis's largest value to its smallest, from which it is logarithmic
-LINES: Final = 10  # in a legend
 
 
 def table(found: Mapping[str, Any]) -> str:
@@ -32,7 +27,8 @@ def table(found: Mapping[str, Any]) -> str:
         f"held out: {figures.title(found['test'])}; scores: {measure.words}"
     ]
     if points:
-        parts.append(_aligned(rows(points, measure)))
+        head, *cells = rows(points, measure)
+        parts.append(markdown.table(Table(head, cells)))
     if chosen := figures.choose(points, measure):
         parts.append(best(chosen, len(points)))
     fewest = min((len(point.held) for point in points), default=FEW)
@@ -102,52 +98,11 @@ def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
     axes = [axis for axis, values in found["axes"].items() if numeric(axis, values)]
     if not axes:
         return [folder / POINTS]
-    files.atomic_write(folder / CURVES, curves(points, axes, measure))
-    return [folder / POINTS, folder / CURVES]
+    from models.studies.sweep import curves  # imports matplotlib
+
+    return [folder / POINTS, curves.save(points, axes, measure, folder / CURVES)]
 
 
 def numeric(axis: str, values: Sequence[Any]) -> bool:
     """Whether an axis has several amounts, and is drawn as a curve."""
     return axis != "seed" and len(values) > 1 and all(type(one) in (int, float) for one in values)
-
-
-def curves(points: Sequence[Point], axes: Sequence[str], measure: Measure) -> bytes:
-    """Return an SVG with the score over each axis, a line for each place on the others."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 4.0 * len(axes)), layout="constrained")
-    panels = figure.subplots(len(axes), squeeze=False)[:, 0]
-    for axis, panel in zip(axes, panels, strict=True):
-        _draw(panel, points, axis)
-        panel.set_ylabel(measure.words)
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="svg", metadata={"Date": None})
-    return drawn.getvalue()
-
-
-def _draw(panel: "Axes", points: Sequence[Point], axis: str) -> None:
-    """Draw the scores over an axis, with their intervals."""
-    lines: dict[str, list[Point]] = {}
-    for point in sorted(points, key=lambda point: point.amount(axis)):
-        others = {key: value for key, value in point.at.items() if key != axis}
-        lines.setdefault(figures.title(others), []).append(point)
-    for (name, line), marker in zip(lines.items(), cycle("os^Dv"), strict=False):
-        x, own = [point.amount(axis) for point in line], [point.figure for point in line]
-        down, up = [one.value - one.low for one in own], [one.high - one.value for one in own]
-        y = [one.value for one in own]
-        panel.errorbar(x, y, (down, up), marker=marker, capsize=3.0, label=name)
-    amounts = [point.amount(axis) for point in points]
-    if min(amounts) > 0.0 and max(amounts) / min(amounts) >= FAR:
-        panel.set_xscale("log")
-    panel.set_xlabel(axis)
-    if 1 < len(lines) <= LINES:
-        panel.legend()
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows whose columns are aligned."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    )

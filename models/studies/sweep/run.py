@@ -297,8 +297,9 @@ def _check_workers(client: Any, address: str, say: Say) -> None:
     for worker, theirs in found.items():
         if theirs != own_version():
             raise ClusterError(
-                f"the worker {worker} has another version than {own_version()}: {theirs}; install "
-                "one everywhere, with the [train,sweep] extras, and restart the workers"
+                f"the worker {worker} has {' '.join(str(theirs).split())} instead of "
+                f"{own_version()}; install one version everywhere, with the [train,sweep] extras, "
+                "and restart the workers"
             )
     say(f"{address}: {count(len(found), 'worker')} of this version")
 

@@ -1,11 +1,12 @@
 """Settings of a plan file: type, range and default of each, and the recipe that they make."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from math import inf
 from typing import Any, Final, TypeVar
 
 from controller.simulator.presets import PRESETS
+from models.data.examples import refuse_test_seed
 from models.data.recipe import (
     RECIPES,
     UNVARIED_USER,
@@ -35,18 +36,20 @@ class Setting:
         least: Smallest number.
         most: Largest number.
         words: Allowed texts; empty: any.
+        check: Raises ValueError for a value that cannot be used.
     """
 
     default: Any
     least: float = -inf
     most: float = inf
     words: tuple[str, ...] = ()
+    check: Callable[[Any], object] | None = None
 
     def read(self, value: Any) -> Any:
         """Return a value of the file with the default's type.
 
         Raises:
-            ValueError: It has another type, or is out of range.
+            ValueError: It has another type, is out of range, or cannot be used.
         """
         default = self.default
         if isinstance(default, tuple) and isinstance(value, list) and len(value) == len(default):
@@ -56,6 +59,8 @@ class Setting:
             made = [value]
         if type(made) is not type(default) or not self._allows(made):
             raise ValueError(f"expected {self}, found {toml(value)}")
+        if self.check is not None:
+            self.check(made)
         return made
 
     def _allows(self, value: Any) -> bool:
@@ -75,9 +80,17 @@ class Setting:
         return f"{name}, such as {toml(self.default)}"
 
 
-_SEED: Final = Setting(0, 0, 2**32 - 1)
+def _seed(use: str) -> Setting:
+    """Return the setting of a seed; those of tests are refused."""
+    return Setting(0, 0, 2**32 - 1, check=lambda seed: refuse_test_seed(seed, use))
+
+
+def _check_gestures(labels: list[str]) -> None:
+    DataSet(gestures=tuple(labels)).repertoire()
+
+
 SIMULATION: Final = {
-    "seed": _SEED,
+    "seed": _seed("this simulation"),
     "users": Setting(10, 1, 100_000),
     "sessions": Setting(2, 1, 10_000),
     "minutes": Setting(3.0, 0.5, 600.0),
@@ -88,7 +101,7 @@ SIMULATION: Final = {
     "rows": Setting(5, 2, 32),
     "columns": Setting(5, 2, 32),
     "one_orb": Setting(False),
-    "gestures": Setting(list(DataSet().gestures)),
+    "gestures": Setting(list(DataSet().gestures), check=_check_gestures),
 }
 RECORDINGS: Final = {"folders": Setting(["data"])}
 TRAIN: Final = {
@@ -97,7 +110,7 @@ TRAIN: Final = {
     "labels": Setting("auto", words=("auto", "true", "button", "key", "cue")),
     "all": Setting(False),
     "window": Setting(0, 0, 250),
-    "seed": _SEED,
+    "seed": _seed("this training"),
     "users": Setting(0, 0, 100_000),
     "sessions": Setting(0, 0, 100_000),
     "minutes": Setting(0.0, 0.0, 6000.0),

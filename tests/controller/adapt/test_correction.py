@@ -13,7 +13,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.cli.options import parser
+from controller.cli.run import parser
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,
@@ -78,6 +78,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
     return install
 
 
+@pytest.mark.slow
 def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
     tmp_path: Path,
 ) -> None:
@@ -184,7 +185,7 @@ def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
             return UploadStatus(IN_USE, 0, "learned")
 
     bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
-    bench.loop._clerk = clerk = Patient()
+    bench.loop._updater = clerk = Patient()
     bench.run(20.0)
     assert given == [("pinch", 40)]  # four seconds of images
     assert clerk.switched
@@ -215,7 +216,7 @@ def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
         asked.append(device)
         return True
 
-    bench.loop._clerk, bench.loop._exchange = Switching(), exchange
+    bench.loop._updater, bench.loop._exchange = Switching(), exchange
     bench.run(3.0)
     assert bench.messages(UploadStatus) == [UploadStatus(IN_USE, 0, "learned")]
     assert len(asked) == 1
@@ -230,7 +231,7 @@ def run_of_a_bundle(
 ) -> Iterator[tuple[Parts, Device, BundleStore]]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
-    monkeypatch.setattr("controller.folders.state", lambda: tmp_path / "state")
+    monkeypatch.setattr("controller.files.state_folder", lambda: tmp_path / "state")
     words = (
         f"--sensor virtual --link listen://127.0.0.1:0 --record {tmp_path} --user ab --session 1"
     )
@@ -266,12 +267,12 @@ def test_networks_are_exchanged_while_the_orb_runs(
     now = device.pipeline.rest
     assert now is not None
     assert np.abs(now / rest - 1.0).max() < 0.05
-    device.tape.close()  # type: ignore[union-attr]
-    device.tape = None
+    device.recorder.close()  # type: ignore[union-attr]
+    device.recorder = None
     first, second = (reader.load(tmp_path / f"sub-ab_ses-1_run-0{number}.npz") for number in (1, 2))
     assert (first.origin.bundle, second.origin.bundle) == (parts.bundle.hash, changed.bundle.hash)
     assert (len(first.t), len(second.t)) == (38, 5)
-    replayed = Pipeline(changed.bundle, changed.recognizer, changed.mapping)
+    replayed = Pipeline(changed.bundle.settings, changed.recognizer, changed.mapping)
     replayed.restore(second.state)
     steps = [replayed.step(f, float(t)) for f, t in zip(second.frames, second.t, strict=True)]
     assert step is not None

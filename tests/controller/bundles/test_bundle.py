@@ -15,6 +15,7 @@ from controller import npz
 from controller.bundles import bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import onnx_reader, onnx_writer
+from controller.bundles.inference.engines import Network
 from controller.bundles.inference.networks import A_FEW, Recognizer
 from controller.recognition.touch_position import PositionSpread
 
@@ -128,7 +129,7 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
         assert bundle.read(tmp_path / "new.orb").spread == spread
     for table, complaint in (
         ("\n[location]\nfloor = -1.0\nnoise = 3.0\n", "floor = -1.0 under .location."),
-        ("\n[location]\nfloor = 1.0\n", "another version of this program"),
+        ("\n[location]\nfloor = 1.0\n", "noise = None under .location.; expected is a number"),
     ):
         with pytest.raises(BundleError, match=complaint):
             bundle.write(tmp_path / "new.orb", manifest=(plain + table).encode(), parts=parts)
@@ -149,7 +150,8 @@ def test_a_bundle_may_say_how_far_off_its_places_are(tmp_path: Path) -> None:
         ("labels", 'labels = ["null", "Ünvar!"]', "small letters"),
         ("labels", "labels = [", "cannot be used: line 3: invalid value"),
         ("on", "on = nan", "on = nan"),
-        ("on", "onn = 0.5", "another version of this program"),
+        ("on", "onn = 0.5", "the unknown key 'onn' under .debounce.; known are smoothing, on"),
+        ("format", "format = 4\nmood = 1", "the unknown key 'mood'; known are labels"),
         ("pinch", 'pinhc = "drop"', "'pinhc' is unknown; known are press, pinch"),
     ],
 )
@@ -162,6 +164,14 @@ def test_a_manifest_that_makes_no_sense_is_refused(
     with pytest.raises(BundleError, match=complaint):
         bundle.write(tmp_path / "new.orb", manifest=changed.encode(), parts=parts)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_setting_that_a_manifest_does_not_have_takes_its_default(tmp_path: Path) -> None:
+    text, parts = parts_of()
+    manifest = re.sub(r"^(scale|gate|on) = .*\n", "", text.decode(), flags=re.MULTILINE)
+    bundle.write(tmp_path / "new.orb", manifest=manifest.encode(), parts=parts)
+    read = bundle.read(tmp_path / "new.orb")
+    assert (read.preprocess.scale, read.preprocess.gate, read.debounce.on) == (1.0, 0.015, 0.8)
 
 
 def test_golden_vectors_are_never_unpickled(tmp_path: Path) -> None:
@@ -254,10 +264,12 @@ def test_a_gesture_network_that_gives_no_probabilities_is_refused() -> None:
 
 
 def test_an_answer_that_is_no_number_counts_as_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(answers: int) -> Network:
+        return lambda question: np.full((1, answers), np.nan, dtype=np.float32)
+
     recognizer = Recognizer(bundle.read(bundle.default_path()))
-    for network, answers in (("_gesture", 5), ("_location", 2)):
-        answer = np.full((1, answers), np.nan, dtype=np.float32)
-        monkeypatch.setattr(recognizer, network, lambda question, answer=answer: answer)
+    for network, answers in (("gesture", 5), ("location", 2)):
+        monkeypatch.setitem(recognizer._networks, network, nothing(answers))
     window = np.ones((10, 5, 5), dtype=np.float32)
     assert recognizer.probabilities(window).tolist() == [1.0, 0.0, 0.0, 0.0, 0.0]
     assert recognizer.touch(window[0]) is None

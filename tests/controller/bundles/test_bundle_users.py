@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from controller import npz
-from controller.bundles import archive, bundle
+from controller.bundles import archive, bundle, users_table
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition import users
 from controller.recognition.mapping import Rule
+from controller.recognition.user_id import NOBODY
 from tests.support import user_bundles as enrolled
 
 
@@ -25,7 +25,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_bundle_says_whom_it_knows_and_what_their_gestures_mean(path: Path) -> None:
     read = bundle.read(path)
-    assert (read.users.names, read.users.heads, read.tells) == (("ann", "bob"), ("ann",), True)
+    assert (read.users.names, read.users.heads, read.identifies) == (("ann", "bob"), ("ann",), True)
     assert read.users.mapping("bob", read.mapping).rules["pinch"] == (Rule("hold"),)
     assert read.users.mapping("ann", read.mapping) == read.mapping
     assert list(read.heads) == ["ann"]
@@ -40,7 +40,7 @@ def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> N
 
 def test_a_bundle_without_people_has_no_word_about_them() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
-    assert (shipped.users, shipped.tells, shipped.heads) == (users.NOBODY, False, {})
+    assert (shipped.users, shipped.identifies, shipped.heads) == (NOBODY, False, {})
     assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
 
 
@@ -88,35 +88,34 @@ def test_networks_of_another_shape_are_refused(path: Path) -> None:
 
 
 def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_path: Path) -> None:
-    parts = enrolled.parts() | {users.NETWORK: b""}
+    parts = enrolled.parts() | {users_table.NETWORK: b""}
     golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
     with pytest.raises(BundleError, match="equally many"):
         bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
     parts[bundle.GOLDEN] = npz.pack({**golden, "people": golden["people"][:0]})
     bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)
     read = bundle.read(tmp_path / "x.orb")
-    assert (read.users.names, read.tells) == (("ann", "bob"), False)
+    assert (read.users.names, read.identifies) == (("ann", "bob"), False)
     assert Recognizer(read).people(read.golden.windows[0]) is None
 
 
 @pytest.mark.parametrize(
     ("line", "instead", "complaint"),
     [
-        ("names", "names = []", "1 to 32 of letters"),
-        ("names", 'names = ["ann", "../bob"]', "1 to 32 of letters"),
+        ("names", "names = []", "1 to 32 different names of letters"),
+        ("names", 'names = ["ann", "../bob"]', "1 to 32 different names of letters"),
         ("names", 'names = ["ann", "Ann"]', "two of them alike"),
-        ("names", "names = 2", "a list of words"),
+        ("names", "names = 2", "1 to 32 different names of letters"),
         ("names", 'names = ["ann", "eve"]', "'bob' is not among the names"),
         ("names", 'names = ["bob"]', "'ann' among the heads"),
         ("gestures", 'gestures = ["press", "wave"]', "'wave' among the gestures"),
-        ("gestures", "gestures = []", "no gesture that tells"),
+        ("gestures", "gestures = []", "gestures = .*expected is a list of different words"),
         ("temperature", "temperature = 0.0", "a number from 0.01"),
         ("temperature", "temperature = nan", "a number from 0.01"),
         ("accept", "accept = 1.1", "from 0 to 1"),
         ("accept", "accept = true", "from 0 to 1"),
-        ("stay", "", "another version of this program .stay."),
-        ("forget_s", "forget_s = 30.0\nlock = true", "another version of this program .lock."),
-        ("heads", 'heads = ["ann", "ann"]', "there twice or unknown"),
+        ("forget_s", "forget_s = 30.0\nlock = true", "the unknown key 'lock' under .users."),
+        ("heads", 'heads = ["ann", "ann"]', "a list of different words"),
         ("heads", 'heads = ["ann", "bob"]', "gesture-bob.onnx"),
         ("heads", "heads = []", "gesture-ann.onnx"),
         ("pinch", 'pinhc = "hold"', "users.mapping.bob.* 'pinhc' is unknown"),
@@ -151,7 +150,7 @@ def test_one_flipped_bit_anywhere_is_refused(path: Path) -> None:
     for place in sorted(place for place in places if place < len(whole)):
         damaged = bytearray(whole)
         damaged[place] ^= 1 << place % 8
-        with pytest.raises(archive.ArchiveError, match="damaged"):
+        with pytest.raises(BundleError, match="damaged"):
             bundle.parse(bytes(damaged))
 
 
@@ -159,5 +158,5 @@ def test_parts_in_another_order_are_refused(path: Path) -> None:
     parts = bundle.unpack(path.read_bytes())
     last = list(parts)
     last[-2], last[-3] = last[-3], last[-2]
-    with pytest.raises(archive.ArchiveError, match="damaged"):
+    with pytest.raises(BundleError, match="damaged"):
         bundle.parse(archive.pack({name: parts[name] for name in last}))

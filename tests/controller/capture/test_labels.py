@@ -63,9 +63,9 @@ def test_keys_have_a_column_of_their_own_and_excuse_frames() -> None:
     labeller = Labeller(LABELS)
     said = [
         labeller.label(1.0, button="null"),
-        labeller.label(1.1, button="null", told=[down("1")]),
-        labeller.label(1.2, button="pinch", told=[down(SPACE)]),
-        labeller.label(1.3, button="pinch", told=[up("1"), up(SPACE)]),
+        labeller.label(1.1, button="null", events=[down("1")]),
+        labeller.label(1.2, button="pinch", events=[down(SPACE)]),
+        labeller.label(1.3, button="pinch", events=[up("1"), up(SPACE)]),
     ]
     assert [(one.key, one.button, one.excluded) for one in said] == [
         (UNKNOWN, 0, False), (1, 0, False), (1, 2, True), (0, 2, True),
@@ -75,18 +75,18 @@ def test_keys_have_a_column_of_their_own_and_excuse_frames() -> None:
 
 def test_keys_that_changed_before_the_last_frame_correct_it() -> None:
     labeller = Labeller(LABELS)
-    labeller.label(1.0, told=[down("1")])
-    assert labeller.label(1.1, told=[up("1", ago_s=0.05)]).amends == ()  # since the last frame
-    labeller.label(1.2, told=[down("1")])
+    labeller.label(1.0, events=[down("1")])
+    assert labeller.label(1.1, events=[up("1", ago_s=0.05)]).amends == ()  # since the last frame
+    labeller.label(1.2, events=[down("1")])
     labeller.label(1.3)
-    (amend,) = labeller.label(1.4, told=[up("1", ago_s=0.125)]).amends
+    (amend,) = labeller.label(1.4, events=[up("1", ago_s=0.125)]).amends
     assert amend == LabelCorrection("key", 1.4 - 0.125, 1.4, 0)
 
 
 def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
     labeller = Labeller(LABELS)
-    labeller.label(1.0, told=[down("1")])
-    assert labeller.label(1.1, told=[(0.0, Signal.AWAY)]).key == 0
+    labeller.label(1.0, events=[down("1")])
+    assert labeller.label(1.1, events=[(0.0, Signal.AWAY)]).key == 0
 
 
 # --- cues -----------------------------------------------------------------------------------------
@@ -119,7 +119,7 @@ def test_backspace_has_the_example_asked_for_again() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     for k in range(35):
         labeller.label(k / 10, felt=True)
-    said = labeller.label(3.5, told=[down(BACKSPACE)])
+    said = labeller.label(3.5, events=[down(BACKSPACE)])
     assert said.asked is not None
     assert said.asked.more == {"pinch": 1}
     assert said.amends == (
@@ -131,12 +131,12 @@ def test_backspace_has_the_example_asked_for_again() -> None:
 def test_a_pause_stops_the_cues_and_is_told() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     labeller.label(0.0)
-    said = [labeller.label(0.1, told=[down(SPACE)]), labeller.label(60.0)]
+    said = [labeller.label(0.1, events=[down(SPACE)]), labeller.label(60.0)]
     assert [(one.fresh, one.cue, one.excluded) for one in said] == [
         (True, UNKNOWN, True),
         (False, UNKNOWN, True),
     ]
-    on = labeller.label(60.1, told=[up(SPACE), down(SPACE)])
+    on = labeller.label(60.1, events=[up(SPACE), down(SPACE)])
     assert (on.fresh, on.cue, on.excluded) == (True, 0, False)
 
 

@@ -63,6 +63,7 @@ def test_a_terminal_without_blocks_gets_ascii(
     assert b"##" in raw.getvalue()
 
 
+@pytest.mark.slow
 def test_a_large_grid_fits_as_well(tmp_path: Path, run: Run) -> None:
     frames = np.random.default_rng(1).normal(40, 4, (200, 64, 64))
     about = origin(64, 64, labels=tuple(f"label-{i}" for i in range(6)))

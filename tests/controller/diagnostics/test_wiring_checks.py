@@ -96,6 +96,7 @@ def test_a_converter_that_lies_is_caught(spoil: object, code: str) -> None:
     assert rows[0].code == code
 
 
+@pytest.mark.slow
 def test_swapped_leads_are_found_by_presses(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

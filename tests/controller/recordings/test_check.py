@@ -47,6 +47,7 @@ def test_seconds_and_events_are_counted_per_class_and_labeller() -> None:
 # --- taxels ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 @pytest.mark.parametrize("place", ["2,3", "0,0"])
 def test_a_dead_taxel_is_named_by_row_and_column(preset: str, place: str) -> None:
@@ -57,6 +58,7 @@ def test_a_dead_taxel_is_named_by_row_and_column(preset: str, place: str) -> Non
     assert found.level is Level.DOUBTFUL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "sentence"),
     [
@@ -234,6 +236,7 @@ def test_an_untouched_counter_is_no_duplicate_of_another() -> None:
 # --- odd sensors ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(recordings())
 def test_whatever_a_file_holds_it_gets_a_verdict_and_a_summary(recording: Recording) -> None:
     assert report(recording).level in Level

@@ -116,7 +116,7 @@ def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
         tmp_path: "is not a file",
         loop: "does not exist",
         tmp_path / "absent.npz": "does not exist",
-        tmp_path / ("a" * 300): "cannot be read: File name too long",
+        tmp_path / ("a" * 300): "cannot be read: file name too long",
         sparse: "has 10737418240 bytes, more than the 536870912 allowed",
         empty: "is not a whole .npz archive",
     }

@@ -161,7 +161,7 @@ def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
     file.room = len(file.seen) + 1000  # in the middle of a record
     add(session, 1, 100)
     wait(lambda: session.problem != "")
-    assert "No space left on device; make room: what is recorded waits" in session.problem
+    assert "no space left on device; make room: what is recorded waits" in session.problem
     add(session, 101, 120)
     file.room = 1 << 40
     file.until(lambda: on_disk(file) == list(range(1, 121)))
@@ -179,7 +179,7 @@ def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> No
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.fails = True
     add(session, 1, 30)
-    wait(lambda: "Input/output error; look at the disk" in session.problem)
+    wait(lambda: "input/output error; look at the disk" in session.problem)
     file.fails = False
     file.until(lambda: on_disk(file) == list(range(1, 31)))
     session.close()
@@ -212,7 +212,7 @@ def test_a_disk_too_slow_to_keep_the_promise_is_told(
 def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_path: Path) -> None:
     file = FakeFile()
     file.room = 100
-    with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: No space left"):
+    with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: no space left"):
         Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     assert file.removed
 
@@ -320,7 +320,7 @@ def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journ
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 5)
     spoil(monkeypatch, tmp_path, lambda data: None)
-    with pytest.raises(RecordingError, match=r"No space left on device; the session is kept in"):
+    with pytest.raises(RecordingError, match=r"no space left on device; the session is kept in"):
         session.close()
     assert rescued(rescue) == 5
     assert on_disk(file) == [1, 2, 3, 4, 5]

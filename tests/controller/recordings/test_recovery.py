@@ -149,7 +149,7 @@ def test_a_folder_without_room_keeps_the_journal(
     journal = left(tmp_path)
     monkeypatch.setattr(writer, "atomic_write", full)
     with pytest.raises(
-        RecordingError, match="No space left on device; it is kept as it is, try again"
+        RecordingError, match="no space left on device; it is kept as it is, try again"
     ):
         recover(journal)
     assert names(tmp_path) == ["one.journal"]

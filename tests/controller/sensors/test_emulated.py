@@ -95,6 +95,7 @@ def test_the_label_button_is_down_up_or_not_there() -> None:
     assert Driver(EmulatedBoard(replace(Wiring(), button=None)).board).button() is None
 
 
+@pytest.mark.slow
 def test_the_pump_inflates_the_orb_and_stops() -> None:
     bench = EmulatedBoard(seed=3)
     bench.kpa = 0.0

@@ -18,6 +18,8 @@ from controller.sensors.hardware.wiring import CircuitWiring, Scheme, Wiring
 from controller.simulator.readout import ReadoutModel, read
 from tests.support.waveform_board import board
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 
 DATA = np.load(waveforms.FILE)

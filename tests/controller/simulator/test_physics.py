@@ -181,6 +181,7 @@ def accuracy(images: Array, clockwise: NDArray[np.bool_], *, shuffled: bool) -> 
     return float(((features[known:] @ weight > 0.0) == clockwise[known:]).mean())
 
 
+@pytest.mark.slow
 def test_with_pure_slip_only_the_time_order_tells_the_directions_apart() -> None:
     # Without friction no finger drags the skin: a twist is its dents wandering along an arc, and
     # backwards in time it is the other twist. 150 unseen ones: chance is .5 +- .04.
@@ -189,6 +190,7 @@ def test_with_pure_slip_only_the_time_order_tells_the_directions_apart() -> None
     assert accuracy(images, clockwise, shuffled=True) < 0.65
 
 
+@pytest.mark.slow
 def test_with_friction_a_single_moment_tells_the_directions_apart() -> None:
     # Each finger compresses the skin ahead of it and stretches it behind: a static, signed trace.
     images, clockwise = windows(friction=0.6, count=450)

@@ -18,6 +18,8 @@ from tests.reference.meridian import Meridian
 from tests.reference.mesh import disc as mesh_disc
 from tests.reference.mesh import taxels
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 
 INFLATED = membrane.inflate()

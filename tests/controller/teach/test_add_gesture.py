@@ -45,6 +45,7 @@ def test_a_squeeze_is_asked_for_three_times_and_learned(
     assert [m.text for m in recorded.marks if m.text.startswith("go ")] == ["go squeeze"] * 3
 
 
+@pytest.mark.slow
 def test_a_vocabulary_says_how_a_gesture_is_done_and_what_it_asks_for(tmp_path: Path) -> None:
     words = ("knock", "--labels", str(EXAMPLE / "gestures.toml"), "--repetitions", "1")
     assert add(tmp_path, *words) == 0

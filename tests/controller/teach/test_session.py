@@ -78,6 +78,7 @@ def test_no_session_repeats_another_and_no_file_is_replaced(mine: Path) -> None:
     assert orders[0] != orders[1]
 
 
+@pytest.mark.slow
 def test_places_are_pressed_where_they_were_asked_for(tmp_path: Path) -> None:
     out = tmp_path / "places"
     assert main([*FAST, "--out", str(out), "--protocol", "locations", "--repetitions", "1"]) == 0

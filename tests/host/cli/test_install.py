@@ -44,6 +44,7 @@ def orb(tmp_path: Path) -> Iterator[tuple[str, Path, "subprocess.Popen[str]"]]:
         process.communicate(timeout=60)
 
 
+@pytest.mark.slow
 def test_an_orb_takes_a_bundle_over_its_link_and_goes_on_with_it(
     orb: tuple[str, Path, "subprocess.Popen[str]"],
     tmp_path: Path,

@@ -21,6 +21,8 @@ from host.connection.receiver import Delivered, Lost, Received, Receiver
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.targets.tetris import TetrisTarget
 
+pytestmark = pytest.mark.slow
+
 SEED = 90_001  # of orb and paths; training used others
 EACH = 20
 LEFT, RIGHT = 1, 3

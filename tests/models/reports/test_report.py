@@ -143,7 +143,7 @@ def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
 
 def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
     evil = "</script><script>alert(1)</script><b>"
-    row = session(verdict="doubtful", findings=(evil,), labeller=evil)
+    row = session(verdict="doubtful", findings=(evil,), labeller=evil, user=r"$\frac{安 <b>")
     data = ReportData(training(name=evil, sessions=(row,), advice=(evil,), notes=(evil,)))
     html = page.html(data)
     assert html.count("<script") == 1  # the page's own data, which no browser runs
@@ -151,6 +151,7 @@ def test_what_recordings_say_is_shown_as_text_and_never_run() -> None:
     again = page.unpack(html)
     assert again.training is not None
     assert again.training.name == evil
+    assert r"user $\frac{安 <b>, session 01" in text(html)
 
 
 def test_a_doubtful_recording_is_listed_with_the_reason() -> None:

@@ -101,6 +101,7 @@ def test_no_piece_in_play_cannot_be_planned() -> None:
         beam_search.plan(game)
 
 
+@pytest.mark.slow
 def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
     config = Config(rows=5, randomiser="uniform", partial_lock_out=True, gravity=False)
 

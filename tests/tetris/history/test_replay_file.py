@@ -197,6 +197,7 @@ def test_a_replay_that_would_be_refused_is_not_saved(change: dict[str, Any], say
         encode(replace(plain, **{"end_us": end_us, **change}))
 
 
+@pytest.mark.slow
 def test_a_million_changes_of_gravity_are_saved_and_read() -> None:
     moment = Moment(0, (GravityCap(12),) * 1_000_000)
     replay = Replay(1, Config(), "", (moment,), 0, Outcome(0, 0, 0, False))

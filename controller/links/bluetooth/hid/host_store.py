@@ -10,9 +10,8 @@ import re
 from pathlib import Path
 from typing import Final
 
-from controller import folders
 from controller.config import MAX_BYTES, parse_json
-from controller.files import atomic_write, read_bytes
+from controller.files import atomic_write, read_bytes, state_folder
 from controller.links.bluetooth.hid.host_selection import StoredHosts
 
 FULL: Final = 100  # percent; also without a battery
@@ -27,7 +26,7 @@ log = logging.getLogger(__name__)
 def place() -> Path:
     """Return the file that remembers hosts; a service of systemd has a folder of its own."""
     folder = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
-    state = Path(folder) if folder else folders.state()
+    state = Path(folder) if folder else state_folder()
     return state / "hid-hosts.json"
 
 

@@ -1,0 +1,77 @@
+"""The table [users] of a bundle's manifest: enrolled users and their own rules.
+
+    [users]
+    names = ["ann", "bob"]        # outputs 1, 2, ... of the user network; output 0 is anybody else
+    gestures = ["press", "pinch"] # windows of these gestures are evidence
+    temperature = 0.8             # divides the network's evidence
+    accept = 0.9                  # a user of this probability is named
+    stay = 0.98                   # probability that the next gesture is the same user's
+    forget_s = 30.0               # untouched for so long, the user is unknown
+    heads = ["ann"]               # users with a gesture network of their own: gesture-ann.onnx
+
+    [users.mapping.bob]           # in place of the same labels of [mapping]
+    pinch = "hold"
+
+Where user.onnx is empty, users are not identified by their touch, and `controller --user NAME`
+names them. It is a convenience, never a lock: docs/users.md.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from controller import config
+from controller.config import ConfigError
+from controller.recognition.mapping import Mapping, MappingError
+from controller.recognition.mapping import parse as parse_mapping
+from controller.recognition.user_id import NOBODY, Users
+
+NETWORK: Final = "user.onnx"  # a part of the bundle
+
+
+def head_part(name: str) -> str:
+    """Return the part of a bundle that holds a user's own gesture network."""
+    return f"gesture-{name}.onnx"
+
+
+def parse(table: Any, labels: Sequence[str]) -> Users:
+    """Return the users that [users] describes, every field checked.
+
+    Args:
+        table: As TOML has it; None if there is none.
+        labels: The gestures of the bundle, "null" first.
+
+    Raises:
+        ConfigError: It cannot be used; the message has no subject.
+    """
+    if table is None:
+        return NOBODY
+    if not isinstance(table, dict):
+        raise ConfigError(f"has users = {table!r}; expected is a table [users]")
+    required: dict[str, Any] = {"names": [], "gestures": []}
+    users = config.settings(Users, {**required, **table, "mapping": {}}, "users")
+    if len({name.lower() for name in users.names}) < len(users.names):
+        raise ConfigError(f"names {', '.join(users.names)} as users, two of them alike")
+    for key, given, known in (
+        ("gestures", users.gestures, labels[1:]), ("heads", users.heads, users.names),
+    ):  # fmt: skip
+        if odd := [word for word in given if word not in known]:
+            raise ConfigError(f"has {odd[0]!r} among the {key} under [users], which is unknown")
+    mappings = _mappings(table.get("mapping", {}), users.names, labels)
+    return replace(users, mappings=mappings)
+
+
+def _mappings(value: Any, names: Sequence[str], labels: Sequence[str]) -> dict[str, Mapping]:
+    if not isinstance(value, dict) or not all(isinstance(own, dict) for own in value.values()):
+        raise ConfigError("has a [users.mapping] that holds anything but a table for each name")
+    made: dict[str, Mapping] = {}
+    for name, own in value.items():
+        if name not in names:
+            raise ConfigError(f"has [users.mapping.{name}], but {name!r} is not among the names")
+        try:
+            made[name] = parse_mapping(own, labels)
+        except MappingError as error:
+            raise ConfigError(
+                f"has a [users.mapping.{name}] that cannot be used: {error}"
+            ) from None
+    return made
