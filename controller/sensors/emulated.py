@@ -4,6 +4,7 @@ What `--sensor orb` does on a Raspberry Pi, every computer can try with this: th
 same schedule, the same button and pump. It has the virtual orb's hand, and a host may touch it.
 """
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,11 +15,11 @@ from controller.sensors import virtual as virtuals
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
-from controller.sensors.hardware.emulated.faults import KINDS, WiringFault
+from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.sensors.hardware.wiring_file import read
 from controller.sensors.orb import refuse_haste
 from controller.sensors.virtual import RATE_HZ, Virtual
-from controller.simulator.faults import KINDS as SKIN_KINDS
+from controller.simulator.faults import Fault, FaultError
 from controller.simulator.presets import PresetError, preset
 
 _FLAT = 0.35  # C / C0 of a dome without air: about what docs/simulator.md says of the taxels' mean
@@ -43,16 +44,16 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     """
     wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
     refuse_haste(wiring, rate_hz)
-    names, others = _sorted(options.fault)
+    names, others = _split(options.fault)
     try:
         model = replace(
             preset(options.preset),
             rows=wiring.rows, columns=wiring.columns, pitch_mm=wiring.pitch_mm,
         )  # fmt: skip
-    except PresetError as error:
+        faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
+    except (PresetError, FaultError) as error:
         raise HardwareError(str(error)) from None
     orb = virtuals.arguments(replace(options, fault=others), rate_hz, model)
-    faults = [WiringFault.parse(text, wiring.rows, wiring.columns) for text in names]
     readout = model.electronics.readout
     around = replace(
         BoardModel(),
@@ -66,21 +67,19 @@ def create(options: Options, rate_hz: float | None = None) -> "Emulated":
     return emulated
 
 
-def _sorted(faults: tuple[str, ...]) -> tuple[list[str], tuple[str, ...]]:
-    """Return faults of the wiring, and those of the virtual orb.
+def _split(texts: tuple[str, ...]) -> tuple[list[str], tuple[str, ...]]:
+    """Return the faults of the wiring, and those of the virtual orb.
 
     Raises:
         HardwareError: One is neither.
     """
-    wiring: list[str] = []
-    skin: list[str] = []
-    for text in faults:
-        name = text.partition(":")[0].partition("=")[0]
-        if name not in KINDS and name not in SKIN_KINDS:
-            known = ", ".join(dict.fromkeys([*KINDS, *SKIN_KINDS]))
-            raise HardwareError(f"there is no fault {text!r}; there are {known}")
-        (wiring if name in KINDS else skin).append(text)
-    return wiring, tuple(skin)
+    kinds = {text: re.split("[:=]", text)[0] for text in texts}
+    known = dict.fromkeys([*WiringFault.kinds, *Fault.kinds])
+    for text, kind in kinds.items():
+        if kind not in known:
+            raise HardwareError(f"there is no fault {text!r}; there are {', '.join(known)}")
+    wiring = [text for text in texts if kinds[text] in WiringFault.kinds]
+    return wiring, tuple(text for text in texts if kinds[text] not in WiringFault.kinds)
 
 
 class Emulated(Virtual):
