@@ -22,7 +22,7 @@ from controller.diagnostics import (
     touch_checks,
     wiring_checks,
 )
-from controller.diagnostics.frame_source import Finger, FrameReader, PromptedFinger, VirtualFinger
+from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
 from controller.recognition.dead_taxels import without_lead
@@ -124,7 +124,7 @@ def find_hand(watch: FrameReader) -> Finger | None:
     """Return whoever can press this sensor; None: nobody."""
     if watch.sensor.virtual:
         return VirtualFinger(watch)
-    return PromptedFinger() if sys.stdin is not None and sys.stdin.isatty() else None
+    return Finger() if sys.stdin is not None and sys.stdin.isatty() else None
 
 
 def sensor_rows(
@@ -135,12 +135,12 @@ def sensor_rows(
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
     if driver is not None:
         measured = measurements.measure(driver.board)
-        faults = wiring_checks.judge(measured, sensor.rate_hz)
-        yield from faults
         if isinstance(measured, measurements.UnresponsiveBoard):
+            yield from wiring_checks.judge(measured, sensor.rate_hz)
             return  # nothing else can be read
         found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
-        yield from wiring_checks.sound(measured, faults)
+        yield from found.faults
+        yield from found.sound()
         bad |= found.bad
     watch = FrameReader(sensor)
     try:

@@ -1,10 +1,12 @@
-"""Faults of the wiring: names and what to do about them, one table."""
+"""Faults of the wiring: names, and advice, in one table."""
 
 from typing import Final, NamedTuple
 
+from controller.diagnostics.report import Row, Verdict
+
 
 class FaultMessage(NamedTuple):
-    """How a fault is told.
+    """The text of a fault.
 
     Attributes:
         found: What was found; `{}` takes the figures.
@@ -172,3 +174,16 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
         "it feels {} % of what it should", "Watch it: the film may be cracking here."
     ),
 }
+
+
+def fault(code: str, name: str, *figures: object, verdict: Verdict = Verdict.FAULT) -> Row:
+    """Return the row of a fault.
+
+    Args:
+        code: A key of `SENTENCES`.
+        name: What has it, such as "row 2".
+        figures: What fills the sentence.
+        verdict: How bad it is.
+    """
+    sentence = SENTENCES[code]
+    return Row(name, verdict, sentence.found.format(*figures), sentence.advice, code)
