@@ -12,7 +12,7 @@ from typing import Final
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.cli import install
-from controller.cli.sensor_options import add_sensor
+from controller.cli.sensor_options import add_sensor, rate
 from controller.console import INTERRUPTED, TROUBLE, agreed, ask, complain
 from controller.errors import TroubleError, UserError, reason
 from controller.keymap.terminal import keyboard
@@ -238,7 +238,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--rate",
         metavar="HZ",
-        type=_number,
+        type=rate,
         help="sensor scans per second (default: the sensor's own)",
     )
     add(
@@ -285,13 +285,6 @@ def _repetitions(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
     return int(words)
-
-
-def _number(words: str) -> float:
-    value = _speed(words)
-    if value == 0.0:
-        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
-    return value
 
 
 def _speed(words: str) -> float:

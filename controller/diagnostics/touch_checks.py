@@ -131,7 +131,10 @@ def _orders(count: int) -> dict[str, Order]:
 
 
 def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, bool]:
-    """Return which wiring explains best what was felt; another than the right one only clearly."""
+    """Return the wiring that explains best what was felt, (places, rows, columns).
+
+    Another than the right one has to be clearly better.
+    """
     seen, model = _pattern(seen), _pattern(model)
     _, rows, columns = seen.shape
     ways_r, ways_c = _orders(rows), _orders(columns)
@@ -154,7 +157,7 @@ def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, b
 
 
 def _pattern(changes: Array) -> Array:
-    """Return what is not common to all taxels of each change, of length 1."""
+    """Return each change, (places, rows, columns), without its mean, of length 1."""
     changes = changes - changes.mean(axis=(1, 2), keepdims=True)
     return np.asarray(changes / np.linalg.norm(changes, axis=(1, 2), keepdims=True))
 
@@ -175,7 +178,7 @@ def _swaps(found: tuple[str, str]) -> Iterator[Row]:
 def _stiff(
     changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
 ) -> Iterator[tuple[Place, float, Verdict]]:
-    """Yield taxels that feel too little, and which share of what they should feel."""
+    """Yield taxels that feel too little of `model`, (places, rows, columns), and their share."""
     around = np.array([filler.around(change) for change in changes])
     by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
     by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)

@@ -7,10 +7,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact, GroundTruth, Perform
-from controller.recognition.preprocess import Frame
+from controller.protocol.messages import Perform
 from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.gesture_file import Repertoire, load
@@ -101,7 +99,7 @@ def knows(gestures: Sequence[Path], label: str) -> bool:
     return known is not None and not known.distractor
 
 
-class Virtual(Sensor):
+class Virtual(VirtualOrb, Sensor):
     """A simulated orb; the same seed and the same requests give the same frames."""
 
     virtual = True
@@ -118,53 +116,23 @@ class Virtual(Sensor):
         day: int = 0,
         options: Options | None = None,
     ) -> None:
-        self._orb = VirtualOrb(
-            seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day
-        )
-        self._orb.switch(faults)
-        model = self._orb.model
+        super().__init__(seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day)
+        self.switch(faults)
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
-        self.rate_hz, self.seed = rate_hz, seed
-        self.device_id = f"virtual-{seed}"
+        self.seed, self.device_id = seed, f"virtual-{seed}"
         if options is not None:
             self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
 
-    @property
-    def model(self) -> OrbModel:
-        """The orb's constants."""
-        return self._orb.model
-
-    @property
-    def skin(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
-        return self._orb.skin
-
-    def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads."""
-        return self._orb.read(t_s)
-
-    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
-        """Place the host's fingers."""
-        self._orb.touch(contacts, t_s)
-
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        """Let the orb's own hand do `label`."""
+        """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
+
+        Raises:
+            SensorError: The hand does not know the label.
+        """
         try:
-            self._orb.perform(number, label, x, y, t_s)
+            super().perform(number, label, x, y, t_s)
         except ValueError as error:
             raise SensorError(str(error)) from None
-
-    def button(self, t_s: float) -> str | None:
-        """Return the state of the label button, which the simulated user presses."""
-        return self._orb.button(t_s)
-
-    def truths(self) -> list[GroundTruth]:
-        """Return the performances that have ended since the last call."""
-        return self._orb.truths()
-
-    def label(self, t_s: float) -> str:
-        """Return what the orb's own hand truly does at `t_s`: a gesture, else "null"."""
-        return self._orb.label(t_s)
 
 
 def show(

@@ -163,7 +163,7 @@ class _Clock:
 
 
 def min_jerk(share: Array) -> Array:
-    """Smooth step of a movement, 0 ... 1 for shares 0 ... 1 (clipped)."""
+    """Return the smooth step of a movement, 0 ... 1, for shares 0 ... 1 (clipped), any shape."""
     u = np.minimum(np.maximum(share, 0.0), 1.0)
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
 

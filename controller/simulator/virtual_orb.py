@@ -176,7 +176,7 @@ class VirtualOrb:
         return np.asarray(self._simulator.advance(point, depth, radius)[-1], dtype=np.float32)
 
     def _pose(self, now: float, point: Complex, depth: Array, radius: Array) -> None:
-        """Put the hand's fingers where its performance is at `now`."""
+        """Write the hand's fingers at `now` into one step's arrays, (slots,)."""
         for run in self._running:
             step = round((now - run.start_s) * self._step_hz)
             if 0 <= step < len(run.performance.point):
