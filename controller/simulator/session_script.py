@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
 from controller.simulator.gesture_file import Repertoire
-from controller.simulator.hand import DISTRACTORS, SLOTS, UserStyle, perform
+from controller.simulator.hand import DISTRACTORS, SLOTS, perform
+from controller.simulator.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
 

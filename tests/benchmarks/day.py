@@ -37,10 +37,11 @@ from controller.runtime.loop import Loop
 from controller.sensors.base import Geometry, Sensor
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES, draw_mood, draw_style
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session_script import SessionScript
+from controller.simulator.user_style import draw_mood, draw_style
 
 RATE_HZ: Final = 10.0
 HOUR: Final = 36_000  # frames
