@@ -6,7 +6,7 @@ a row that touches ground has no taxels to complain of.
 
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,19 +16,17 @@ from controller.diagnostics.messages import fault
 from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware import schedule
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Kind = Literal["row", "column"]
 
 TAXEL_PF: Final = 41.2  # mean of the taxels: paper, section 3.2
-_COUNTS: Final = 4096.0  # in which noise is told, whatever the converter
+_COUNTS: Final = 4096.0  # in which noise is given, whatever the converter
 
 # The limits lie between what 1,000 sound orbs of random tolerances and 50 of each fault show
 # (tests/benchmarks/doctor.py).
 _HELD: Final = 0.5  # of full scale: a row keeps its charge, .94, or does not
 _CLIPPED: Final = 0.985  # a charged row at full scale: the reference is below the supply
 _LOW: Final = 0.88
-_UP: Final = 0.5  # a row that nobody drives stands at the supply
+_UP: Final = 0.5  # a row that no pin drives stands at the supply
 _AT_SUPPLY: Final = 0.965
 _LOST: Final = 0.25  # of the middle taxel's capacitance
 _FULL: Final = 0.9  # a taxel whose row gets the whole supply
@@ -70,7 +68,7 @@ class WiringChecks:
         self._m, self._rate_hz = measured, rate_hz
         rows, columns = measured.wiring.rows, measured.wiring.columns
         self.bad = np.zeros((rows, columns), dtype=np.bool_)
-        self._bad_lines: dict[Kind, Flags] = {
+        self._bad_lines: dict[str, Flags] = {
             "row": np.zeros(rows, dtype=np.bool_), "column": np.zeros(columns, dtype=np.bool_)
         }  # fmt: skip
         self.capacitance = measured.picofarads.mean(axis=0)
@@ -115,7 +113,7 @@ class WiringChecks:
         """Report a fault."""
         self.faults.append(fault(code, name, *figures))
 
-    def _line(self, code: str, kind: Kind, i: int, *figures: object) -> None:
+    def _line(self, code: str, kind: str, i: int, *figures: object) -> None:
         """Report a fault of an electrode."""
         self._add(code, f"{kind} {i}", *figures)
         self._explain(kind, i)
@@ -125,12 +123,12 @@ class WiringChecks:
         self._add(code, f"taxel ({row},{column})", *figures)
         self.bad[row, column] = True
 
-    def _explain(self, kind: Kind, i: int) -> None:
+    def _explain(self, kind: str, i: int) -> None:
         """Mark an electrode and its taxels as explained."""
         self._bad_lines[kind][i] = True
         (self.bad if kind == "row" else self.bad.T)[i] = True
 
-    def _left(self, kind: Kind) -> list[int]:
+    def _left(self, kind: str) -> list[int]:
         """Return the electrodes that no fault explains yet."""
         return _where(~self._bad_lines[kind])
 
@@ -199,7 +197,7 @@ class WiringChecks:
         held, low = m.held > _HELD, m.dark < _UP
         swapped = held & held.T & (np.diag(m.held) < _HELD)[:, None]
         high = m.row_touch > _HELD
-        touch: dict[Kind, Flags] = {
+        touch: dict[str, Flags] = {
             "row": high & high.T & low & low[:, None], "column": m.column_touch & m.column_touch.T
         }  # fmt: skip
         for kind, touching in touch.items():

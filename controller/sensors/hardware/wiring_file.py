@@ -81,7 +81,7 @@ def _wiring(table: dict[str, Any]) -> Wiring:
     for key in ("columns", "rows", "channels"):
         if key not in electrodes:
             raise ConfigError(f"has no {key} under [electrodes]", "electrodes")
-    absent = {key: None for key in ("button", "led", "pump") if key not in table}
+    absent: dict[str, Any] = {key: None for key in ("button", "led", "pump") if key not in table}
     if "ground" not in table.get("converter", {}):
         wiring = replace(wiring, converter=replace(wiring.converter, ground=None))
         if "scheme" not in table:
