@@ -32,13 +32,13 @@ def electrodes(rows: int, columns: int) -> list[str]:
 
 def others(rows: int, columns: int) -> list[str]:
     """Return one fault of every other kind, in the middle of the sensor where it has a place."""
-    middle = {2: f":{rows // 2},{columns // 2}", 0: ""}
+    middle = {"taxel": f":{rows // 2},{columns // 2}", "": ""}
     found = []
     for name, kind in KINDS.items():
         if name in (DEAD, *OPEN):
             continue
         side = rows if name.endswith("row") else columns
-        found.append(name + middle.get(kind.places, f":{(side - 1) // 2}"))
+        found.append(name + middle.get(kind.place, f":{(side - 1) // 2}"))
     return found
 
 
