@@ -56,14 +56,14 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller.bundles import bundle
-    from models import json_values, user_files
     from models.cli import _extras as extras
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
     from models.reports import cards
+    from models.results import storage
     from models.results.evaluation import Evaluation
 
     for path in filter(None, (arguments.card, arguments.json)):
-        user_files.target(path)
+        storage.target(path)
     if arguments.html:
         extras.require("a report", "jinja2", "matplotlib")
         from models.reports import page
@@ -97,9 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
     content = cards.evaluation(found)
     print(content)
     if arguments.card:
-        user_files.write_text(arguments.card, f"{content}\n")
+        storage.write_text(arguments.card, f"{content}\n")
     if arguments.json:
-        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
+        storage.write_json(arguments.json, found)
     if arguments.html:
         page.write(arguments.html, page.ReportData(evaluation=found))
     return 0

@@ -56,9 +56,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and draw."""
-    from models import user_files
     from models.cli import _extras as extras
     from models.reports import markdown
+    from models.results import storage
 
     extras.require("drawing figures", "torch", "matplotlib")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -76,8 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
     for path in report.draw(found, arguments.out):
         options.say(f"wrote {path}")
     if arguments.paper:
-        page = user_files.read_text(arguments.paper)
-        user_files.write_text(arguments.paper, report.into(page, found))
+        page = storage.read_text(arguments.paper)
+        storage.write_text(arguments.paper, report.into(page, found))
     print(report.text(found))
     return 0
 

@@ -57,9 +57,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, and draw."""
-    from models import user_files
     from models.cli import _extras as extras
     from models.reports import markdown
+    from models.results import storage
 
     extras.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -84,8 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
         for path in report.write(out, found):
             options.say(f"wrote {path}")
     if arguments.paper:
-        page = user_files.read_text(arguments.paper)
-        user_files.write_text(arguments.paper, tables.into(page, found))
+        page = storage.read_text(arguments.paper)
+        storage.write_text(arguments.paper, tables.into(page, found))
     return 0
 
 

@@ -65,7 +65,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     from controller.bundles import bundle
     from controller.console import count
-    from models import json_values, user_files
     from models.cli import _extras as extras
     from models.data.examples import read_training
     from models.data.ground_truth import know
@@ -74,13 +73,14 @@ def run(arguments: argparse.Namespace) -> int:
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, spread, tune, write
     from models.reports import markdown, tables, terminal_plot
+    from models.results import storage
 
     if arguments.out:
-        user_files.bundle_target(arguments.out)
+        storage.bundle_target(arguments.out)
         extras.require("writing a bundle", "tomli_w")
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
     if arguments.json:
-        user_files.target(arguments.json)
+        storage.target(arguments.json)
     if page_of:
         extras.require("a report", "jinja2", "matplotlib")
         from models.reports import page
@@ -111,7 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
               "record more before you make it faster")  # fmt: skip
     if arguments.json:
-        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
+        storage.write_json(arguments.json, found)
     if page_of:
         page.write(page_of, page.ReportData(tuning=found))
     if arguments.out:

@@ -24,7 +24,8 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
 from controller.simulator.user_style import UserStyle, person
-from models import formatting, processes, user_files
+from models import formatting, processes
+from models.results import storage
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
@@ -103,7 +104,7 @@ class DataSet:
     def describe(self) -> str:
         """Return the settings as the text of `DESCRIPTION`."""
         own = {
-            path.name: hashlib.sha256(files.read_bytes(path, user_files.MAX_BYTES)).hexdigest()
+            path.name: hashlib.sha256(files.read_bytes(path, storage.MAX_BYTES)).hexdigest()
             for path in self.files
         }
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
@@ -226,7 +227,7 @@ def generate(
         OSError: A recording cannot be written.
     """
     data.model(), data.repertoire()  # impossible settings are refused before anything is written
-    user_files.folder_target(out)
+    storage.folder_target(out)
     _claim(out, data.describe())
     wanted = {(u, n): out / name(u, n) for u in range(users) for n in range(sessions)}
     missing = [key for key, path in wanted.items() if not _whole(path)]
@@ -257,8 +258,8 @@ def _claim(out: Path, description: str) -> None:
     if not path.exists():
         if any(out.glob("[!.]*.npz")):
             raise ValueError(f"{out} holds recordings of another origin; choose another --out")
-        user_files.write_text(path, description)
-    elif user_files.read_text(path) != description:
+        storage.write_text(path, description)
+    elif storage.read_text(path) != description:
         raise ValueError(
             f"{out} holds a data set with other settings ({path}); repeat them, or choose "
             "another --out"

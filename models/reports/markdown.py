@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from models import user_files
 from models.reports.tables import Table
+from models.results import storage
 
 
 def table(content: Table) -> str:
@@ -23,7 +23,7 @@ def check(path: Path, begin: str, end: str) -> None:
         UserFileError: It cannot be read.
         ValueError: The marks are not in it.
     """
-    between(user_files.read_text(path), begin, end, "")
+    between(storage.read_text(path), begin, end, "")
 
 
 def between(page: str, begin: str, end: str, content: str) -> str:

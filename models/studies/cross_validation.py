@@ -9,7 +9,7 @@ the same anywhere (`shifts`), and the temperature of probabilities.
 import shutil
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from controller.console import count
 from controller.recordings.recording import software
-from models import json_values, user_files
 from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Choice, refuse_test_seed
@@ -27,6 +26,7 @@ from models.data.load import Data
 from models.data.recipe import DEFAULT, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
+from models.results import storage
 from models.studies import fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
 from models.training import checkpoint
@@ -98,7 +98,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     """
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
-    user_files.target(request.out)
+    storage.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
     data = load.read(
@@ -112,7 +112,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     done = [study.judge(number) for number in range(len(study.folds))]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
-    user_files.write_text(request.out, f"{json_values.text(asdict(found))}\n")
+    storage.write_json(request.out, found)
     shutil.rmtree(study.folder)
     return found
 

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from controller import files, npz
 from controller.errors import UserError
-from models import user_files
+from models.results import storage
 
 MAX_BYTES: Final = 1 << 30
 _WORDS: Final = "words"  # the JSON among the arrays
@@ -79,7 +79,7 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
             f"{folder} holds an interrupted {what} of other data or options; repeat its command, "
             "or remove it"
         )
-    user_files.folder_target(folder)
+    storage.folder_target(folder)
     if found is None:
         save(mark, {}, {"of": own})
     return folder

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from controller.bundles import bundle
 from controller.recordings.recording import software
-from models import user_files
 from models.data import load
 from models.data.examples import refuse_test_seed
+from models.results import storage
 from models.results.training import Training
 from models.results.users import Telling
 from models.training import checkpoint
@@ -29,7 +29,7 @@ def train(request: Request, say: Say) -> Training | Telling:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    user_files.bundle_target(request.out)
+    storage.bundle_target(request.out)
     users = request.task == "user"
     base = bundle.read(request.base or bundle.default_path())  # before anything that takes long
     device = prepare_torch(request.seed)

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from controller.bundles import bundle
 from controller.recognition.event_metric import Answer, Event, judge
-from models import json_values
 from models.data.ground_truth import Known
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, attach, tally
 from models.evaluation.replay import Stream
 from models.reports import cards
+from models.results import storage
 from models.results.evaluation import Evaluation
 from tests.support.recordings import LABELS, played
 
@@ -170,7 +170,7 @@ def test_a_result_becomes_a_card_and_json_in_which_the_unknown_is_null(
     assert "| **nothing** |" in text
     assert "false alarms per idle minute" in text
     assert "nan" not in text
-    told = json.loads(json_values.text(found))
+    told = json.loads(storage.json_text(found))
     assert told["results"][0]["f1"]["value"] == pytest.approx(result.f1.value, abs=1e-6)
     assert told["results"][0]["location"]["error"]["low"] is None  # of one session
     assert len(told["results"][0]["answered"]) == len(SHIPPED.labels)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
 from controller.recordings import import_description, importer
-from models import json_values
 from models.data import splits
 from models.data.examples import Examples
+from models.results import storage
 from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
 from tests.support import ROOT
@@ -130,7 +130,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
     assert "| ada | 1.000 |" in told
     assert "+100.0 points (+100.0 … +100.0) | +100.0" in told
     assert "better for 3 of 3 people" in told
-    assert json.loads(json_values.text(asdict(found)))["models"][0]["cpu_s"] is None
+    assert json.loads(storage.json_text(asdict(found)))["models"][0]["cpu_s"] is None
 
 
 def windowed(images: np.ndarray) -> Examples:

@@ -113,5 +113,5 @@ def test_wrong_usage_is_one_sentence(
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     (tmp_path / KEPT).write_text("{}")
-    with pytest.raises(ValueError, match="no estimates"):
+    with pytest.raises(ValueError, match="no results"):
         load(tmp_path / KEPT)
