@@ -32,11 +32,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("bundle", type=Path, nargs="?", help="default: the one that ships")
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels count; auto: the truth where it is known, else what people said, "
+    options.take_labels(
+        parser,
+        "whose labels count; auto: the truth where it is known, else what people said, "
         "moved to where the touches were (default: auto)",
     )
     add(
@@ -56,7 +54,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller.bundles import bundle
-    from models.cli import _extras as extras
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
     from models.reports import cards
     from models.results import storage
@@ -65,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in filter(None, (arguments.card, arguments.json)):
         storage.target(path)
     if arguments.html:
-        extras.require("a report", "jinja2", "matplotlib")
+        options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
 
         page.read(arguments.html)  # a file that is no report is refused before the work begins

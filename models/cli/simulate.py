@@ -19,6 +19,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add("--out", type=Path, required=True, metavar="DIR", help="folder to write into")
     add("--users", type=options.count, default=10, metavar="N", help="how many play (default: 10)")
@@ -125,8 +126,3 @@ def run(arguments: argparse.Namespace) -> int:
     generate(data, out, users, sessions, arguments.workers, options.say)
     print(arguments.out)
     return 0
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
-    return True

@@ -1,7 +1,6 @@
 """`models train`: from folders of recordings to a proven bundle."""
 
 import argparse
-import os
 import shlex
 from dataclasses import fields, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
@@ -46,12 +46,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
-    from models.cli import _extras as extras
-
-    extras.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
-    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    options.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
     from models.results.training import Training
     from models.training.train import train
@@ -112,8 +107,3 @@ def _command(request: Request) -> str:
         elif value is not True:
             words.append(str(value))
     return shlex.join([*words, "--out", request.out.name])
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command resumes after Ctrl-C."""
-    return True

@@ -36,11 +36,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("bundle", type=Path, help="bundle to tune")
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels count (default: auto: the truth, else what people said)",
+    options.take_labels(
+        parser,
+        "whose labels count (default: auto: the truth, else what people said)",
     )
     for name, default, most, metavar, meaning in GOAL:
         add(
@@ -65,7 +63,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     from controller.bundles import bundle
     from controller.console import count
-    from models.cli import _extras as extras
     from models.data.examples import read_training
     from models.data.ground_truth import know
     from models.evaluation import position_error
@@ -77,12 +74,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out:
         storage.bundle_target(arguments.out)
-        extras.require("writing a bundle", "tomli_w")
+        options.require("writing a bundle", "tomli_w")
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
     if arguments.json:
         storage.target(arguments.json)
     if page_of:
-        extras.require("a report", "jinja2", "matplotlib")
+        options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
 
         page.read(page_of)  # a file that is no report is refused before the work begins

@@ -14,8 +14,7 @@ from models.reports.tables import Table
 from models.studies.drawing import panels, save
 
 MEASURED: Final = "figure7.json"  # beside the pictures
-BEGIN: Final = "<!-- models figures -->"
-END: Final = "<!-- so far models figures -->"
+COMMAND: Final = "models figures"  # its marks enclose the tables in a page
 RECIPES: Final = (("paper", "paper’s recipe", RANDOM), ("default", "ours", UNSEEN))
 JUDGED: Final = (("random", "random test", "--"), ("day", "another day", "-"))
 # Title in the pictures, name in the tables, the paper's figure (section 4.2; its error is in "mm",
@@ -82,15 +81,6 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
 def text(found: Found) -> str:
     """Return all tables as Markdown."""
     return f"{markdown.table(ends(found))}\n\n{markdown.table(lateness(found))}"
-
-
-def into(page: str, found: Found) -> str:
-    """Return a page with the tables between its two marks, in place of the former ones.
-
-    Raises:
-        ValueError: The marks are not in it.
-    """
-    return markdown.between(page, BEGIN, END, text(found))
 
 
 def ends(found: Found) -> Table:

@@ -177,10 +177,10 @@ def test_what_is_not_installed_is_asked_for_by_its_extra(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     from models.__main__ import main
-    from models.cli import _extras as extras
+    from models.cli import _options as options
 
     found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
-    monkeypatch.setattr(extras, "find_spec", found)
+    monkeypatch.setattr(options, "find_spec", found)
     assert main(["sweep", "x.toml", "--cluster", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert f"pip install -e '.[{extra}]'" in error
