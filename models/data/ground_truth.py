@@ -14,7 +14,7 @@ from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.event_metric import Event
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data import label_repair
-from models.data.examples import COLUMNS, Choice, Labels
+from models.data.examples import COLUMNS, Choice, Labels, labellers, renumbered
 
 _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's mark
 
@@ -87,8 +87,7 @@ def classes_of(
             f"{name} has the gesture {own[odd[0]]!r}, the bundle {', '.join(labels[1:])}; "
             "choose another bundle"
         )
-    number = [*(labels.index(one) if one in labels else UNKNOWN for one in own), UNKNOWN]
-    return np.array(number, dtype=np.int64)[column]  # unknown takes the last one
+    return renumbered(column, own, labels).astype(np.int64)
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
@@ -99,8 +98,7 @@ def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16
     """
     listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
     for least in (1, 0):  # labels with a gesture, else labels of null alone
-        named = [n for n in listed if (getattr(recording, COLUMNS[n]) >= least).any()]
-        if named:
+        if named := labellers(recording, listed, least):
             break
     else:
         kind = "" if choice == "auto" else f"{choice} "

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from controller.recordings.quality.labels import spans
 from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import UNKNOWN, Recording
-from models.data.examples import COLUMNS, Labels
+from models.data.examples import Column, Labels, column, run_starts
 from models.results.training import Lateness
 
 # Shares of a gesture's strength: above the first it is made, at the others it has begun and ended.
@@ -31,8 +31,6 @@ WEAK: Final = 0.2  # of what its label usually shows: less is no touch
 FAINT: Final = 0.35  # noise over strength: more is none either; presses on paper-snr have 0.3
 UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
-
-Column = NDArray[np.int16]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,7 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     Returns:
         The label of each frame, -1 where it is unknown or unclear, (n,); and what was done.
     """
-    given: Column = getattr(recording, COLUMNS[labeller])
+    given = column(recording, labeller)
     response, t = respond(recording), recording.t
     breaks = np.diff(recording.sequence, prepend=recording.sequence[0]) > 1
     used = np.where(recording.excluded, 0, given).astype(np.int16)
@@ -123,17 +121,10 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     return label, Lateness(begin[0], begin[1], end[0], end[1], len(begins), **counts)
 
 
-def with_labels(recording: Recording, labeller: Labels, given: Column) -> Recording:
-    """Return a recording with other labels of one labeller, (n,)."""
-    columns: dict[str, Any] = {COLUMNS[labeller]: given}
-    return replace(recording, **columns)
-
-
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
     """Return how often each gesture was made, from labels (n,); unknown frames do not part it."""
-    known = label[label != UNKNOWN]
-    begins = np.flatnonzero(np.diff(known, prepend=0) != 0)
-    count = np.bincount(known[begins].astype(np.int64), minlength=len(labels))
+    known = label[label != UNKNOWN].astype(np.int64)
+    count = np.bincount(known[run_starts(known, known)], minlength=len(labels))
     return {name: int(count[i]) for i, name in enumerate(labels) if i}
 
 

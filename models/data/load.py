@@ -26,7 +26,9 @@ from models.data.examples import (
     Labels,
     Recordings,
     Source,
+    column,
     digest,
+    labellers,
     prepare,
     read_training,
 )
@@ -158,17 +160,16 @@ def _sources(
             found.notes.append(f"{survey.path} is {done}: {why}")
             if not every:
                 continue
-        lateness = None
+        lateness, labels = None, column(recording, labeller)
         if labeller != "true":
             repaired, lateness = label_repair.repair(recording, labeller)
-            labels = repaired if recipe.repair else getattr(recording, COLUMNS[labeller])
+            labels = repaired if recipe.repair else labels
             if choice == "auto" and recipe.truth:  # the truth is better where it is known
                 labels = np.where(recording.label != UNKNOWN, recording.label, labels)
-            recording = label_repair.with_labels(recording, labeller, labels)
             if (labels == UNKNOWN).all():
                 found.notes.append(f"{survey.path} is left out: {_vanished(lateness, labeller)}")
                 continue
-        source = Source.of(recording, labeller, vocabulary.labels)
+        source = Source.of(recording, labeller, vocabulary.labels, labels)
         source = replace(source, touch=true_places(recording, source.label, vocabulary))
         origin = recording.origin
         found.rows.append(
@@ -234,8 +235,7 @@ def _labeller(recording: Recording, choice: Choice, recipe: Recipe) -> Labels | 
         listed = (choice,)
     elif recipe.truth and (recording.label != UNKNOWN).mean() > KNOWN:
         listed = ("true",)
-    named = [name for name in listed if (getattr(recording, COLUMNS[name]) > 0).any()]
-    return named[0] if named else None
+    return next(iter(labellers(recording, listed)), None)
 
 
 def _nothing(found: _Found, recordings: int, error: str) -> str:
@@ -249,7 +249,7 @@ def _nothing(found: _Found, recordings: int, error: str) -> str:
 
 def _unlabelled(recording: Recording, choice: Choice) -> str:
     """Return why no labels of a recording can be learned."""
-    labels = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
+    labels = labellers(recording)
     other = f"; it has {' and '.join(labels)} labels" if labels else ""
     return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
 
@@ -278,10 +278,7 @@ def _scale(recordings: Recordings) -> float:
     for number in range(min(SAMPLED, len(recordings))):
         recording = recordings[number]
         response = respond(recording)
-        named = (
-            np.any([getattr(recording, column) > 0 for column in COLUMNS.values()], axis=0)
-            & response.known
-        )
+        named = np.any([column(recording, name) > 0 for name in COLUMNS], axis=0) & response.known
         energy = response.energy[named if named.any() else response.touched]
         if len(energy):
             firm.append(float(np.quantile(energy, 0.75)))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.touch_position import TouchImage
-from models.data.examples import Examples
+from models.data.examples import Examples, run_starts
 
 # Frames until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAGS: Final = (0, 1, 2)
@@ -49,10 +49,8 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
     if averaged and len(frames):
         shown, images, blur = _laid(examples, frames, seed)
         frames = frames[shown]
-    begins = np.ones(len(frames), dtype=np.bool_)
-    begins[1:] = (np.diff(frames) != 1) | (np.diff(examples.session[frames]) != 0)
-    last = np.ones(len(frames), dtype=np.bool_)
-    last[:-1] = begins[1:]
+    begins = run_starts(frames, examples.session[frames], gap=1)
+    last = np.append(begins[1:], np.ones(len(frames[:1]), dtype=np.bool_))
     number = np.cumsum(begins) - 1
     place = examples.touch[frames]
     if averaged:  # one place for each touch

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.debounce import NULL
-from controller.recognition.event_metric import TAIL_S, Answer, Event
+from controller.recognition.event_metric import TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
 from models.data.ground_truth import Known
 from models.evaluation.replay import Stream
@@ -78,17 +78,6 @@ class Tally:
     def false_alarms(self) -> int:
         """Answers to nothing."""
         return int(self.answered[0].sum())
-
-
-def attach(events: Sequence[Event], answers: Sequence[Answer]) -> list[int]:
-    """Return which event each answer belongs to, -1 none, as `event_metric.judge` does."""
-    onsets = [event.onset_s for event in events]
-    owners = []
-    for answer in answers:
-        index = int(np.searchsorted(onsets, answer.time_s, side="right")) - 1
-        late = index < 0 or answer.time_s > events[index].release_s + TAIL_S
-        owners.append(-1 if late else index)
-    return owners
 
 
 def tally(stream: Stream, labels: Sequence[str]) -> Tally:

@@ -86,11 +86,8 @@ def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabili
         probabilities: Of each window, (windows, classes).
     """
     label = examples.label[ends]
-    begins = np.ones(len(ends), dtype=np.bool_)
-    # An unclear frame at an edge parts nothing; another session or a longer silence does.
-    begins[1:] = (
-        (np.diff(ends) > 2) | (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
-    )
+    # A frame of unknown class at an edge parts nothing; a longer silence does.
+    begins = examples.begins(ends, gap=2)
     run = np.cumsum(begins) - 1
     of = label[begins]
     total = np.zeros((len(of), probabilities.shape[1]))
@@ -114,12 +111,7 @@ def honest_share(
         classes: Number of classes.
     """
     right = [named == examples.label[ends] for ends, named in (check, random)]
-    session = examples.session[check[0]]
-    groups = np.unique(session)
-    figure = bootstrap.share(
-        [right[0][session == group].sum() for group in groups],
-        [(session == group).sum() for group in groups],
-    )
+    figure = bootstrap.share(*bootstrap.group_sums(right[0], examples.session[check[0]]))
     shares = [float(r.mean()) if len(r) else math.nan for r in right]
     # Per output, a window is one right answer per class: two are wrong where its name is.
     return Honesty(

@@ -64,11 +64,7 @@ def share(said: Said, who: Index, session: Index, users: Users, seen: int = 1) -
     if not len(first):
         return Figure(math.nan, math.nan, math.nan)
     right = 1 + belief[:, 1:].argmax(axis=1) == who[first]
-    of = session[first]
-    groups = np.unique(of)
-    return bootstrap.share(
-        [right[of == group].sum() for group in groups], [(of == group).sum() for group in groups]
-    )
+    return bootstrap.share(*bootstrap.group_sums(right, session[first]))
 
 
 def openly(

@@ -46,19 +46,6 @@ class Windows:
     kinds: tuple[str, ...]
 
 
-def stretches(ends: Index, label: Index, session: Index) -> Index:
-    """Return the number of each window's run, (windows,); a missed frame ends a run.
-
-    Args:
-        ends: Last frame of each window, rising, (windows,).
-        label: Class of each window, (windows,).
-        session: Recording of each window, (windows,).
-    """
-    begins = np.ones(len(ends), dtype=np.bool_)
-    begins[1:] = (np.diff(ends) > 1) | (np.diff(label) != 0) | (np.diff(session) != 0)
-    return np.asarray(np.cumsum(begins) - 1, dtype=np.int64)
-
-
 @dataclass(frozen=True, slots=True)
 class Model:
     """Scores of one model.
@@ -171,8 +158,8 @@ def judge(
     np.add.at(confusion, (windows.label, named), 1)
     return Model(
         name,
-        bootstrap.share(*_sums(right, windows.person), seed),
-        bootstrap.share(*_sums(whole, person), seed),
+        bootstrap.share(*bootstrap.group_sums(right, windows.person), seed),
+        bootstrap.share(*bootstrap.group_sums(whole, person), seed),
         tuple(tuple(row) for row in confusion.tolist()),
         tuple(float(right[fold.test].mean()) for fold in folds),
         _shares(right, windows.person, len(windows.people)),
@@ -187,10 +174,10 @@ def gain(
 ) -> Gain:
     """Return our lead over another model; both answer (windows, classes)."""
     mine, theirs = (answers.argmax(axis=1) == windows.label for answers in (ours, other))
-    lead, count = _sums(mine.astype(np.int64) - theirs, windows.person)
+    lead, count = bootstrap.group_sums(mine.astype(np.int64) - theirs, windows.person)
     person, whole = _by_stretch(windows, ours)
     more = whole.astype(np.int64) - _by_stretch(windows, other)[1]
-    by_stretch = bootstrap.rate(*_sums(more, person), seed)
+    by_stretch = bootstrap.rate(*bootstrap.group_sums(more, person), seed)
     return Gain(name, bootstrap.rate(lead, count, seed), by_stretch, int((lead > 0).sum()))
 
 
@@ -202,15 +189,7 @@ def _by_stretch(windows: Windows, answers: Probabilities) -> tuple[Index, NDArra
     return windows.person[first], total.argmax(axis=1) == windows.label[first]
 
 
-def _sums(
-    values: NDArray[np.integer] | NDArray[np.bool_], group: Index, groups: int = 0
-) -> tuple[NDArray[np.float64], Index]:
-    """Return the sum and the number of each group's values, (groups,)."""
-    total = np.bincount(group, values, groups)
-    return total.astype(np.float64), np.bincount(group, minlength=groups).astype(np.int64)
-
-
 def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float, ...]:
     """Return the share of windows named rightly, (windows,), in each group."""
-    hits, count = _sums(right, group, groups)
+    hits, count = np.bincount(group, right, groups), np.bincount(group, minlength=groups)
     return tuple((hits / np.maximum(count, 1)).tolist())

@@ -135,10 +135,8 @@ def gestures(preset: str, name: str, settings: Settings) -> Experiment:
 def _as_taught(data: DataSet, recipe: Recipe) -> Source:
     """Return the taught session with the button's labels, repaired where the recipe does so."""
     taught = data.session(0, 0)
-    if recipe.repair:
-        repaired, _ = label_repair.repair(taught, "button")
-        taught = label_repair.with_labels(taught, "button", repaired)
-    return Source.of(taught, "button")
+    label = label_repair.repair(taught, "button")[0] if recipe.repair else taught.button
+    return Source.of(taught, "button", label=label)
 
 
 def _judged(session: NDArray[np.integer]) -> dict[str, Index]:

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from controller.config import ConfigError, parse_json
 from controller.errors import UserError
-from controller.recognition.event_metric import Answer, Event
+from controller.recognition.event_metric import Answer, Event, attach
 from models.evaluation import bootstrap
-from models.evaluation.event_counts import attach
 from models.results import storage
 from models.studies.information import channel
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.bundles import bundle
-from controller.recognition.event_metric import Answer, Event, judge
+from controller.recognition.event_metric import Answer, Event, attach, judge
 from models.data.ground_truth import Known
 from models.evaluation.evaluate import evaluate, summarise
-from models.evaluation.event_counts import Tally, attach, tally
+from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Stream
 from models.reports import cards
 from models.results import storage

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from models.reports import markdown
 from models.studies.figure7 import report
 from tests.support import ROOT
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import tests.support.synthetic_people as look_alike
 from controller.recordings import import_description, importer
 from models.data import splits
-from models.data.examples import Examples
+from models.data.examples import Examples, run_starts
 from models.results import storage
 from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
@@ -57,7 +57,8 @@ def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> Non
     ends = np.array([4, 5, 6, 8, 9, 10, 11])
     label = np.array([1, 1, 1, 1, 1, 2, 2])
     session = np.array([0, 0, 0, 0, 0, 0, 1])
-    assert fold_statistics.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
+    starts = run_starts(ends, label, session, gap=1)
+    assert (np.cumsum(starts) - 1).tolist() == [0, 0, 0, 1, 1, 2, 3]
 
 
 def rowed() -> Windows:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from models.__main__ import main
+from models.reports import markdown
 from models.studies.information import tables
 from models.studies.information.results import MEASURED as KEPT
 from models.studies.information.results import load
