@@ -9,7 +9,7 @@ from typing import Final
 
 from controller.errors import how_to_install
 
-# Module -> the name that pip knows it by.
+# Module -> its package name.
 PACKAGES: Final = {
     "torch": "torch",
     "tomli_w": "tomli-w",
@@ -37,7 +37,7 @@ def require(what: str, *modules: str, extra: str = "train") -> None:
         extra: Which of pyproject.toml's extras holds them.
 
     Raises:
-        ValueError: One is not installed; the message says how to get it.
+        ValueError: One is not installed; the message has the command to install it.
     """
     missing = [PACKAGES[module] for module in modules if find_spec(module) is None]
     if missing:

@@ -34,7 +34,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
     options.take_labels(
         parser,
-        "whose labels count; auto: the truth where it is known, else what people said, "
+        "source of the labels; auto: the truth where it is known, else people's labels, "
         "moved to where the touches were (default: auto)",
     )
     add(
@@ -45,7 +45,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add("--sessions", type=options.count, default=20, help="simulated, a preset (default: 20)")
     add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
-    add("--hand", choices=("person", "pointer"), default="person", help="whose touches they are")
+    add(
+        "--hand",
+        choices=("person", "pointer"),
+        default="person",
+        help="source of the simulated touches (default: person)",
+    )
     add("--card", type=Path, metavar="FILE", help="write the figures as Markdown")
     add("--json", type=Path, metavar="FILE", help="write them as JSON")
     add("--html", type=Path, metavar="FILE", help="write them as a report to look at")
@@ -152,4 +157,4 @@ def _simulated(
 
 
 def _quiet(line: str) -> None:
-    """Say nothing: one line for a fault is enough."""
+    """Ignore progress: one line for a fault is enough."""

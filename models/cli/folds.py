@@ -47,8 +47,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     options.take_labels(
         parser,
-        "whose labels to learn and to judge by (default: auto: the first of these that names "
-        "a gesture)",
+        "source of the labels (default: auto: the first of these that names a gesture)",
     )
     options.take_all(parser)
     add(

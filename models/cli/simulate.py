@@ -51,7 +51,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add(
         "--one-orb",
         action="store_true",
-        help="everybody touches the same orb, on days of their own (default: each session has "
+        help="all users touch the same orb, on days of their own (default: each session has "
         "another orb)",
     )
     add(

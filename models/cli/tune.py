@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
     options.take_labels(
         parser,
-        "whose labels count (default: auto: the truth, else what people said)",
+        "source of the labels (default: auto: the truth, else people's labels)",
     )
     for name, default, most, metavar, meaning in GOAL:
         add(
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     from controller.bundles import bundle
     from controller.console import count
     from models.data.examples import read_training
-    from models.data.ground_truth import know
+    from models.data.ground_truth import GroundTruth
     from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
@@ -87,11 +87,11 @@ def run(arguments: argparse.Namespace) -> int:
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
-        known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
+        truth = GroundTruth.of(recording, loaded.labels, survey.path.stem, arguments.labels)
         streams.append(
-            play(replace(loaded, spread=position_error.BARE), networks, recording, known)
+            play(replace(loaded, spread=position_error.BARE), networks, recording, truth)
         )
-        options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
+        options.say(f"{survey.path.stem}: {count(len(truth.events), 'event')}")
     goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
@@ -112,7 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
     if page_of:
         page.write(page_of, page.ReportData(tuning=found))
     if arguments.out:
-        said = f"on {on}; {found.goal}"
-        made = write(arguments.out, arguments.bundle, found.chosen.settings, said, far)
+        entry = f"on {on}; {found.goal}"
+        made = write(arguments.out, arguments.bundle, found.chosen.settings, entry, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

@@ -20,12 +20,12 @@ _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's ma
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class GroundTruth:
     """Ground truth of a recording's n frames.
 
     Attributes:
         name: Of the recording.
-        user: Who; "" unknown.
+        user: Identity of the user; "" unknown.
         t: End of each scan, seconds, (n,).
         label: Class of each frame, -1 unknown, (n,).
         events: True gestures, in order.
@@ -43,33 +43,35 @@ class Known:
     place: NDArray[np.float32]
     excluded: NDArray[np.bool_]
 
+    @classmethod
+    def of(
+        cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
+    ) -> "GroundTruth":
+        """Return the ground truth of a recording.
 
-def know(recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto") -> Known:
-    """Return what is known of a recording.
+        Args:
+            recording: With truth, or with labels of people, which are moved to the touches.
+            labels: The bundle's, "null" first.
+            name: Of the recording.
+            choice: Source of the labels; "auto": the truth, else button, keys, cues.
 
-    Args:
-        recording: With truth, or with labels of people, which are moved to the touches.
-        labels: The bundle's, "null" first.
-        name: Of the recording.
-        choice: Whose labels count; "auto": the truth, else button, keys, cues.
-
-    Raises:
-        ValueError: There are no labels, or one is of a gesture that the bundle does not know.
-    """
-    label = classes_of(recording, labels, name, choice)
-    events = events_of(recording, choice)
-    events = tuple(event for event in events if not _excluded(recording, event))
-    user = f"{recording.origin.seed} {recording.origin.user}" if recording.origin.user else ""
-    return Known(
-        name,
-        user,
-        recording.t,
-        label,
-        events,
-        _contacts(recording, events),
-        true_places(recording, label, vocabularies.of(labels)),
-        recording.excluded,
-    )
+        Raises:
+            ValueError: There are no labels, or one is of a gesture that the bundle lacks.
+        """
+        label = classes_of(recording, labels, name, choice)
+        events = events_of(recording, choice)
+        events = tuple(event for event in events if not _excluded(recording, event))
+        origin = recording.origin
+        return cls(
+            name,
+            f"{origin.seed} {origin.user}" if origin.user else "",
+            recording.t,
+            label,
+            events,
+            _contacts(recording, events),
+            true_places(recording, label, vocabularies.of(labels)),
+            recording.excluded,
+        )
 
 
 def classes_of(

@@ -109,11 +109,13 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
             masked |= np.abs(t - edge_s) < unclear_s
     label[masked] = UNKNOWN
     runs = np.diff(np.flatnonzero(np.diff(response.touched & ~named, prepend=False, append=False)))
-    felt = [one for one in labels if one.found is not None]
+    touched = [one for one in labels if one.found is not None]
     counts: dict[str, Any] = {
-        "moved": sum((f.first, f.end) != (one.first, one.end) for one in felt if (f := one.found)),
+        "moved": sum(
+            (f.first, f.end) != (one.first, one.end) for one in touched if (f := one.found)
+        ),
         "masked": int(masked.sum()),
-        "unfelt": len(labels) - len(felt),
+        "unfelt": len(labels) - len(touched),
         "unlabelled": int((runs[::2] >= UNNAMED).sum()),
     }
     begin, end = _medians(begins), _medians(ends)

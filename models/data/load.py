@@ -50,11 +50,11 @@ SAID: Final = 3  # recordings left out that an error names
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """What there is to learn from.
+    """Examples of a data set, with the facts on its recordings.
 
     Attributes:
         examples: Of all sessions; `examples.session` counts `rows`.
-        rows: What is known of each recording, held out or not.
+        rows: Facts on each recording, held out or not.
         session: Group of each recording: parts of one session are one.
         user: Group of each recording: those of one user are one.
         vocabulary: Its gestures.
@@ -62,7 +62,7 @@ class Data:
         pitch_mm: Of the sensor.
         unit: Of the frames.
         digest: SHA-256 over all files, in order.
-        notes: What was left out, in sentences.
+        notes: Recordings left out, in sentences.
     """
 
     examples: Examples
@@ -147,7 +147,7 @@ def _sources(
     *,
     every: bool,
 ) -> Iterator[Source]:
-    """Yield each recording as it is learned from, and note what is known about it."""
+    """Yield each recording as training uses it, and note the facts on it."""
     for number, survey in enumerate(recordings.surveys):
         recording = recordings[number]
         report = check.examine(survey.path, recording)
@@ -196,7 +196,7 @@ def _sources(
 
 
 def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
-    """Return a hash of all that a training learns from: recordings, and what is known of them.
+    """Return a hash of all data of a training: recordings and their vocabulary.
 
     Args:
         digest: SHA-256 over the recordings.
@@ -207,7 +207,7 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
 
 
 def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return what lies beside the recordings, or what is known of their labels.
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
 
     Raises:
         ValueError: It is of other gestures, or there are several that differ.
@@ -268,12 +268,12 @@ def _failed(report: check.Report, recording: Recording) -> str:
 def _vanished(lateness: Lateness, labeller: Labels) -> str:
     """Return why nothing is left of a recording's labels after their repair."""
     if lateness.unfelt:
-        return f"the sensor felt no touch where its {labeller} labels are"
+        return f"the sensor shows no touch where its {labeller} labels are"
     return f"its {labeller} labels are too short: every frame is near an edge of one"
 
 
 def _scale(recordings: Recordings) -> float:
-    """Return what makes a firm touch as strong as the orb's, in the frames' unit."""
+    """Return the scale that makes a firm touch as strong as the orb's, in the frames' unit."""
     firm = []
     for number in range(min(SAMPLED, len(recordings))):
         recording = recordings[number]
@@ -284,7 +284,7 @@ def _scale(recordings: Recordings) -> float:
             firm.append(float(np.quantile(energy, 0.75)))
     usual = float(np.median(firm)) if firm else 0.0
     if not usual > 0.0:
-        raise ValueError("nothing is felt in these recordings; check the sensor")
+        raise ValueError("these recordings show no response to touches; check the sensor")
     return float(f"{usual / FIRM:.3g}")
 
 

@@ -31,7 +31,7 @@ DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
-ORB: Final = 78  # tag of the orb that everybody touches
+ORB: Final = 78  # tag of the orb that all users share
 _DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
@@ -40,21 +40,21 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class DataSet:
-    """What all sessions of a data set have in common.
+    """Settings that all sessions of a data set share.
 
     Attributes:
         seed: Of its users and their sessions.
         minutes: Length of a session.
         protocol: "free" or "blocks".
         preset: Quality of the orbs.
-        hand: Whose touches they are: a "person"'s, or a "pointer"'s on a screen.
+        hand: Source of the touches: a "person", or a "pointer" on a screen.
         rate_hz: Frames per second.
         rows: Taxel rows.
         columns: Taxel columns.
         pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
         gestures: Labels that are played.
         files: Gestures of the user's own.
-        one_orb: Everybody touches the same orb, on days of their own; else each session has
+        one_orb: All users touch the same orb, on days of their own; else each session has
             another one.
     """
 
@@ -82,7 +82,7 @@ class DataSet:
         return replace(preset(self.preset), rows=self.rows, columns=self.columns, pitch_mm=pitch)
 
     def repertoire(self) -> Repertoire:
-        """Return what the hands can do.
+        """Return the gestures of the simulated hands.
 
         Raises:
             GestureError: A file holds no gesture.

@@ -69,7 +69,7 @@ class Parts:
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """How a training's examples are split.
+    """Split of a training's examples.
 
     Attributes:
         words: The rule, a sentence.
@@ -247,7 +247,7 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
 
 
 def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
-    """Return the same split of images of touches, by whole touches; or by sites if it says so.
+    """Return the same split of images of touches, by whole touches, or by sites if `split.sites`.
 
     A touch is learned from if none of its frames is in a window held out, and held out if all
     of them are. Where one side would have none, as where places were recorded in one session

@@ -1,4 +1,4 @@
-"""Images of touches with their places: what CNN-2D learns from, made by the device's own stage."""
+"""Images of touches with their places: training data of CNN-2D, made by the device's own stage."""
 
 from dataclasses import dataclass
 from typing import Final

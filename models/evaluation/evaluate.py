@@ -12,7 +12,7 @@ from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
 from models.data import faults
 from models.data.examples import Choice
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, run
@@ -53,8 +53,8 @@ def evaluate(
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
-        known = know(recording, labels, name, choice)
-        stream = run(bundle, networks, recording, known, located=located)
+        truth = GroundTruth.of(recording, labels, name, choice)
+        stream = run(bundle, networks, recording, truth, located=located)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies

@@ -136,7 +136,7 @@ class Honesty:
         high: Upper bound.
         random: Score on windows at random, whose neighbours were learned from.
         unseen_binary: Per-output ("binary") accuracy, which the paper may mean; NaN: no classes.
-        random_binary: Likewise.
+        random_binary: The same on windows at random.
         unseen_windows: How many.
         random_windows: How many.
     """

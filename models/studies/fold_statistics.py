@@ -53,7 +53,7 @@ class Model:
     Attributes:
         name: Name of the model.
         windows: Share of windows named rightly, with its interval over people.
-        stretches: Share of stretches that their mean probability names rightly, likewise.
+        stretches: Share of stretches that their mean probability names rightly, with its interval.
         confusion: Number of windows, true class by named class.
         by_fold: Share of windows, for each fold.
         by_person: Share of windows, for each person.

@@ -145,7 +145,7 @@ def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     located = bool(len(found.images))
     if task in ("both", "location") and not located:
         raise ValueError(
-            "no recording knows where a touch is; record some with: controller teach "
+            "no recording has the place of a touch; record some with: controller teach "
             "--protocol locations, or train --task gesture"
         )
     label = data.examples.label[data.examples.ends]

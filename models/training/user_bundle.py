@@ -42,7 +42,7 @@ class UserPlan:
         data: Examples.
         names: Enrolled users; the network's outputs 1 and on.
         labels: Gestures that identify them.
-        gestures: Everybody's gestures, strangers' among them.
+        gestures: Gestures of all people, strangers among them.
         held: Gestures that are held out, (events,).
     """
 
@@ -112,20 +112,20 @@ class UserPlan:
                 everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
             )
         known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
-        said = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
-        write_users(request, net, known, f"{said}{found.seen[1].value:.1%}")
+        entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
+        write_users(request, net, known, f"{entry}{found.seen[1].value:.1%}")
         page.write_users(request.out, found)
         return found
 
 
-def write_users(request: Request, net: Network, known: Users, said: str) -> None:
+def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
     """Write the base bundle with its users; mappings and networks that it has for them stay.
 
     Args:
         request: Names the bundles, and a mapping file whose [users.NAME] are kept.
         net: The user network.
         known: The users.
-        said: The card's entry on them.
+        entry: The card's entry on them.
 
     Raises:
         ValueError: It would be refused when it is read.
@@ -151,7 +151,7 @@ def write_users(request: Request, net: Network, known: Users, said: str) -> None
         "heads": heads,
         "mapping": {name: own for name, own in rules.items() if name in known.names},
     }
-    table["card"]["users"] = said
+    table["card"]["users"] = entry
     answers = {name: base.golden.heads[name] for name in heads}
     golden = replace(base.golden, people=exported.outputs, heads=answers)
     content |= {users.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
@@ -198,7 +198,7 @@ def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
 def _gestures(
     request: Request, data: Data, labels: Sequence[str]
 ) -> tuple[tuple[str, ...], UserGestures]:
-    """Return the enrolled users' names, and everybody's gestures.
+    """Return the enrolled users' names, and all people's gestures.
 
     Raises:
         ValueError: A user has no name, shares recordings with another, or is alone.

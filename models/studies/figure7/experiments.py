@@ -3,7 +3,7 @@
 One user makes each gesture by itself and presses the label button, and presses the places of the
 taxels; ten users make one gesture, one session each. Windows at random are scored by what was
 taught: the button's labels, the taxels that were aimed at. Other days and people are scored by the
-truth, which the simulator knows.
+truth, from the simulator.
 """
 
 import itertools

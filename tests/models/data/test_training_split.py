@@ -171,7 +171,7 @@ def test_a_recording_whose_labels_are_all_repaired_away_is_left_out_and_said(
     found = read(tmp_path)
     assert [Path(row.path).name for row in found.rows] == ["0.npz"]
     assert found.notes == (
-        f"{unfelt} is left out: the sensor felt no touch where its button labels are",
+        f"{unfelt} is left out: the sensor shows no touch where its button labels are",
     )
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from controller.bundles import bundle
 from controller.recognition.event_metric import Answer, Event, attach, judge
-from models.data.ground_truth import Known
+from models.data.ground_truth import GroundTruth
 from models.evaluation.evaluate import evaluate, summarise
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Stream
@@ -48,7 +48,7 @@ def drawn(
     probabilities = np.eye(5, dtype=np.float32)[label]
     nobody = np.zeros(len(t), dtype=np.bool_)
     contact = tuple(event.onset_s - 0.1 for event in events)
-    known = Known(name, "somebody", t, label, tuple(events), contact, place, nobody)
+    known = GroundTruth(name, "somebody", t, label, tuple(events), contact, place, nobody)
     far = np.full(len(t), np.nan)
     return Stream(known, ~nobody, probabilities, place.astype(np.float64), far, tuple(answers))
 
@@ -100,8 +100,8 @@ def test_idle_time_is_what_no_gesture_could_be_answered_in() -> None:
 
 def test_what_is_excluded_neither_idles_nor_raises_alarms() -> None:
     stream = drawn([], [Answer(1.0, "press"), Answer(10.0, "press")])
-    paused = stream.known.t > 5.0
-    counted = tally(replace(stream, known=replace(stream.known, excluded=paused)), LABELS)
+    paused = stream.truth.t > 5.0
+    counted = tally(replace(stream, truth=replace(stream.truth, excluded=paused)), LABELS)
     assert counted.false_alarms == 1
     assert counted.idle_minutes == pytest.approx(5 / 60)
     assert counted.frames == (50, 50)
