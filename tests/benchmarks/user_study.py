@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.evaluation import user_metrics
