@@ -4,8 +4,9 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import fields
 from importlib.util import find_spec
-from typing import Final
+from typing import Any, Final
 
 from controller.errors import how_to_install
 
@@ -47,6 +48,12 @@ def require(what: str, *modules: str, extra: str = "train") -> None:
     if "torch" in modules:
         for name, value in ENVIRONMENT.items():  # before PyTorch is imported
             os.environ.setdefault(name, value)
+
+
+def chosen(arguments: argparse.Namespace, kind: type[Any]) -> dict[str, Any]:
+    """Return the values of options that are fields of a dataclass, by name."""
+    given = vars(arguments)
+    return {field.name: given[field.name] for field in fields(kind) if field.name in given}
 
 
 def take_labels(parser: argparse.ArgumentParser, words: str) -> None:

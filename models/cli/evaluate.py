@@ -111,19 +111,14 @@ def _recorded(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
-    from controller.recordings import reader
     from models.data import examples, test_sessions
     from models.data import faults as faulty
 
     grid = loaded.rows, loaded.columns
-    sets: dict[str, Played] = {}
-    loose = [path for path in arguments.data if not path.is_dir()]
-    for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
-        files = examples.recording_files(paths)
-        for file in files:
-            reader.survey(file)  # a file that cannot be read is refused before the work begins
-        name = str(paths[0]) if paths is not loose else "recordings"
-        sets[name] = partial(test_sessions.named, files, grid)
+    sets: dict[str, Played] = {
+        name: partial(test_sessions.named, files, grid)
+        for name, files in examples.recording_sets(arguments.data).items()
+    }
     note = (
         "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
         "react."

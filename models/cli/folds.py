@@ -3,7 +3,6 @@
 import argparse
 import shlex
 import sys
-from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
@@ -77,8 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.studies import fold_card
     from models.studies.cross_validation import Request, cross
 
-    known = {field.name for field in fields(Request)}
-    chosen = {key: value for key, value in vars(arguments).items() if key in known}
+    chosen = options.chosen(arguments, Request)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
     found = cross(request, options.say)
     print(fold_card.text(found))

@@ -86,26 +86,15 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all single files as one; without any, both presets."""
-    from controller.recordings import reader
     from models.data import examples
     from models.studies.information import study
 
     if not arguments.data:
         return study.simulated(arguments.quick)
-    folders = [path for path in arguments.data if path.is_dir()]
-    single = [path for path in arguments.data if not path.is_dir()]
-    names = [path.name or str(path) for path in folders]
-    if len(set(names)) < len(names):  # two folders of one name
-        names = [str(path) for path in folders]
-    groups = [*zip(names, ([path] for path in folders), strict=True), ("recordings", single)]
-    made = []
-    for name, paths in groups:
-        if paths:
-            files = tuple(examples.recording_files(paths))
-            for file in files:
-                reader.survey(file)  # an unreadable file is refused before anything is measured
-            made.append(study.RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
-    return made
+    return [
+        study.RecordingSet(name.replace("|", "_"), tuple(files), "", arguments.labels)
+        for name, files in examples.recording_sets(arguments.data).items()
+    ]
 
 
 def _players(paths: list[Path]) -> "dict[str, list[Session]]":

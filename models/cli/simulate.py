@@ -78,6 +78,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--rate",
+        dest="rate_hz",
         type=options.number(1.0, 200.0),
         default=10.0,
         metavar="HZ",
@@ -93,6 +94,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
     add(
         "--pitch",
+        dest="pitch_mm",
         type=options.number(0.5, 34.0),
         metavar="MM",
         help="distance of two taxels (default: the grid is 40 mm long)",
@@ -106,22 +108,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     listed = arguments.gestures.split(",")
     files = tuple(Path(entry) for entry in listed if entry.endswith(".toml"))
-    data = DataSet(
-        seed=arguments.seed,
-        minutes=arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
-        protocol=arguments.protocol,
-        preset=arguments.preset,
-        hand=arguments.hand,
-        rate_hz=arguments.rate,
-        rows=arguments.rows,
-        columns=arguments.columns,
-        pitch_mm=arguments.pitch,
-        gestures=tuple(
+    own = {
+        "minutes": arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
+        "gestures": tuple(
             label_in(Path(entry)) if entry.endswith(".toml") else entry for entry in listed
         ),
-        files=files,
-        one_orb=arguments.one_orb,
-    )
+        "files": files,
+    }
+    data = DataSet(**options.chosen(arguments, DataSet) | own)
     out, users, sessions = arguments.out, arguments.users, arguments.sessions
     generate(data, out, users, sessions, arguments.workers, options.say)
     print(arguments.out)

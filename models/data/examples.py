@@ -229,6 +229,26 @@ def recording_files(paths: Iterable[Path]) -> list[Path]:
     return found
 
 
+def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
+    """Return the recordings of each folder by its name, and all single files as "recordings".
+
+    Raises:
+        RecordingError: One cannot be read.
+        ValueError: A folder has none.
+    """
+    named = list(paths)
+    folders = [path for path in named if path.is_dir()]
+    names = [path.name or str(path) for path in folders]
+    if len(set(names)) < len(names):  # two folders of one name
+        names = [str(path) for path in folders]
+    sets = {name: recording_files([path]) for name, path in zip(names, folders, strict=True)}
+    if single := [path for path in named if not path.is_dir()]:
+        sets["recordings"] = single
+    for file in (file for files_of in sets.values() for file in files_of):
+        reader.survey(file)
+    return sets
+
+
 def digest(recordings: Iterable[Path]) -> str:
     """Return the SHA-256 over recordings, in order.
 

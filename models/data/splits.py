@@ -186,7 +186,7 @@ def require(name: str) -> str:
 
 
 def check(fold: Fold, ends: Index, window: int) -> None:
-    """Refuse a fold that leaks.
+    """Refuse a fold of windows by their last frames, (windows,), that leaks.
 
     Raises:
         LeakError: A frame is in a training window and in a test window.

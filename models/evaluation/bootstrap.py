@@ -21,8 +21,8 @@ DRAWS: Final = 2000
 EVENT_DRAWS: Final = 400
 _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0.05
 
-Values = NDArray[np.float64]
-Index = NDArray[np.int64]
+Values = NDArray[np.float64]  # (n,), or (draws,) of resamplings
+Index = NDArray[np.int64]  # (n,)
 Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 

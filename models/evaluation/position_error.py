@@ -17,7 +17,7 @@ BARE: Final = PositionSpread(0.0, 1.0)  # of a bundle that is measured: it repor
 _ROUNDS: Final = 20
 _LEAST: Final = 1e-6  # variance: no standard deviation is below a thousandth
 
-Values = NDArray[np.float64]
+Values = NDArray[np.float64]  # (n,) of images, or (n, 2) of their errors
 
 
 def measure(blur: Values, errors: Values) -> PositionSpread | None:

@@ -194,7 +194,7 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
 
 
 class _ComputedOutputs(Networks):
-    """Networks of a pipeline whose outputs are computed already."""
+    """Networks of a pipeline whose outputs, (windows, classes), are computed already."""
 
     def __init__(self, outputs: NDArray[np.float32]) -> None:
         self._outputs = iter(outputs)
@@ -203,7 +203,7 @@ class _ComputedOutputs(Networks):
         self.images: list[Image] = []  # and their images
 
     def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        """Return the output for the next window."""
+        """Return the output for the next window, (classes,)."""
         return next(self._outputs)
 
     def touch(self, image: Image) -> Touch | None:

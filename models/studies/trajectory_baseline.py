@@ -25,7 +25,7 @@ FIRM: Final = 0.9  # quantile of images' peaks, about that of a firm touch
 ALONE: Final = 0.35  # least share of the signal of a touched taxel in a neighbour
 NOWHERE: Final = -1.0  # position of an untouched image
 
-Rows = NDArray[np.float32]
+Rows = NDArray[np.float32]  # (n, features)
 
 
 def features(examples: Examples, *, mended: bool = False) -> Rows:

@@ -28,7 +28,7 @@ class CheckpointError(UserError, ValueError):
 
 
 def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-    """Write a checkpoint, complete or not at all.
+    """Write a checkpoint of arrays of any shape, complete or not at all.
 
     Raises:
         OSError: It cannot be written; the one before it is as it was.
@@ -39,7 +39,7 @@ def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> 
 
 
 def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
-    """Return a checkpoint's arrays and JSON values; None if there is none.
+    """Return a checkpoint's arrays of any shape and JSON values; None if there is none.
 
     Raises:
         CheckpointError: It cannot be read.
@@ -86,12 +86,12 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
 
 
 def pack(prefix: str, state: dict[str, Tensor]) -> dict[str, NDArray[Any]]:
-    """Return tensors as arrays, named `prefix.NAME`."""
+    """Return tensors as arrays of the same shape, named `prefix.NAME`."""
     return {f"{prefix}.{name}": t.detach().cpu().numpy().copy() for name, t in state.items()}
 
 
 def unpack(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Tensor]:
-    """Return the tensors that `pack` named so."""
+    """Return the tensors that `pack` named so, of the same shape."""
     return {
         name.removeprefix(f"{prefix}."): torch.from_numpy(np.array(array))
         for name, array in arrays.items()

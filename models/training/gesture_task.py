@@ -158,6 +158,7 @@ def _right(logits: Tensor, label: Tensor) -> float:
 
 
 def _table(matrix: NDArray[np.int64]) -> tuple[tuple[int, ...], ...]:
+    """Return a matrix (classes, classes) as JSON has it."""
     return tuple(tuple(row) for row in matrix.tolist())
 
 

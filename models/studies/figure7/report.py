@@ -9,9 +9,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from models.formatting import NONE
 from models.reports import markdown
-from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, styled
+from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, panels, save, styled
 from models.reports.tables import Table
-from models.studies.drawing import panels, save
 
 MEASURED: Final = "figure7.json"  # beside the pictures
 COMMAND: Final = "models figures"  # its marks enclose the tables in a page

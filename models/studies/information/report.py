@@ -8,10 +8,9 @@ from matplotlib.figure import Figure
 
 from models.formatting import joined
 from models.reports import page
-from models.reports.drawing import styled, svg
+from models.reports.drawing import save, styled, svg
 from models.reports.tables import Table
 from models.results import storage
-from models.studies.drawing import save
 from models.studies.information import figures, results, tables
 from models.studies.information.histogram import BITS, PAPER_INFORMATION
 
