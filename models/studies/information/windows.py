@@ -130,7 +130,7 @@ def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
 def _fixed_rest(
     sources: Sequence[Source], images: int, rate_hz: float
 ) -> tuple[NDArray[np.float32], Numbers, Numbers, Numbers, NDArray[np.float32]]:
-    """Return windows of z = C / C0 with a fixed C0: x (n, images, taxels), y, session, frame, place."""
+    """Return windows with a fixed C0: x (n, images, taxels), y, session, frame and place."""
     parts: list[tuple[NDArray[Any], ...]] = []
     for number, source in enumerate(sources):
         z = GAIN * (fixed_ratio(source.frames, rate_hz) - 1.0)
