@@ -1,7 +1,6 @@
 """Figures with 95 % intervals of many sessions that were played through a bundle."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +23,6 @@ from models.results.evaluation import (
     Result,
     Row,
 )
-
-ON_SITE: Final = 0.25  # grid units from a taxel, the finger's aim being no better
 
 Say = Callable[[str], None]
 
@@ -154,7 +151,7 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     if not sum(map(len, places)):
         return None
     errors = [np.abs(one[:, 2:]).mean(axis=1) for one in places]
-    away = [np.abs(one[:, :2] - np.rint(one[:, :2])).max(axis=1) > ON_SITE for one in places]
+    away = [position_error.between_taxels(one[:, :2]) for one in places]
     half, most = np.quantile(np.concatenate(errors), (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
     touches = np.concatenate(places)

@@ -17,8 +17,6 @@ from models.results.training import Epoch, LocationResult
 from models.training.loop import Index, Task, TrainingJob, fit_shown
 from models.training.networks import Network, location_net
 
-ON_SITE = 0.25  # grid units from a taxel, the finger's aim being no better
-
 
 class LocationTask(Task):
     """Training task of CNN-2D; `parts` are positions in `touches`."""
@@ -101,7 +99,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     off = task.errors(parts.check)
     last = found.last[parts.check]
     place, error = found.place[parts.check][last], off[last]
-    away = np.abs(place - np.rint(place)).max(axis=1, initial=0.0) > ON_SITE
+    away = position_error.between_taxels(place.astype(np.float64))
     each = np.abs(error).mean(axis=1)
     session = data.examples.session[found.frame[parts.check]]
     scored = scores.honest_error(session, off, task.errors(parts.random))

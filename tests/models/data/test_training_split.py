@@ -147,32 +147,23 @@ def read(folder: Path, **options: Any) -> load.Data:
     return load.read([folder], DEFAULT, "auto", lambda _: None, **options)
 
 
-def test_a_recording_that_runs_at_another_rate_is_left_out_and_said(tmp_path: Path) -> None:
-    write(tmp_path / "0.npz", 0)
-    slow = write(tmp_path / "1.npz", 1, slow=True)
-    found = read(tmp_path)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
-    assert found.notes == (f"{slow} is left out: {SLOW}",)
-
-
-def test_a_recording_that_fails_the_check_is_taken_if_all_are_asked_for(tmp_path: Path) -> None:
-    write(tmp_path / "0.npz", 0)
-    slow = write(tmp_path / "1.npz", 1, slow=True)
-    found = read(tmp_path, every=True)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz", "1.npz"]
-    assert found.notes == (f"{slow} is taken although it failed the check: {SLOW}",)
-
-
-def test_a_recording_whose_labels_are_all_repaired_away_is_left_out_and_said(
-    tmp_path: Path,
+@pytest.mark.parametrize(
+    ("change", "every", "taken", "note"),
+    [
+        ("slow", False, ["0.npz"], f"is left out: {SLOW}"),
+        ("slow", True, ["0.npz", "1.npz"], f"is taken although it failed the check: {SLOW}"),
+        ("unfelt", False, ["0.npz"],
+         "is left out: the sensor shows no touch where its button labels are"),
+    ],
+)  # fmt: skip
+def test_a_recording_that_is_left_out_is_noted_and_taken_if_all_are_asked_for(
+    change: str, every: bool, taken: list[str], note: str, tmp_path: Path
 ) -> None:
     write(tmp_path / "0.npz", 0)
-    unfelt = write(tmp_path / "1.npz", 1, unfelt=True)
-    found = read(tmp_path)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
-    assert found.notes == (
-        f"{unfelt} is left out: the sensor shows no touch where its button labels are",
-    )
+    other = write(tmp_path / "1.npz", 1, **{change: True})
+    found = read(tmp_path, every=every)
+    assert [Path(row.path).name for row in found.rows] == taken
+    assert found.notes == (f"{other} {note}",)
 
 
 def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path: Path) -> None:

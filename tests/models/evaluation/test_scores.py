@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.data.examples import Examples
 from models.evaluation import scores
+from tests.support.model_commands import examples
 
 
 @given(hot=st.floats(0.4, 3.0), seed=st.integers(0, 2**32 - 1))
@@ -37,20 +37,6 @@ def test_calibration_is_the_distance_of_confidence_from_accuracy() -> None:
     assert found.error == pytest.approx(0.25)
     ((confidence, accuracy, windows),) = found.bins
     assert (round(confidence, 9), accuracy, windows) == (0.75, 0.5, 100)
-
-
-def examples(label: list[int], session: list[int]) -> Examples:
-    """Frames of which only classes and sessions matter."""
-    count = len(label)
-    return Examples(
-        np.ones((count, 1, 1), dtype=np.float32),
-        np.array(label),
-        np.full((count, 2), np.nan, dtype=np.float32),
-        np.arange(count),
-        np.array(session, dtype=np.int32),
-        np.zeros(count, dtype=np.float32),
-        1,
-    )
 
 
 def test_an_event_is_named_by_its_mean_probability_and_null_has_no_vote() -> None:

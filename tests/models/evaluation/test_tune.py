@@ -20,6 +20,7 @@ from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
 from models.reports import markdown, tables, terminal_plot
 from models.results.evaluation import Point, Tuning
+from tests.support.model_commands import refused
 from tests.support.recordings import of, origin, played
 
 PATH = bundle.default_path()
@@ -164,10 +165,7 @@ def test_seeds_that_are_for_tests_are_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", seed=3)))
-    assert main(["tune", str(PATH), str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert "for tests only" in error
-    assert error.count("\n") == 1
+    assert "for tests only" in refused(capsys, "tune", PATH, tmp_path)
 
 
 def test_recordings_of_another_sensor_are_refused_in_one_sentence(

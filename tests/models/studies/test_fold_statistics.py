@@ -16,6 +16,7 @@ from models.results import storage
 from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
 from tests.support import ROOT
+from tests.support.model_commands import examples
 
 WINDOW = 3
 DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
@@ -136,11 +137,7 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
 
 def windowed(images: np.ndarray) -> Examples:
     """Two windows of these six images."""
-    empty = np.zeros(6)
-    return Examples(
-        images, empty.astype(np.int64), np.full((6, 2), np.nan, dtype=np.float32),
-        np.array([2, 5]), empty.astype(np.int32), empty.astype(np.float32), WINDOW,
-    )  # fmt: skip
+    return examples([0] * 6, images=images, ends=[2, 5], window=WINDOW)
 
 
 X, Y = slice(0, WINDOW), slice(WINDOW, 2 * WINDOW)

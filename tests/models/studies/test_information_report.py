@@ -13,6 +13,7 @@ from models.studies.information import tables
 from models.studies.information.results import MEASURED as KEPT
 from models.studies.information.results import load
 from tests.support import ROOT
+from tests.support.model_commands import refused
 
 MEASURED = ROOT / "docs/pictures" / KEPT
 
@@ -104,10 +105,7 @@ def test_wrong_usage_is_one_sentence(
 ) -> None:
     pytest.importorskip("torch", reason="needs the [train] extra")
     monkeypatch.chdir(tmp_path)
-    assert main(["information", *options]) == 2
-    error = capsys.readouterr().err
-    assert sentence in error
-    assert error.count("\n") == 1
+    assert sentence in refused(capsys, "information", *options)
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:

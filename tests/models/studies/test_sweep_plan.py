@@ -12,6 +12,7 @@ from models.data.hold_out import HoldOut
 from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
+from tests.support.model_commands import refused
 
 
 def parsed(text: str) -> Plan:
@@ -152,10 +153,7 @@ def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) 
 def test_the_command_refuses_in_one_sentence_what_it_cannot_mean(
     command: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from models.__main__ import main
-
-    assert main(command) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert refused(capsys, *command)
 
 
 def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[str]) -> None:
@@ -176,12 +174,9 @@ def test_what_is_not_installed_is_asked_for_by_its_extra(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from models.__main__ import main
     from models.cli import _options as options
 
     found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
     monkeypatch.setattr(options, "find_spec", found)
-    assert main(["sweep", "x.toml", "--cluster", "127.0.0.1:1"]) == 2
-    error = capsys.readouterr().err
+    error = refused(capsys, "sweep", "x.toml", "--cluster", "127.0.0.1:1")
     assert f"pip install -e '.[{extra}]'" in error
-    assert error.count("\n") == 1
