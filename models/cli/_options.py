@@ -33,9 +33,9 @@ def require(what: str, *modules: str, extra: str = "train") -> None:
     """Check for optional packages; where PyTorch is among them, prepare its environment.
 
     Args:
-        what: What is going to be done: "training".
-        modules: What it needs, of `PACKAGES`.
-        extra: Which of pyproject.toml's extras holds them.
+        what: The purpose: "training".
+        modules: Required modules, of `PACKAGES`.
+        extra: The extra of pyproject.toml that holds them.
 
     Raises:
         ValueError: One is not installed; the message has the command to install it.
@@ -92,7 +92,7 @@ def minutes(text: str) -> float:
 
 
 def whole(least: int, most: int) -> Callable[[str], int]:
-    """Return what reads whole numbers of a range."""
+    """Return a parser of whole numbers in a range."""
 
     def read(text: str) -> int:
         value = int(text)
@@ -105,7 +105,7 @@ def whole(least: int, most: int) -> Callable[[str], int]:
 
 
 def number(least: float, most: float) -> Callable[[str], float]:
-    """Return what reads numbers of a range."""
+    """Return a parser of numbers in a range."""
 
     def read(text: str) -> float:
         value = float(text)

@@ -118,9 +118,9 @@ def vary_images(
     """Return varied z images (batch, rows, columns) and their touches (batch, 2), grid units.
 
     Args:
-        how: How much they are varied.
+        how: Amounts of augmentation.
         images: z.
-        touches: Where they are touched.
+        touches: Their positions, grid units, (batch, 2).
         symmetry: Of the one class that they are of.
         generator: Draws.
     """
@@ -144,7 +144,7 @@ def vary_user_windows(
     """Return varied z windows (batch, images, rows, columns), of one user on another day.
 
     Args:
-        how: How much they are varied.
+        how: Amounts of augmentation.
         windows: z, (batch, images or more, rows, columns).
         images: In a window.
         generator: Draws.

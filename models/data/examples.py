@@ -73,7 +73,7 @@ class Examples:
     Attributes:
         images: z images, float32 (frames, rows, columns).
         label: Class of each frame, -1 unknown, (frames,).
-        touch: Where a press truly is, grid units, NaN elsewhere, (frames, 2).
+        touch: True position of a press, grid units, NaN elsewhere, (frames, 2).
         ends: Last frame of every whole window whose class is known, (windows,).
         session: Session number of each frame, (frames,).
         idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
@@ -118,7 +118,7 @@ class Source:
     Attributes:
         frames: As they were read, (n, rows, columns).
         label: Class of each frame, -1 unknown, (n,).
-        touch: Where a press truly is, grid units, NaN elsewhere, (n, 2).
+        touch: True position of a press, grid units, NaN elsewhere, (n, 2).
         sequence: Number of each frame; None: none is missing, (n,).
         excluded: Frames that are not learned from; None: there are none, (n,).
     """
@@ -303,7 +303,7 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
 
     Args:
         sources: One after the other; none is kept.
-        settings: How images and windows are made.
+        settings: Preprocessing settings.
 
     Raises:
         ValueError: No session has frames enough for one window, or grids differ.

@@ -30,7 +30,7 @@ class GroundTruth:
         label: Class of each frame, -1 unknown, (n,).
         events: True gestures, in order.
         contact_s: When something first touched for each of them, to a frame; NaN: unknown.
-        place: Where a touch is, grid units, NaN elsewhere, (n, 2).
+        place: Position of the touch, grid units, NaN elsewhere, (n, 2).
         excluded: Frames that do not count, (n,).
     """
 

@@ -22,7 +22,7 @@ class HoldOut:
     Attributes:
         by: "user" or "session".
         folds: Number of folds, each group being held out in one of them; 0: `hold` counts.
-        fold: Which fold is held out, from 0.
+        fold: Number of the fold held out, from 0.
         hold: Number of groups held out, evenly spread; or of each user the last sessions.
         enrolled: Sessions of every user are held out, so that all users are learned from.
     """
@@ -77,7 +77,7 @@ def learned(
     Args:
         user: User of each recording, (recordings,).
         session: Session of each recording, rising in the order of recording, (recordings,).
-        held: Which recordings are held out, (recordings,).
+        held: Recordings held out, (recordings,).
         users: Number of users; 0: all. Fewer users are a subset of more.
         sessions: Number of sessions of each; 0: all.
         seed: Draws the users.

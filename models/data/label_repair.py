@@ -79,7 +79,7 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
 
     Args:
         recording: Frames and labels; its noise is estimated from the frames.
-        labeller: Which labels.
+        labeller: Source of the labels.
 
     Returns:
         The label of each frame, -1 where it is unknown or unclear, (n,); and what was done.
@@ -139,7 +139,7 @@ def _search(
         t: Time of each frame, (n,).
         response: Of the sensor.
         labels: In order.
-        lags: How late labels usually begin and end, seconds.
+        lags: Usual lateness of the labels' begins and ends, seconds.
     """
     change = response.change.reshape(len(t), -1).astype(np.float64)
     idle = change[response.idle]
@@ -171,11 +171,11 @@ def _made(
     idle: NDArray[np.float64],
     offset: int,
 ) -> Found | None:
-    """Return where in some frames a gesture is made.
+    """Return the gesture in some frames; None if there is none.
 
     Args:
         t: Times, (n,).
-        change: How far each taxel is from rest, (n, taxels).
+        change: Difference of each taxel from rest, (n, taxels).
         inner: First frame, and frame after the last, in which it is thought to be made.
         idle: Frames in which nothing touches, (m, taxels).
         offset: Number of the first frame.

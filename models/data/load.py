@@ -60,7 +60,7 @@ class Data:
         session: Group of each recording: parts of one session are one.
         user: Group of each recording: those of one user are one.
         vocabulary: Its gestures.
-        settings: How images and windows are made.
+        settings: Preprocessing settings.
         pitch_mm: Of the sensor.
         unit: Of the frames.
         digest: SHA-256 over all files, in order.
@@ -92,8 +92,8 @@ def read(
 
     Args:
         paths: Folders and files.
-        recipe: How networks will be trained.
-        choice: Whose labels are learned.
+        recipe: Training recipe.
+        choice: Source of the labels.
         say: Takes lines of progress.
         window: Images in a window; 0: those of a second.
         every: Recordings that fail the check are taken too.

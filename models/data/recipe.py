@@ -110,7 +110,7 @@ class NetworkRecipe:
         normalised: Layers are normalised over each batch while they learn.
         coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
             are faster then (bfloat16); sums are not.
-        augmentation: How examples are varied.
+        augmentation: Augmentation of the examples.
     """
 
     epochs: int = 0
@@ -184,7 +184,7 @@ class Recipe:
     tracked: bool = True
 
     def settings(self, rate_hz: float, window: int) -> PreprocessSettings:
-        """Return how images and windows are made."""
+        """Return the preprocessing settings."""
         plain = PreprocessSettings(rate_hz=rate_hz, window=window)
         if self.tracked:
             return plain
@@ -192,7 +192,7 @@ class Recipe:
         return replace(plain, start_s=10.0, settle_s=NEVER_S, adopt_s=NEVER_S)
 
     def sentences(self, *, gesture: bool, location: bool) -> list[str]:
-        """Return what it does to the networks that are trained, for people."""
+        """Return a description of the trained networks, in sentences."""
         rest = "followed while nothing touches" if self.tracked else "the first ten seconds, fixed"
         lines = [
             f"rest: {rest}",

@@ -98,7 +98,7 @@ class DataSet:
         return known
 
     def style(self, user: int) -> UserStyle:
-        """Return how a user touches; users count from 0."""
+        """Return the touch style of a user; users count from 0."""
         return person(self.seed, user)
 
     def describe(self) -> str:
@@ -216,8 +216,8 @@ def generate(
     Args:
         data: Their settings.
         out: The folder; made if it does not exist.
-        users: How many play.
-        sessions: How often each of them.
+        users: Number of users.
+        sessions: Sessions of each user.
         workers: Processes.
         say: Takes lines of progress.
 

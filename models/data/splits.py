@@ -40,7 +40,7 @@ class Fold:
     """One way to train on some windows and test on others.
 
     Attributes:
-        name: What is tested.
+        name: Name of the tested part.
         train: Positions of the training windows in `ends`.
         test: Positions of the test windows.
     """
@@ -94,7 +94,7 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
         ends: Last frame of each window, (windows,).
         window: Frames in a window.
         group: Session or user of each frame, (frames,).
-        folds: How many; 0: one for each group.
+        folds: Number of folds; 0: one for each group.
 
     Raises:
         ValueError: There are fewer than two groups.

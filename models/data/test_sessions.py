@@ -24,7 +24,7 @@ class People:
 
     Attributes:
         data: Settings of their sessions.
-        users: How many there are; sessions go round among them.
+        users: Number of users; sessions go round among them.
     """
 
     data: DataSet
@@ -78,7 +78,7 @@ def named(
     """Yield recordings with their names, one at a time.
 
     Args:
-        files: Where they are.
+        files: Their paths.
         grid: Rows and columns of the sensor.
         faults: Faults applied to them afterwards.
 

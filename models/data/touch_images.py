@@ -20,11 +20,11 @@ class Touches:
 
     Attributes:
         images: z of the touch so far, float32 (images, rows, columns).
-        place: Where it is, grid units, (images, 2).
+        place: Position of the touch, grid units, (images, 2).
         frame: Frame of the examples that each ends at, (images,).
         touch: Number of its touch, (images,).
         last: It is the last of its touch, (images,).
-        blur: How noisy each image is against its strength; NaN: unknown, (images,).
+        blur: Noise of each image over its strength; NaN: unknown, (images,).
     """
 
     images: NDArray[np.float32]

@@ -44,7 +44,7 @@ def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
     """Return a share, such as the events that were recognised.
 
     Args:
-        right: How many in each session, (sessions,).
+        right: Hits in each session, (sessions,).
         total: Of how many, (sessions,).
         seed: Of the resampling.
     """

@@ -115,7 +115,7 @@ def summarise_broken(
 
     Args:
         on: Name of the set.
-        fault: What is broken.
+        fault: The fault, such as "dead:2,3".
         labels: The bundle's, "null" first.
         tallies: One a session; at least one.
     """

@@ -31,7 +31,7 @@ class Tally:
         idle_minutes: Time in which no gesture lasts or may still be answered.
         answered: Events (rows; 0: nothing) by answer (columns; 0: nothing).
         named: Events by class of the mean probability.
-        answers: How often each gesture was answered, (classes,).
+        answers: Answers of each gesture, (classes,).
         wrong: Answers with another name than the event's.
         duplicates: Right answers again.
         latencies_s: From onset, of each right answer.

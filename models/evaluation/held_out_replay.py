@@ -26,9 +26,9 @@ def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], .
     """Return the gestures held out (rows; 0: nothing) by what is answered (columns; 0: nothing).
 
     Args:
-        loaded: What was learned, as a bundle.
-        data: What there is.
-        split: What of it was held out. Recordings with gestures that the bundle does not answer
+        loaded: Bundle of the trained networks.
+        data: Examples of the training.
+        split: Its split. Recordings with gestures that the bundle does not answer
             are left out.
     """
     networks, labels = Batched(loaded), loaded.labels

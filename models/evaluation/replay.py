@@ -47,7 +47,7 @@ class Stream:
         truth: Ground truth of the recording.
         ready: The frame ends a whole window, (n,).
         probabilities: One per class, (n, classes); 1 for null where no window ends.
-        touches: Where the present touch is, grid units, NaN at rest, (n, 2).
+        touches: Position of the present touch, grid units, NaN at rest, (n, 2).
         sigmas: Standard deviation of it, grid units, NaN where the bundle gives none, (n,).
         answers: Gestures that fired, in order.
     """

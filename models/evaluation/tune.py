@@ -143,8 +143,8 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
     Args:
         edge: The front, the fastest first.
         points: The whole grid.
-        goal: What things cost.
-        events: How many gestures the points were measured on.
+        goal: Costs and limits.
+        events: Number of gestures behind the points.
     """
     fast = [point for point in edge if point.latency_s <= goal.latest_s + 1e-9]
     quiet = [point for point in fast if point.false_alarms_per_min <= goal.alarms_per_min]
@@ -178,7 +178,7 @@ def write(
     """Write a bundle that differs from another in what was measured here only, and return it.
 
     Args:
-        path: Where to.
+        path: Path of the new file.
         loaded: The other bundle's file.
         settings: The thresholds.
         entry: Line of its card about them.

@@ -15,7 +15,7 @@ from controller.recognition.user_id import ANYBODY, Belief, Users, believe, noth
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
-from models.results.users import Open
+from models.results.users import OpenSetFigures
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
@@ -66,9 +66,9 @@ def share(evidence: Evidence, user: Index, session: Index, users: Users, seen: i
     return bootstrap.share(*bootstrap.group_sums(right, session[first]))
 
 
-def openly(
+def open_set(
     own: tuple[Evidence, Index, Index], others: tuple[Evidence, Index], users: Users, seen: int
-) -> Open:
+) -> OpenSetFigures:
     """Return the figures of identification against strangers.
 
     Args:
@@ -82,7 +82,7 @@ def openly(
     sure, unsure = belief[:, 1:].max(axis=1), strange[:, 1:].max(axis=1)
     named = _named(belief, users)
     user = own[1][first]
-    return Open(
+    return OpenSetFigures(
         seen,
         auroc(sure, unsure),
         float((_named(strange, users) != ANYBODY).mean()),

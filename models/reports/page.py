@@ -26,7 +26,7 @@ from models.reports.tables import Table
 from models.results import storage
 from models.results.evaluation import Evaluation, Tuning
 from models.results.training import Training
-from models.results.users import Telling
+from models.results.users import UserResult
 
 OPENING: Final = '<script type="application/json" id="data">'
 CLOSING: Final = "</script>"
@@ -71,7 +71,7 @@ class Section:
 
     Attributes:
         title: Its heading.
-        parts: What it shows: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
+        parts: Its content: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
     """
 
     title: str
@@ -103,7 +103,7 @@ def study(
         content: Its sections; those without parts are left out.
         lead: A sentence below the title.
         headlines: The most important figures: value, meaning, and a remark.
-        command: What wrote it.
+        command: Command line.
     """
     return render(
         "study.html", title=title, content=content, lead=lead, headlines=headlines, command=command
@@ -143,7 +143,7 @@ def write_training(out: Path, loaded: Bundle, found: Training) -> None:
     storage.write_text(out.with_suffix(".html"), html(ReportData(training=found)))
 
 
-def write_users(out: Path, found: Telling) -> None:
+def write_users(out: Path, found: UserResult) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb of identified users."""
     storage.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
     storage.write_json(out.with_suffix(".json"), found)

@@ -56,7 +56,7 @@ class Request:
     Attributes:
         paths: Folders and files of recordings.
         out: JSON file of the results; finished parts are kept beside it until all are.
-        by: What is held out together: "user" or "session".
+        by: Group that is held out together: "user" or "session".
         folds: Number of folds.
         steps: Training batches of each network; 0: the recipe's.
         window: Images in a window; 0: those of a second.
@@ -196,7 +196,7 @@ class _Study:
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
     def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
-        """Return how a fold is trained, its temperature, and the choice in words."""
+        """Return the recipe and temperature of a fold, and the choice in words."""
         examples = self.data.examples
         inner = splits.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
@@ -231,7 +231,7 @@ class _Study:
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
-    """Return how a fold's network is trained: to the last step, by nothing held out."""
+    """Return the recipe of the folds: training to the last step, without held-out data."""
     plain = replace(course, keep_best=False, patience=0.0)
     if request.sound:
         sound = replace(course.augmentation, dropout=0.0, electrode=0.0)
@@ -246,7 +246,7 @@ def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
 
 
 def _windows(data: Data) -> Windows:
-    """Return what is judged."""
+    """Return the windows to judge."""
     examples = data.examples
     session = examples.session[examples.ends].astype(np.int64)
     label = examples.label[examples.ends]

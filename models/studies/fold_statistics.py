@@ -144,7 +144,7 @@ def judge(
     """Return a model's scores.
 
     Args:
-        windows: What is judged.
+        windows: Windows to judge.
         folds: Their test parts hold each window once.
         name: Name of the model.
         answers: Probability of each class, (windows, classes).

@@ -63,7 +63,7 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
     """Return a folder of checkpoints of one piece of work, made if it does not exist.
 
     Args:
-        folder: Where they are kept.
+        folder: Folder of the checkpoints.
         name: File in it that identifies the work.
         of: Everything that the work depends on; its representation identifies the work.
         what: The work, in messages.

@@ -102,7 +102,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     away = position_error.between_taxels(place.astype(np.float64))
     each = np.abs(error).mean(axis=1)
     session = data.examples.session[found.frame[parts.check]]
-    scored = scores.honest_error(session, off, task.errors(parts.random))
+    scored = scores.score_errors(session, off, task.errors(parts.random))
     net = task.net.cpu().folded()
     result = LocationResult(
         fitted.epochs,

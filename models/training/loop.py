@@ -36,8 +36,8 @@ class TrainingJob:
 
     Attributes:
         data: Examples.
-        split: Which of them are held out.
-        recipe: How networks are trained.
+        split: Split of the examples.
+        recipe: Training recipe.
         seed: Of everything random.
         device: Runs PyTorch.
         folder: Holds the checkpoints; None: there are none.
@@ -59,7 +59,7 @@ class Task(ABC):
 
     Attributes:
         net: Trained in place.
-        recipe: How.
+        recipe: Training recipe.
         train: Positions of the examples to learn from, (examples,).
     """
 

@@ -34,7 +34,7 @@ def choose(
     Args:
         bundle: Names the stages' settings and the classes.
         recordings: Labelled; a few stretches are taken from each.
-        frames: How many frames are kept, about.
+        frames: Number of frames to keep, about.
         seed: Of what is drawn.
 
     Raises:

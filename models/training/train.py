@@ -10,7 +10,7 @@ from models.data import load
 from models.data.examples import refuse_test_seed
 from models.results import storage
 from models.results.training import Training
-from models.results.users import Telling
+from models.results.users import UserResult
 from models.training import checkpoint
 from models.training.loop import prepare_torch
 from models.training.network_bundle import NetworkPlan
@@ -18,7 +18,7 @@ from models.training.request import Request, Say
 from models.training.user_bundle import UserPlan
 
 
-def train(request: Request, say: Say) -> Training | Telling:
+def train(request: Request, say: Say) -> Training | UserResult:
     """Train networks; write the bundle, its card and its report.
 
     Args:

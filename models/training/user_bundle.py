@@ -23,7 +23,7 @@ from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
 from models.reports import page
 from models.results.training import SessionRow
-from models.results.users import Enrolled, Telling
+from models.results.users import Enrolled, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
 from models.training.request import Request, Say
@@ -83,7 +83,7 @@ class UserPlan:
         say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
         return made
 
-    def train(self, device: torch.device, folder: Path, say: Say) -> Telling:
+    def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
         """Train the networks; write the bundle, its card and its report.
 
         The figures are of a network that learned nothing from the gestures held out. The bundle
@@ -265,8 +265,8 @@ def _held(
     return held
 
 
-def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
-    """Return what a network is worth on the gestures held out.
+def _scored(plan: UserPlan, net: Network, random: float) -> UserResult:
+    """Return the scores of a network on the gestures held out.
 
     Args:
         plan: The gestures.
@@ -293,7 +293,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
         for number, name in enumerate(names, 1)
     )
     strangers = len(np.unique(plan.data.user[away.session[strange]]))
-    return Telling(
+    return UserResult(
         name=request.out.name,
         command=request.command,
         gestures=plan.labels,
@@ -307,7 +307,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
         seen={seen: user_metrics.share(*own, known, seen) for seen in SEEN},
         events=len(first),
         strangers=strangers,
-        open=tuple(user_metrics.openly(own, others, known, seen) for seen in SEEN)
+        open=tuple(user_metrics.open_set(own, others, known, seen) for seen in SEEN)
         if strangers
         else (),
         temperature=known.temperature,
@@ -317,7 +317,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
 
 
 def _notes(people: int, strangers: int) -> list[str]:
-    """Return what limits the figures of so many users, and strangers held out."""
+    """Return remarks on the limits of the figures, by number of users and of strangers."""
     notes = []
     if people == 1:
         notes.append(

@@ -109,7 +109,7 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
         stranger = gesture_evidence(net, strange), strange.session
         found["enrolled"][str(count)] = {
             "seen": {str(seen): figure(user_metrics.share(*heard, users, seen)) for seen in SEEN},
-            "open": [asdict(user_metrics.openly(heard, stranger, users, seen)) for seen in SEEN],
+            "open": [asdict(user_metrics.open_set(heard, stranger, users, seen)) for seen in SEEN],
         }
     return found
 

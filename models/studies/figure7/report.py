@@ -34,7 +34,7 @@ def draw(found: Found, folder: Path) -> list[Path]:
 
     Args:
         found: Results of models/studies/figure7/study.py.
-        folder: Where the pictures are written.
+        folder: Folder of the pictures.
     """
     paths = []
     for preset in dict.fromkeys(key.split()[0] for key in found["parts"]):

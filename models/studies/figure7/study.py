@@ -38,7 +38,7 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
 
     Args:
         settings: Amount of teaching and training.
-        path: Where the results are; written after each part, so that an interrupted study
+        path: File of the results; written after each part, so that an interrupted study
             continues.
         say: Takes lines of progress.
 

@@ -33,7 +33,7 @@ class Use:
     Attributes:
         nats: Information of each use.
         seconds: Mean duration of a use.
-        share: How often each symbol is sent, (inputs,).
+        share: Relative frequency of each symbol, (inputs,).
     """
 
     nats: float

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -230,13 +229,3 @@ def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:
     assert 0.8 < np.mean(true.label == button.label) < 1.0
     assert np.isfinite(true.touch[true.label == 1]).all()
     assert set(true.session.tolist()) == {0, 1, 2, 3}
-
-
-def test_a_recording_without_such_labels_is_refused(data: Path) -> None:
-    recorded = read_training([data])[0]
-    blank = np.full_like(recorded.label, recording.UNKNOWN)
-    unlabelled = replace(recorded, label=blank, truth=None)
-    with pytest.raises(ValueError, match="lacks true labels; learn from button"):
-        Source.of(unlabelled)
-    source = Source.of(unlabelled, "button")
-    assert np.isnan(source.touch).all()

@@ -204,3 +204,4 @@ def test_labels_for_some_frames_are_enough_and_for_none_are_not() -> None:
     silent = replace(SESSION, label=nobody, button=nobody)
     with pytest.raises(ValueError, match="lacks cue labels; label it first, or leave it out"):
         Source.of(silent, "cue")
+    assert np.isnan(Source.of(replace(SESSION, truth=None)).touch).all()

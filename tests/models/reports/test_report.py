@@ -18,7 +18,7 @@ from models.reports import figures, page, sections, tables
 from models.reports.page import ReportData, Section
 from models.results import storage
 from models.results.evaluation import LocationFigures
-from models.results.training import Calibration, ClassRow, Epoch, Honesty, Lateness
+from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
 from tests.support.report_results import (
     LABELS,
     WHOLE,
@@ -123,7 +123,7 @@ def test_where_the_unseen_sessions_are_easier_nobody_is_told_of_a_leak() -> None
 
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
     nothing = Lateness()
-    nan = Honesty(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
+    nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
     gesture, location = training().gesture, training().location
     assert gesture is not None
     assert location is not None

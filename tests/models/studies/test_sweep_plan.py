@@ -9,10 +9,13 @@ import pytest
 
 from models.cli.sweep import EXAMPLES
 from models.data.hold_out import HoldOut
+from models.data.recipe import DEFAULT
 from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
 from tests.support.model_commands import refused
+
+OWN = DEFAULT.gesture
 
 
 def parsed(text: str) -> Plan:
@@ -132,6 +135,11 @@ def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
          "simulations have such an axis"),
         (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
          f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
+        ("[train]\ngesture.rat = 1", "did you mean 'gesture.rate'?"),
+        ("[train]\ngesture.rate = 'fast'", f'a number, such as {OWN.rate}, found "fast"'),
+        ("[train]\ngesture.channels = [1]", f"a row, such as {list(OWN.channels)}, found [1]"),
+        ("[train]\ngesture.batch = 1.5", f"a whole number, such as {OWN.batch}, found 1.5"),
+        ("[train]\ngesture.strides = 1", "expected true or false, such as "),
         ("[axes\n", "people.toml, line 1: "),
     ],
 )  # fmt: skip

@@ -158,23 +158,18 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
     assert parts.with_suffix(".json").read_text() == whole.with_suffix(".json").read_text()
 
 
-def test_gestures_alone_borrow_the_shipped_location_where_it_fits(
-    data: Path, tmp_path: Path
+@pytest.mark.parametrize("trained", ["gesture", "location"])
+def test_a_network_alone_borrows_the_other_from_the_shipped_bundle(
+    trained: str, data: Path, tmp_path: Path
 ) -> None:
     ours = bundle.read(bundle.default_path())
-    assert train(tmp_path / "my.orb", data, "--task", "gesture", "--labels", "button") == 0
+    assert train(tmp_path / "my.orb", data, "--task", trained, "--labels", "button") == 0
     made = bundle.read(tmp_path / "my.orb")
-    assert made.location_onnx == ours.location_onnx
-    assert made.gesture_onnx != ours.gesture_onnx
-
-
-def test_places_alone_borrow_the_gestures(data: Path, tmp_path: Path) -> None:
-    ours = bundle.read(bundle.default_path())
-    assert train(tmp_path / "my.orb", data, "--task", "location") == 0
-    made = bundle.read(tmp_path / "my.orb")
-    assert made.gesture_onnx == ours.gesture_onnx
-    assert made.location_onnx != ours.location_onnx
-    assert (made.labels, made.mapping, made.debounce) == (ours.labels, ours.mapping, ours.debounce)
+    assert (made.location_onnx == ours.location_onnx) == (trained == "gesture")
+    assert (made.gesture_onnx == ours.gesture_onnx) == (trained == "location")
+    if trained == "location":
+        own = made.labels, made.mapping, made.debounce
+        assert own == (ours.labels, ours.mapping, ours.debounce)
 
 
 def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
