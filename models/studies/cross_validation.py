@@ -198,7 +198,7 @@ class _Study:
     def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
         """Return the recipe and temperature of a fold, and the choice in words."""
         examples = self.data.examples
-        inner = splits.within(fold, examples.ends, examples.window, self.group)
+        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
         steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
         tried = {}

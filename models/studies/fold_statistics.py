@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.results.figure import Figure
@@ -131,6 +132,31 @@ class CrossValidation:
     gains: tuple[Gain, ...]
     reading_cpu_s: float
     cpu_minutes: float
+
+
+def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
+    """Return a fold of a fold's training windows, whose test part is there to choose on.
+
+    Args:
+        fold: Of `by_group`.
+        ends: Last frame of each window, (windows,).
+        window: Frames in a window.
+        group: Session or user of each frame, (frames,).
+
+    Raises:
+        ValueError: It learns from fewer than two groups.
+    """
+    of = group[ends[fold.train]]
+    names = np.unique(of)
+    if len(names) < 2:
+        raise ValueError(
+            "a fold that learns from one person has nobody to choose on; record another, or ask "
+            "for more folds"
+        )
+    held = np.isin(of, splits.spread(names, max(1, round(splits.SHARE * len(names)))))
+    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
+    splits.check(inner, ends, window)
+    return inner
 
 
 def judge(

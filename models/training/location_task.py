@@ -7,7 +7,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from models.data import splits
+from models.data import touch_images
 from models.data.augment import Symmetry, vary_images
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
@@ -91,7 +91,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     located = [data.vocabulary.labels.index(name) for name in data.vocabulary.located]
     whole = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
     torch.manual_seed(job.seed)
-    parts = splits.split_touches(job.split, data.examples, found, job.seed)
+    parts = touch_images.split_touches(job.split, data.examples, found, job.seed)
     if parts.words:
         print(parts.words, file=sys.stderr)
     task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)

@@ -16,7 +16,7 @@ from controller.bundles.bundle import Bundle
 from controller.console import count
 from controller.recognition.mapping import USERS
 from controller.recognition.user_id import Users
-from models.data import splits
+from models.data import splits, touch_images
 from models.data.load import Data
 from models.data.recipe import USER
 from models.evaluation import user_metrics
@@ -251,7 +251,7 @@ def _held(
     stranger = gestures.user == 0
     held: NDArray[np.bool_] = stranger & np.isin(person, np.unique(person[stranger])[1::2])
     if split == "time":
-        held |= ~stranger & splits.last_events(gestures.day)
+        held |= ~stranger & touch_images.last_events(gestures.day)
         return held
     for number, name in enumerate(names, 1):
         own = gestures.user == number

@@ -213,7 +213,7 @@ def _learn_plain(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
     keep = ~null | (rng.random(len(ends)) < work.recipe.gesture.null_share)
     windows, label = examples.windows(ends[keep]), examples.label[ends[keep]]
     found = touch_images.find(examples, True, SEED)
-    mine = splits.split_touches(work.split, data.examples, found, SEED).train
+    mine = touch_images.split_touches(work.split, data.examples, found, SEED).train
     images, places = found.images[mine], found.place[mine]
     if name == "logistic":
         line = LogisticRegression(max_iter=300).fit(_flat(windows), label)

@@ -64,7 +64,7 @@ def test_windows_at_random_are_taken_from_those_to_learn_from(data: load.Data) -
 def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
     found = touch_images.find(data.examples, averaged=True, seed=0)
     split = splits.split_windows(data, "user", seed=0)
-    parts = splits.split_touches(split, data.examples, found, seed=0)
+    parts = touch_images.split_touches(split, data.examples, found, seed=0)
     assert not parts.words
     session = data.examples.session[found.frame]
     assert set(session[parts.check]) <= set(np.flatnonzero(split.held))
@@ -81,7 +81,7 @@ def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
     touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)
     examples = replace(data.examples, touch=touch.astype(np.float32))
     found = touch_images.find(examples, averaged=True, seed=0)
-    parts = splits.split_touches(split, examples, found, seed=0)
+    parts = touch_images.split_touches(split, examples, found, seed=0)
     assert "the last 6th of the touches is held out" in parts.words
     assert len(parts.check)
     learned = [*parts.train, *parts.random]
@@ -93,7 +93,7 @@ def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -
     found = touch_images.find(data.examples, averaged=True, seed=0)
     split = splits.split_windows(data, "site", seed=0)
     assert split.held.sum() == 1  # gestures go by sessions all the same
-    parts = splits.split_touches(split, data.examples, found, seed=0)
+    parts = touch_images.split_touches(split, data.examples, found, seed=0)
     sites = [
         {tuple(site) for site in np.rint(found.place[part]).tolist()}
         for part in (parts.check, np.concatenate([parts.train, parts.random]))

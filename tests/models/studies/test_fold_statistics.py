@@ -34,7 +34,7 @@ def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
     )
     judged: list[int] = []
     for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = splits.within(fold, ends, WINDOW, person)
+        inner = fold_statistics.within(fold, ends, WINDOW, person)
         now = set(person[ends[fold.test]])
         learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
         assert learned
@@ -51,7 +51,7 @@ def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
     ends = np.array([2, 3, 4, 7, 8, 9])
     fold = splits.by_group(ends, WINDOW, person)[0]
     with pytest.raises(ValueError, match="nobody to choose on"):
-        splits.within(fold, ends, WINDOW, person)
+        fold_statistics.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:

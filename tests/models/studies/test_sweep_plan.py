@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from models.cli.sweep import EXAMPLES
-from models.data.hold_out import HoldOut
 from models.data.recipe import DEFAULT
+from models.data.splits import HoldOut
 from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
