@@ -4,7 +4,7 @@ import argparse
 import shlex
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from models.cli import _options as options
 from models.training.request import Request
@@ -31,16 +31,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         if field.metadata:
             how = dict(field.metadata)
             flag, limits = how.pop("flag", field.name), how.pop("range", None)
-            if isinstance(field.default, bool):
-                how["action"] = "store_false" if field.default else "store_true"
-            elif limits:
+            if limits:
                 how["type"] = options.whole(*limits)
-            elif field.name in ("auxiliary", "others"):
-                how |= {"type": Path, "nargs": "+"}
-            elif field.default is None:
-                how["type"] = Path
-            elif field.name == "gestures":
-                how["type"] = _labels
             add(f"--{flag}", dest=field.name, default=field.default, **how)
 
 
@@ -51,9 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     from models.results.training import Training
     from models.training.train import train
 
-    given: dict[str, Any] = {
-        field.name: getattr(arguments, field.name, "") for field in fields(Request)
-    }
+    given = options.chosen(arguments, Request)
     for name in ("paths", "auxiliary", "others"):
         given[name] = tuple(given[name])
     request = Request(**given)
@@ -69,10 +59,6 @@ def run(arguments: argparse.Namespace) -> int:
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: {follow}")
     return 0
-
-
-def _labels(text: str) -> tuple[str, ...]:
-    return tuple(word for word in text.split(",") if word)
 
 
 def _check(request: Request) -> None:

@@ -7,9 +7,9 @@ from typing import Final, Literal
 import numpy as np
 
 from controller.simulator.session import DATA
+from models.data import touch_images
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES
-from models.data import touch_images
 from models.data.simulate import ORB, DataSet, Given
 from models.training.user_task import UserGestures
 
