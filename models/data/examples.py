@@ -48,8 +48,7 @@ def run_starts(frame: NDArray[np.integer], *keys: NDArray[np.integer], gap: int 
 
 def column(recording: Recording, labels: Labels) -> Column:
     """Return the truth, or the labels of one labeller, (frames,)."""
-    given: Column = getattr(recording, COLUMNS[labels])
-    return given
+    return np.asarray(getattr(recording, COLUMNS[labels]))
 
 
 def labellers(
@@ -107,8 +106,7 @@ class Examples:
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
         """Cut windows by their last frames, (windows, window, rows, columns), oldest first."""
         index = ends[:, None] + np.arange(1 - self.window, 1)
-        cut: NDArray[np.float32] = self.images[index]
-        return cut
+        return np.asarray(self.images[index])
 
 
 @dataclass(frozen=True, slots=True)
