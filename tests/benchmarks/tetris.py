@@ -34,6 +34,8 @@ from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece
 
+from .results import command_line
+
 REFERENCE: Final = "tetris-gymnasium"
 PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
 PEER_STEPS: Final = {REFERENCE: 4_000, "tetris": 20_000, "tetris-terminal": 20_000}
@@ -217,11 +219,8 @@ def peer_of(words: str) -> tuple[str, str]:
 
 def main() -> int:
     """Measure and print; 1 if the kernel differs from the engine."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__, rounds=7, games=100_000)
     parser.add_argument("--peer", type=peer_of, action="append", default=[], metavar="NAME=PYTHON")
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--games", type=int, default=100_000, help="of the kernel's check")
-    parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     moves, wrong = differences(arguments.games)
     print(f"kernel against engine: {arguments.games:,} games, {moves:,} moves, {wrong} differ")
