@@ -10,9 +10,8 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-from bumble import core, gatt, hci, l2cap, sdp
+from bumble import core, gatt, hci, l2cap
 from bumble.controller import Controller
 from bumble.device import Connection, Device, DeviceConfiguration
 from bumble.hid import Host as HidHost
@@ -28,6 +27,7 @@ from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.reports import OUTPUTS, Report
+from tests.support.bumble_radio import attributes
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
 _PROPERTIES = {
@@ -128,11 +128,6 @@ class GattOrb(Orb):
         for name, value in self.offer.report(report):
             self._do(self.device.notify_subscribers(self._carried[name], value))
 
-    def charge(self, percent: int) -> None:
-        """Take the battery's level."""
-        for name, value in self.offer.charge(percent):
-            self._do(self.device.notify_subscribers(self._carried[name], value))
-
     def _carry(
         self,
         name: str,
@@ -168,8 +163,6 @@ class GattOrb(Orb):
     def _connected(self, connection: Connection) -> None:
         address = connection.peer_address.to_string(False)
         connection.on("disconnection", lambda reason: self.pad.leave(address))
-        if address in self.pad.hosts.known.hosts:
-            connection.on("connection_encryption_change", lambda *why: self.pad.arrive(address))
 
 
 class ClassicOrb(Orb):
@@ -264,31 +257,3 @@ async def _until(condition: Callable[[], bool]) -> None:
             await asyncio.sleep(0)
 
     await asyncio.wait_for(wait(), 10.0)
-
-
-def attributes(text: str) -> list[sdp.ServiceAttribute]:
-    """Return the attributes of a record in BlueZ's XML, as bluetoothd would put them on the air."""
-    root = ElementTree.fromstring(text)
-    return [
-        sdp.ServiceAttribute(int(one.attrib["id"], 16), _element(one[0]))
-        for one in root.iter("attribute")
-    ]
-
-
-def _element(node: ElementTree.Element) -> sdp.DataElement:
-    value = node.attrib.get("value", "")
-    match node.tag:
-        case "sequence":
-            return sdp.DataElement.sequence([_element(each) for each in node])
-        case "uuid":
-            return sdp.DataElement.uuid(core.UUID.from_16_bits(int(value, 16)))
-        case "uint8":
-            return sdp.DataElement.unsigned_integer_8(int(value, 16))
-        case "uint16":
-            return sdp.DataElement.unsigned_integer_16(int(value, 16))
-        case "boolean":
-            return sdp.DataElement.boolean(value == "true")
-        case "text":
-            data = bytes.fromhex(value) if node.get("encoding") == "hex" else value.encode()
-            return sdp.DataElement(sdp.DataElement.TEXT_STRING, data)
-    raise ValueError(f"there is no {node.tag} in a record")

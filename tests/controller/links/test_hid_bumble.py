@@ -16,7 +16,7 @@ from bumble.gatt_client import CharacteristicProxy
 
 from controller.links.bluetooth.hid.l2cap import REPORTS
 from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
-from controller.links.bluetooth.hid.reports import RELEASED, Report, gamepad, keyboard
+from controller.links.bluetooth.hid.reports import RELEASED, Report, gamepad
 from controller.protocol.messages import Command, State
 from tests.reference import hid
 from tests.support.bumble_orb import HOST, ORB, ClassicHost, ClassicOrb, GattOrb, devices
@@ -90,14 +90,12 @@ class Reader:
                 await self.peer.subscribe(one, take)
 
 
-def over_gatt(
-    scene: Callable[[Reader, GattOrb], Awaitable[None]], mapping: str = "gamepad"
-) -> None:
+def over_gatt(scene: Callable[[Reader, GattOrb], Awaitable[None]]) -> None:
     """Switch both on, let the host find the orb, and play a scene."""
 
     async def whole() -> None:
         host, device = devices()
-        orb = GattOrb(device, mapping)
+        orb = GattOrb(device)
         for each in (host, device):
             await each.power_on()
         await device.start_advertising(
@@ -149,46 +147,6 @@ def test_a_gesture_arrives_as_a_report_that_the_map_explains() -> None:
         values = descriptor.decode(hid.INPUT, both.id, both.data)
         assert values[0x09 << 16 | 1] == 1  # button 1
         assert values[0x01 << 16 | 0x39] == 4  # hat, 180 degrees
-
-    over_gatt(scene)
-
-
-def test_keys_arrive_as_well_as_buttons() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        await host.connection.pair()
-        await host.read(REPORT_MAP_UUID)
-        await host.listen()
-        press(orb, "left")
-        assert await heard(host.reports, 2) == [keyboard(("left",)), keyboard(())]
-
-    over_gatt(scene, "keyboard")
-
-
-def test_a_host_that_comes_back_over_gatt_hears_that_nothing_is_down() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        await host.connection.pair()
-        await host.read(REPORT_MAP_UUID)
-        await host.listen()
-        press(orb, "down")
-        assert await heard(host.reports, 1) == [gamepad({"down"})]
-        await host.connection.disconnect()
-        await host.find()
-        assert orb.pad.keys.down == []
-        await host.connection.pair()
-        await host.listen()
-        orb.pad.arrive(HOST)  # as with bluetoothd, when a host begins to listen
-        assert await heard(host.reports, 2) == list(RELEASED)
-
-    over_gatt(scene)
-
-
-def test_the_battery_is_notified() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        await host.connection.pair()
-        levels: asyncio.Queue[bytes] = asyncio.Queue()
-        await host.peer.subscribe(host.all(BATTERY)[0], levels.put_nowait)
-        orb.charge(15)
-        assert bytes(await asyncio.wait_for(levels.get(), 10.0)) == bytes([15])
 
     over_gatt(scene)
 
