@@ -7,12 +7,13 @@ import json
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-PATIENCE_S = 30.0  # an upper bound; nothing here takes seconds on an idle machine
+from tests.support.waiting import PATIENCE_S, until
+
+__all__ = ["PATIENCE_S", "Orb", "Player", "Screen", "server", "until"]
 DEVICE = Path(__file__).with_name("scripted_device.py")
 
 
@@ -161,13 +162,3 @@ class Player:
         self.process.wait()
         assert self.process.stderr is not None
         self.process.stderr.close()
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """Return what a condition becomes when it is true."""
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.001)
-    raise AssertionError("it did not happen")

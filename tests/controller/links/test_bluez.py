@@ -6,6 +6,7 @@ import logging
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
@@ -56,6 +57,23 @@ def owner(link: RfcommLink) -> str:
     return str(service._bus.raw.unique_name)  # type: ignore[attr-defined]
 
 
+@contextmanager
+def host_of(fake: FakeBluez, link: RfcommLink) -> Iterator[HandMadeHost]:
+    """Let BlueZ hand a bonded host's connection over, and play that host."""
+    near, far = socket.socketpair()
+    with near:
+        with far:
+            assert fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far) == ""
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.close = lambda: near.shutdown(socket.SHUT_RDWR)
+        yield host
+
+
+def is_greeted(link: RfcommLink) -> None:
+    until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+
+
 def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
@@ -72,14 +90,10 @@ def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
 def test_a_bonded_host_plays_over_the_socket_that_bluez_hands_over(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        assert fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far) == ""
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         assert isinstance(host.greet(), Welcome)
         assert host.message() == State(())
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         link.send(Command("drop", "pinch", 0.9, None, 1), 10)
         heard = host.message()
         assert isinstance(heard, Command)
@@ -108,14 +122,9 @@ def test_a_connection_on_another_adapter_is_refused(fake: FakeBluez, link: Rfcom
 
 
 def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLink) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        far.close()
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         link._leave(DEVICE_PATH)
         (bye,) = until(link.poll)
         assert isinstance(bye, Bye)
@@ -124,18 +133,13 @@ def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLin
 def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        far.close()
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
         assert host.message() == State(())
         closing = threading.Thread(target=link.close)
         closing.start()
         assert isinstance(host.message(), Bye)
-        near.shutdown(socket.SHUT_RDWR)
+        host.close()
         closing.join()
 
 
@@ -150,14 +154,10 @@ def test_it_is_registered_anew_after_bluetoothd_has_restarted(
 
 
 def test_a_host_keeps_playing_while_bluetoothd_restarts(fake: FakeBluez, link: RfcommLink) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
         assert host.message() == State(())
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         fake.stop()
         until(lambda: link.state != "ready")
         link.send(State(("down",)), 10)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import io
 import json
@@ -10,7 +11,6 @@ import pty
 import select
 import socket
 import threading
-import time
 import tty
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -41,20 +41,11 @@ from controller.protocol.messages import (
 )
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, HandMadeHost, plain
+from tests.support.waiting import until
 
 PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 DEADLINE_S = 10.0
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """Return the first true value of a condition; fail after the deadline."""
-    end = time.monotonic() + DEADLINE_S
-    while time.monotonic() < end:
-        if value := condition():
-            return value
-        time.sleep(0.001)
-    raise AssertionError("it did not come true")
 
 
 def request(link: Link) -> list[Message]:
@@ -72,18 +63,26 @@ def link() -> Iterator[ListenLink]:
 
 
 @pytest.fixture
-def connect(link: ListenLink) -> Iterator[Callable[[], HandMadeHost]]:
-    sockets = []
+def to() -> Iterator[Callable[..., HandMadeHost]]:
+    """Connect a hand-made host to a link."""
+    with contextlib.ExitStack() as stack:
 
-    def connect() -> HandMadeHost:
-        parts = urlsplit(link.url)
-        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
-        sockets.append(connection)
-        return HandMadeHost(lambda: connection.recv(4096), connection.sendall)
+        def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
+            parts = urlsplit(link.url)
+            connection = socket.create_connection((parts.hostname, parts.port), DEADLINE_S)
+            stack.enter_context(connection)
+            host = HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
+            host.close = connection.close
+            return host
 
-    yield connect
-    for connection in sockets:
-        connection.close()
+        yield connect
+
+
+@pytest.fixture
+def connect(
+    link: ListenLink, to: Callable[[ListenLink], HandMadeHost]
+) -> Callable[[], HandMadeHost]:
+    return lambda: to(link)
 
 
 # --- the standard output ---
@@ -243,26 +242,24 @@ def test_a_second_host_is_refused_and_the_first_one_does_not_notice(
 
 
 def test_when_the_host_has_gone_the_loop_hears_bye_and_the_next_one_is_welcome(
-    link: ListenLink,
+    link: ListenLink, connect: Callable[[], HandMadeHost]
 ) -> None:
-    parts = urlsplit(link.url)
-    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
-        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
-        host.greet()
-        number = host.session
-        assert request(link) == [HELLO]
+    host = connect()
+    host.greet()
+    number = host.session
+    assert request(link) == [HELLO]
+    host.close()
     [bye] = request(link)
     assert isinstance(bye, Bye)
     assert not link.connected
     link.send(PRESS, 0)
-    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
-        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
-        host.greet()
-        assert host.session == number + 1
-        assert host.message() == State(())
-        assert request(link) == [HELLO]
-        link.send(State(("down",)), 0)
-        assert host.message() == State(("down",))  # and not the press of the time between
+    host = connect()
+    host.greet()
+    assert host.session == number + 1
+    assert host.message() == State(())
+    assert request(link) == [HELLO]
+    link.send(State(("down",)), 0)
+    assert host.message() == State(("down",))  # and not the press of the time between
 
 
 def test_a_peer_that_says_nothing_or_nonsense_is_let_go_and_blocks_nobody(
@@ -446,22 +443,6 @@ def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects()
 # --- keys, other machines, and hosts that come back ---
 
 KEY = bytes(range(32))
-
-
-@pytest.fixture
-def to(request: pytest.FixtureRequest) -> Iterator[Callable[..., HandMadeHost]]:
-    """Connect a hand-made host to a link."""
-    sockets = []
-
-    def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
-        parts = urlsplit(link.url)
-        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
-        sockets.append(connection)
-        return HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
-
-    yield connect
-    for connection in sockets:
-        connection.close()
 
 
 def listening(url: str = "listen://127.0.0.1:0", **access: Any) -> ListenLink:

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -28,6 +27,7 @@ from controller.recordings.recording import Mark, RecordingError
 from tests.support import ROOT
 from tests.support.fake_disk import FakeFile
 from tests.support.small_journal import ORIGIN, image, numbers
+from tests.support.waiting import until
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
 
@@ -160,12 +160,12 @@ def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.room = len(file.seen) + 1000  # in the middle of a record
     add(session, 1, 100)
-    wait(lambda: session.problem != "")
+    until(lambda: session.problem != "")
     assert "no space left on device; make room: what is recorded waits" in session.problem
     add(session, 101, 120)
     file.room = 1 << 40
     file.until(lambda: on_disk(file) == list(range(1, 121)))
-    wait(lambda: session.problem == "")
+    until(lambda: session.problem == "")
     session.close()
     told = [r.message for r in caplog.records]
     assert len(told) == 2
@@ -179,7 +179,7 @@ def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> No
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.fails = True
     add(session, 1, 30)
-    wait(lambda: "input/output error; look at the disk" in session.problem)
+    until(lambda: "input/output error; look at the disk" in session.problem)
     file.fails = False
     file.until(lambda: on_disk(file) == list(range(1, 31)))
     session.close()
@@ -205,7 +205,7 @@ def test_a_disk_too_slow_to_keep_the_promise_is_told(
     monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     add(session, 1, 3)
-    wait(lambda: "the disk took 3.0 s" in session.problem)
+    until(lambda: "the disk took 3.0 s" in session.problem)
     session.close()
 
 
@@ -215,13 +215,6 @@ def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_pat
     with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: no space left"):
         Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     assert file.removed
-
-
-def wait(done: Callable[[], bool]) -> None:
-    """Wait until the recorder's thread has done something."""
-    end = time.monotonic() + 20.0
-    while not done():
-        assert time.monotonic() < end
 
 
 # --- places that are taken, gone or full ----------------------------------------------------------
