@@ -48,7 +48,6 @@ from controller.runtime.device import telemetry
 from controller.runtime.realtime import IdleCollector
 from tests.support.processes import memory_mib
 
-from . import litert
 from .results import Results, command_line, row
 
 Array = NDArray[np.float64]
@@ -89,8 +88,7 @@ def networks(shipped: Bundle, paper: Bundle | None) -> dict[str, Network | str]:
                 continue
             model = bundle.gesture_onnx
             out[key] = engines.open_network(engine, model, onnx_reader.read(model))
-        for peer, opened in (("torch", _torch), ("litert", litert.peer)):
-            out[f"{name}@{peer}"] = f"missing: {PAPER.name}" if bundle is None else opened(bundle)
+        out[f"{name}@torch"] = f"missing: {PAPER.name}" if bundle is None else _torch(bundle)
     return out
 
 
