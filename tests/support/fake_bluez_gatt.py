@@ -10,14 +10,28 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import shutil
 import subprocess
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+pytest.importorskip("dbus_fast", reason="HID needs dbus-fast: the extra [bluetooth]")
+if shutil.which("dbus-daemon") is None:
+    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
+
 from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
+
+from controller.keymap.keymap_file import load
+from controller.links.bluetooth.bluez import Bus
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.protocol.messages import Command, State
 
 ADAPTER = "/org/bluez/hci0"
 _PROPERTIES = "org.freedesktop.DBus.Properties"
@@ -48,6 +62,65 @@ def private_bus(folder: Path) -> Iterator[str]:
             yield daemon.stdout.readline().strip()
         finally:
             daemon.terminate()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a private bus."""
+    with private_bus(tmp_path_factory.mktemp("bus")) as found:
+        yield found
+
+
+def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callable[..., None]]:
+    """Return what makes a test of a coroutine: the fixture `play` plays it, with these options."""
+
+    def made(run: Callable[..., Any]) -> Callable[..., None]:
+        def test(play: Callable[..., None]) -> None:
+            play(run, *given, **options)
+
+        return test
+
+    return made
+
+
+class HidTable:
+    """A fake bluetoothd, and the orb's HID device.
+
+    Attributes:
+        told: Who has the orb, from its first change on.
+        remembered: What the device has stored.
+    """
+
+    def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
+        self.bluez, self.bus = bluez, bus
+        self.told: list[str] = []
+        self.remembered: list[StoredHosts] = []
+        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
+            load(Path(mapping), OUTPUTS),
+            hosts,
+            notify=self._tell,
+            store=self.remembered.append,
+        )
+        self._changed = asyncio.Event()
+        self._seen = 0
+
+    def _tell(self, address: str) -> None:
+        self.told.append(address)
+        self._changed.set()
+
+    async def who(self) -> str:
+        """Return who has the orb, as soon as that changes."""
+        while len(self.told) == self._seen:
+            self._changed.clear()
+            await asyncio.wait_for(self._changed.wait(), 10.0)
+        self._seen += 1
+        return self.told[self._seen - 1]
+
+    def press(self, name: str) -> None:
+        """Let the player make a gesture, and go on holding the orb."""
+        self.pad.take(Command(name, "press", 1.0, None, 1))
+        self.pad.take(State((name,)))
 
 
 class RefusedError(Exception):

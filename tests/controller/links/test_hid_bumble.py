@@ -90,8 +90,8 @@ class Reader:
                 await self.peer.subscribe(one, take)
 
 
-def over_gatt(scene: Callable[[Reader, GattOrb], Awaitable[None]]) -> None:
-    """Switch both on, let the host find the orb, and play a scene."""
+def over_gatt(scene: Callable[[Reader, GattOrb], Awaitable[None]]) -> Callable[[], None]:
+    """Make a test of a scene: both are switched on, and the host finds the orb."""
 
     async def whole() -> None:
         host, device = devices()
@@ -107,55 +107,49 @@ def over_gatt(scene: Callable[[Reader, GattOrb], Awaitable[None]]) -> None:
         for each in (host, device):
             await each.power_off()
 
-    asyncio.run(whole())
+    return lambda: asyncio.run(whole())
 
 
-def test_before_pairing_a_host_reads_nothing_over_gatt() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        for uuid in (REPORT_MAP_UUID, REPORT, BATTERY, PNP):
-            with pytest.raises(ATT_Error, match="INSUFFICIENT_ENCRYPTION"):
-                await host.read(uuid)
-        assert orb.told == []
-
-    over_gatt(scene)
+@over_gatt
+async def test_before_pairing_a_host_reads_nothing_over_gatt(host: Reader, orb: GattOrb) -> None:
+    for uuid in (REPORT_MAP_UUID, REPORT, BATTERY, PNP):
+        with pytest.raises(ATT_Error, match="INSUFFICIENT_ENCRYPTION"):
+            await host.read(uuid)
+    assert orb.told == []
 
 
-def test_a_paired_host_reads_the_report_map_the_battery_and_the_pnp_id() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        await host.connection.pair()
-        report_map = await host.read(REPORT_MAP_UUID)
-        assert report_map == REPORT_MAP  # longer than a packet: read in parts
-        assert hid.parse(report_map).ids(hid.INPUT) == {KEYBOARD, GAMEPAD}
-        assert await host.read(BATTERY) == bytes([87])
-        assert await host.read(PNP) == PNP_ID
-        assert orb.told == [HOST]
-
-    over_gatt(scene)
+@over_gatt
+async def test_a_paired_host_reads_every_value(host: Reader, orb: GattOrb) -> None:
+    await host.connection.pair()
+    report_map = await host.read(REPORT_MAP_UUID)
+    assert report_map == REPORT_MAP  # longer than a packet: read in parts
+    assert hid.parse(report_map).ids(hid.INPUT) == {KEYBOARD, GAMEPAD}
+    assert await host.read(BATTERY) == bytes([87])
+    assert await host.read(PNP) == PNP_ID
+    assert orb.told == [HOST]
 
 
-def test_a_gesture_arrives_as_a_report_that_the_map_explains() -> None:
-    async def scene(host: Reader, orb: GattOrb) -> None:
-        await host.connection.pair()
-        descriptor = hid.parse(await host.read(REPORT_MAP_UUID))
-        await host.listen()
-        press(orb, "down")
-        press(orb, "rotate_cw")
-        # The orb holds one gesture at a time; the tap of rotate_cw ends by itself.
-        told = await heard(host.reports, 4)
-        assert told == [gamepad(names) for names in ({"down"}, {"down", "a"}, {"a"}, ())]
-        both = told[1]
-        values = descriptor.decode(hid.INPUT, both.id, both.data)
-        assert values[0x09 << 16 | 1] == 1  # button 1
-        assert values[0x01 << 16 | 0x39] == 4  # hat, 180 degrees
-
-    over_gatt(scene)
+@over_gatt
+async def test_a_gesture_arrives_as_a_report_of_the_map(host: Reader, orb: GattOrb) -> None:
+    await host.connection.pair()
+    descriptor = hid.parse(await host.read(REPORT_MAP_UUID))
+    await host.listen()
+    press(orb, "down")
+    press(orb, "rotate_cw")
+    # The orb holds one gesture at a time; the tap of rotate_cw ends by itself.
+    told = await heard(host.reports, 4)
+    assert told == [gamepad(names) for names in ({"down"}, {"down", "a"}, {"a"}, ())]
+    both = told[1]
+    values = descriptor.decode(hid.INPUT, both.id, both.data)
+    assert values[0x09 << 16 | 1] == 1  # button 1
+    assert values[0x01 << 16 | 0x39] == 4  # hat, 180 degrees
 
 
 # --- over classic Bluetooth -----------------------------------------------------------------------
 
 
-def over_classic(scene: Callable[[ClassicHost, ClassicOrb], Awaitable[None]]) -> None:
-    """Switch both on, let the host connect, and play a scene."""
+def over_classic(scene: Callable[[ClassicHost, ClassicOrb], Awaitable[None]]) -> Callable[[], None]:
+    """Make a test of a scene: both are switched on, and the host connects."""
 
     async def whole() -> None:
         device, other = devices()
@@ -172,7 +166,7 @@ def over_classic(scene: Callable[[ClassicHost, ClassicOrb], Awaitable[None]]) ->
         for each in (device, other):
             await each.power_off()
 
-    asyncio.run(whole())
+    return lambda: asyncio.run(whole())
 
 
 async def open_channels(host: ClassicHost, orb: ClassicOrb) -> None:
@@ -190,71 +184,65 @@ async def come(host: ClassicHost, count: int) -> list[Report]:
     ]
 
 
-def test_a_host_finds_the_report_map_in_the_service_record() -> None:
-    async def scene(host: ClassicHost, orb: ClassicOrb) -> None:
+@over_classic
+async def test_the_report_map_is_in_the_service_record(host: ClassicHost, orb: ClassicOrb) -> None:
+    assert host.connection is not None
+    client = sdp.Client(host.connection)
+    await client.connect()
+    records = await client.search_attributes(
+        [core.BT_HUMAN_INTERFACE_DEVICE_SERVICE], [(0, 0xFFFF)]
+    )
+    await client.disconnect()
+    (found,) = records
+    values = {attribute.id: attribute.value for attribute in found}
+    descriptor = values[0x0206].value[0].value[1].value
+    assert hid.parse(descriptor).ids(hid.INPUT) == {KEYBOARD, GAMEPAD}
+    control = values[0x0004].value[0].value[1].value
+    interrupt = values[0x000D].value[0].value[0].value[1].value
+    assert (control, interrupt) == (0x11, 0x13)
+
+
+@over_classic
+async def test_gestures_arrive_over_the_interrupt_channel(
+    host: ClassicHost, orb: ClassicOrb
+) -> None:
+    await open_channels(host, orb)
+    assert await come(host, 2) == list(RELEASED)
+    press(orb, "rotate_cw")
+    assert await come(host, 2) == [gamepad({"a"}), gamepad({})]
+
+
+@over_classic
+async def test_the_control_channel_follows_the_profile(host: ClassicHost, orb: ClassicOrb) -> None:
+    await open_channels(host, orb)
+    press(orb, "down")
+    asked = await host.ask(lambda: host.get_report(1, GAMEPAD, 0))
+    assert bytes(asked) == bytes([0xA1, GAMEPAD]) + gamepad({"down"}).data
+    assert await host.ask(lambda: host.get_report(1, 9, 0)) == 2  # no such report
+    assert await host.ask(lambda: host.set_report(2, b"\x01\x02")) == 0  # Caps Lock
+    assert bytes(await host.ask(host.get_protocol)) == bytes([0xA0, REPORTS])
+    assert await host.ask(lambda: host.set_protocol(0)) == 0
+    assert bytes(await host.ask(host.get_protocol)) == bytes([0xA0, 0])
+    host.suspend()
+    host.virtual_cable_unplug()
+    await host.ask(host.get_protocol)
+    assert orb.talk.unplugged
+
+
+@over_classic
+async def test_the_orb_reconnects_with_nothing_down(host: ClassicHost, orb: ClassicOrb) -> None:
+    await open_channels(host, orb)
+    press(orb, "down")
+    await come(host, 3)
+    for _ in range(5):
         assert host.connection is not None
-        client = sdp.Client(host.connection)
-        await client.connect()
-        records = await client.search_attributes(
-            [core.BT_HUMAN_INTERFACE_DEVICE_SERVICE], [(0, 0xFFFF)]
-        )
-        await client.disconnect()
-        (found,) = records
-        values = {attribute.id: attribute.value for attribute in found}
-        descriptor = values[0x0206].value[0].value[1].value
-        assert hid.parse(descriptor).ids(hid.INPUT) == {KEYBOARD, GAMEPAD}
-        control = values[0x0004].value[0].value[1].value
-        interrupt = values[0x000D].value[0].value[0].value[1].value
-        assert (control, interrupt) == (0x11, 0x13)
-
-    over_classic(scene)
-
-
-def test_gestures_arrive_over_the_interrupt_channel_after_an_all_released_report() -> None:
-    async def scene(host: ClassicHost, orb: ClassicOrb) -> None:
-        await open_channels(host, orb)
+        await host.connection.disconnect()
+        await orb.closed()
+        host.forget()
+        while not host.reports.empty():
+            host.reports.get_nowait()
+        await orb.call(HOST)
+        await host.opened()
+        orb.opened()
         assert await come(host, 2) == list(RELEASED)
-        press(orb, "rotate_cw")
-        assert await come(host, 2) == [gamepad({"a"}), gamepad({})]
-
-    over_classic(scene)
-
-
-def test_the_control_channel_answers_as_the_profile_wants() -> None:
-    async def scene(host: ClassicHost, orb: ClassicOrb) -> None:
-        await open_channels(host, orb)
-        press(orb, "down")
-        asked = await host.ask(lambda: host.get_report(1, GAMEPAD, 0))
-        assert bytes(asked) == bytes([0xA1, GAMEPAD]) + gamepad({"down"}).data
-        assert await host.ask(lambda: host.get_report(1, 9, 0)) == 2  # no such report
-        assert await host.ask(lambda: host.set_report(2, b"\x01\x02")) == 0  # Caps Lock
-        assert bytes(await host.ask(host.get_protocol)) == bytes([0xA0, REPORTS])
-        assert await host.ask(lambda: host.set_protocol(0)) == 0
-        assert bytes(await host.ask(host.get_protocol)) == bytes([0xA0, 0])
-        host.suspend()
-        host.virtual_cable_unplug()
-        await host.ask(host.get_protocol)
-        assert orb.talk.unplugged
-
-    over_classic(scene)
-
-
-def test_the_orb_comes_back_by_itself_and_says_that_nothing_is_down() -> None:
-    async def scene(host: ClassicHost, orb: ClassicOrb) -> None:
-        await open_channels(host, orb)
-        press(orb, "down")
-        await come(host, 3)
-        for _ in range(5):
-            assert host.connection is not None
-            await host.connection.disconnect()
-            await orb.closed()
-            host.forget()
-            while not host.reports.empty():
-                host.reports.get_nowait()
-            await orb.call(HOST)
-            await host.opened()
-            orb.opened()
-            assert await come(host, 2) == list(RELEASED)
-        assert orb.told == [HOST, *["", HOST] * 5]
-
-    over_classic(scene)
+    assert orb.told == [HOST, *["", HOST] * 5]
