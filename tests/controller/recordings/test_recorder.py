@@ -296,6 +296,15 @@ def spoil(
     monkeypatch.setattr(writer, "atomic_write", write)
 
 
+@pytest.fixture
+def rescue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where temporary files go."""
+    folder = tmp_path / "rescue"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    return folder
+
+
 def rescued(folder: Path) -> int:
     """Return the frames of the one session in a temporary folder, which is private."""
     (file,) = folder.glob("orbtouch-*/one.npz")
@@ -303,17 +312,23 @@ def rescued(folder: Path) -> int:
     return len(reader.load(file).frames)
 
 
-def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journal_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rescue = tmp_path / "rescue"
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+@pytest.mark.parametrize(
+    ("becomes", "complaint"),
+    [
+        (lambda data: None, "no space left on device; the session is kept in"),
+        (lambda data: data[:-1], "cannot be read again; the session is kept in"),
+    ],
+    ids=["a full disk", "a file that is read back short"],
+)
+def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
+    becomes: Callable[[bytes], bytes | None], complaint: str,
+    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 5)
-    spoil(monkeypatch, tmp_path, lambda data: None)
-    with pytest.raises(RecordingError, match=r"no space left on device; the session is kept in"):
+    spoil(monkeypatch, tmp_path, becomes)
+    with pytest.raises(RecordingError, match=complaint):
         session.close()
     assert rescued(rescue) == 5
     assert on_disk(file) == [1, 2, 3, 4, 5]
@@ -321,29 +336,9 @@ def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journ
     assert not file.removed
 
 
-def test_a_sealed_file_is_read_again_before_the_journal_goes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rescue = tmp_path / "rescue"
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
-    file = FakeFile()
-    spoil(monkeypatch, tmp_path, lambda data: data[:-1])
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    add(session, 1, 5)
-    with pytest.raises(RecordingError, match="cannot be read again; the session is kept in"):
-        session.close()
-    assert rescued(rescue) == 5
-    assert not file.removed
-
-
-def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stick, rescue = tmp_path / "stick", tmp_path / "rescue"
+def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(tmp_path: Path, rescue: Path) -> None:
+    stick = tmp_path / "stick"
     stick.mkdir()
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
     session = Recorder(stick / "one.npz", ORIGIN, {})
     add(session, 1, 5)
     shutil.rmtree(stick)
@@ -369,10 +364,9 @@ def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
 
 
 def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.answers.clear()
@@ -380,7 +374,7 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
     with pytest.raises(RecordingError, match="does not answer; the session is kept in"):
         session.close()
     file.answers.set()
-    assert rescued(tmp_path) == 5
+    assert rescued(rescue) == 5
 
 
 def test_a_frame_that_cannot_be_kept_ends_the_session_and_loses_nothing_before_it(

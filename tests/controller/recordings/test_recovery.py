@@ -64,13 +64,6 @@ def test_what_a_crash_tore_is_no_damage(tmp_path: Path) -> None:
     assert names(tmp_path) == ["one.npz"]
 
 
-def test_a_journal_that_was_sealed_already_is_removed(tmp_path: Path) -> None:
-    recover(left(tmp_path))
-    recovered = recover(left(tmp_path))  # a crash between sealing and removing
-    assert recovered.path == tmp_path / "one.npz"
-    assert names(tmp_path) == ["one.npz"]
-
-
 def test_a_name_that_another_session_took_is_left_and_the_next_one_used(tmp_path: Path) -> None:
     (tmp_path / "one.npz").write_text("precious")
     assert recover(left(tmp_path)).path == tmp_path / "one-2.npz"
