@@ -13,12 +13,14 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from controller.links.bluetooth import bluez
+import pytest
+
+from controller.links.bluetooth import bluez, registration
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from tests.support import waiting
 
@@ -174,3 +176,20 @@ class FakeBluez:
 
 
 until = partial(waiting.until, passing=(BluetoothError,))
+
+
+@pytest.fixture(scope="module")
+def bus() -> Iterator[FakeBluez]:
+    """A bus of a module's tests."""
+    fake = FakeBluez()
+    yield fake
+    fake.close()
+
+
+@pytest.fixture
+def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
+    """A bluetoothd that has just started, as the system's."""
+    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
+    monkeypatch.setattr(registration, "RETRY_S", 0.02)
+    bus.fresh()
+    return bus

@@ -13,20 +13,9 @@ from controller.capture.key_labels import (
 )
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent
 from controller.recordings.recording import UNKNOWN, Mark
+from tests.controller.keymap.test_terminal_decoder import pressed, released, typed
 
 LABELS = 5  # null and four gestures
-
-
-def typed(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.TYPED)
-
-
-def pressed(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.PRESSED)
-
-
-def released(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.RELEASED)
 
 
 # --- keys that are held ---------------------------------------------------------------------------

@@ -10,7 +10,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.support.fake_bluez import HOST, FakeBluez, missing, until
+from tests.support.fake_bluez import HOST, FakeBluez, bus, fake, missing, until
+
+__all__ = ["bus", "fake"]
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HandMadeHost
 
@@ -18,7 +20,6 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.links import LinkError, open_link
-from controller.links.bluetooth import registration
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
 from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
@@ -26,21 +27,6 @@ from controller.protocol.messages import Bye, Command, Hello, State, Welcome
 
 DEVICE_PATH = "/org/bluez/hci0/dev_" + HOST.replace(":", "_")
 PROFILES = "org.bluez.ProfileManager1"
-
-
-@pytest.fixture(scope="module")
-def bus() -> Iterator[FakeBluez]:
-    fake = FakeBluez()
-    yield fake
-    fake.close()
-
-
-@pytest.fixture
-def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
-    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
-    monkeypatch.setattr(registration, "RETRY_S", 0.02)
-    bus.fresh()
-    return bus
 
 
 @pytest.fixture
