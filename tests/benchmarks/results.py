@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import ast
+import hashlib
 import json
 import math
 import sys
+from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,3 +100,19 @@ def show_figures(figures: dict[str, float], as_json: bool) -> None:
         return
     for name, value in figures.items():
         print(f"{name:24} {value:10,.3f}")
+
+
+def code_hash(modules: Iterable[str]) -> bytes:
+    """Return a hash of the code of modules; comments, docstrings and layout are no part of it."""
+    digest = hashlib.sha256()
+    for name in modules:
+        spec = find_spec(name)
+        if spec is None or spec.origin is None:
+            raise ImportError(f"{name} is missing")
+        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            body = getattr(node, "body", None)
+            if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
+                del body[0]  # a docstring
+        digest.update(ast.dump(tree).encode())
+    return digest.digest()

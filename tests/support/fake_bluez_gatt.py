@@ -350,18 +350,8 @@ class FakeBluez:
 
     async def _on_RegisterApplication(self, message: Message) -> None:  # noqa: N802
         self._owner = message.sender or ""
-        reply = await self.bus.call(
-            Message(
-                destination=self._owner,
-                path=message.body[0],
-                interface=_OBJECTS,
-                member="GetManagedObjects",
-            )
-        )
-        assert reply is not None
-        if reply.message_type is MessageType.ERROR:
-            raise RefusedError("org.bluez.Error.Failed", str(reply.body))
-        self.application = unpack_variants(reply.body[0])
+        objects = await self._invoke(message.body[0], _OBJECTS, "GetManagedObjects")
+        self.application = unpack_variants(objects)
         if not self.application:
             raise RefusedError("org.bluez.Error.InvalidArguments", "No object received")
 
@@ -371,19 +361,10 @@ class FakeBluez:
     async def _on_RegisterAdvertisement(self, message: Message) -> None:  # noqa: N802
         if self.advertisement:
             raise RefusedError("org.bluez.Error.AlreadyExists")
-        body = ["org.bluez.LEAdvertisement1"]
-        reply = await self.bus.call(
-            Message(
-                destination=message.sender,
-                path=message.body[0],
-                interface=_PROPERTIES,
-                member="GetAll",
-                signature="s",
-                body=body,
-            )
-        )
-        assert reply is not None
-        self.advertisement = unpack_variants(reply.body[0])
+        self._owner = message.sender or ""
+        interface = "org.bluez.LEAdvertisement1"
+        found = await self._invoke(message.body[0], _PROPERTIES, "GetAll", "s", interface)
+        self.advertisement = unpack_variants(found)
 
     async def _on_UnregisterAdvertisement(self, message: Message) -> None:  # noqa: N802
         if not self.advertisement:
@@ -406,18 +387,17 @@ class FakeBluez:
     # --- helpers ---
 
     async def _call(self, path: str, member: str, signature: str = "", *body: Any) -> Any:
+        kind = "GattDescriptor1" if "/desc" in path else "GattCharacteristic1"
+        return await self._invoke(path, f"org.bluez.{kind}", member, signature, *body)
+
+    async def _invoke(
+        self, path: str, interface: str, member: str, signature: str = "", *body: Any
+    ) -> Any:
+        """Call the program that has registered itself."""
         reply = await self.bus.call(
-            Message(
-                destination=self._owner,
-                path=path,
-                interface="org.bluez.GattCharacteristic1"
-                if "/desc" not in path
-                else "org.bluez.GattDescriptor1",
-                member=member,
-                signature=signature,
-                body=list(body),
-            )
-        )
+            Message(destination=self._owner, path=path, interface=interface, member=member,
+                    signature=signature, body=list(body))
+        )  # fmt: skip
         assert reply is not None
         if reply.message_type is MessageType.ERROR:
             raise RefusedError(str(reply.error_name), str(reply.body[0]) if reply.body else "")

@@ -106,7 +106,7 @@ def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
         assert np.array_equal(base.graph.weights[name], weights), name
 
 
-def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further() -> None:
+def test_a_second_gesture_keeps_the_first_and_the_network_s_size() -> None:
     made = written(adapt.teach(taught(), examples("squeeze", 3)))
     learned = bundles.parse(made)
     assert learned.labels[-2:] == ("double_tap", "squeeze")
@@ -122,7 +122,7 @@ def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further(
 
 
 @pytest.mark.slow
-def test_somebody_s_own_way_of_pinching_goes_into_a_network_of_theirs() -> None:
+def test_a_person_s_own_gesture_goes_into_their_own_network() -> None:
     theirs = [Example("pinch", one.images, user="ann") for one in examples("squeeze", 2)]
     learned = bundles.parse(written(adapt.teach(DATA, theirs)))
     assert learned.labels == LOADED.labels
@@ -191,7 +191,7 @@ def images_touched(*touches: tuple[int, int], frames: int = 40, firm: float = 0.
     return images
 
 
-def test_a_touch_is_found_with_the_pause_of_a_double_tap_in_it() -> None:
+def test_a_double_tap_is_found_with_its_pause() -> None:
     one = Example("double_tap", images_touched((10, 13), (15, 18))).found()
     assert one is not None
     assert one.span == pytest.approx((9.3, 17.7), abs=0.35)
@@ -199,7 +199,7 @@ def test_a_touch_is_found_with_the_pause_of_a_double_tap_in_it() -> None:
     assert touched(np.ones((30, 5, 5), np.float32)) == []
 
 
-def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_before() -> None:
+def test_of_two_touches_only_the_last_is_learned() -> None:
     one = Example("tap", images_touched((3, 9), (20, 26), (35, 36))).found()
     assert one is not None
     assert one.span is not None
@@ -212,7 +212,7 @@ def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_befo
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
-def test_how_long_a_pause_parts_touches_is_a_time_not_a_number_of_frames(rate_hz: float) -> None:
+def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> None:
     def at(*seconds: float) -> tuple[int, ...]:
         return tuple(round(rate_hz * s) for s in seconds)
 

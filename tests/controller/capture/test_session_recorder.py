@@ -38,7 +38,7 @@ def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> No
     assert loaded.rest[0, 0] == 40.0
 
 
-def test_a_sensor_that_is_lost_ends_the_session_and_its_recording_is_sealed(tmp_path: Path) -> None:
+def test_a_lost_sensor_ends_the_session_and_seals_its_recording(tmp_path: Path) -> None:
     path = tmp_path / "lost.npz"
     bench = Bench(record=path, lost_s=3.0)
     with pytest.raises(SensorError, match="the slab was unplugged; plug it in again"):

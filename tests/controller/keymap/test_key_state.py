@@ -98,7 +98,7 @@ def test_long_hold_changes_the_profile() -> None:
     assert pressed.profile == "desk"
 
 
-def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None:
+def test_hold_that_ends_or_falls_silent_does_nothing_long() -> None:
     pressed = KeyState(HELD)
     hold(pressed, "drop", 1.0, 2.0)
     let_go(pressed, 2.1)

@@ -60,7 +60,7 @@ def is_greeted(link: RfcommLink) -> None:
     until(lambda: any(isinstance(request, Hello) for request in link.poll()))
 
 
-def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
+def test_the_service_has_our_uuid_is_serial_and_wants_pairing(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
     ((path, uuid, options),) = fake.calls("RegisterProfile")
@@ -163,9 +163,7 @@ def test_it_is_registered_anew_when_the_adapter_is_plugged_in_again(
     assert sum("there is no Bluetooth adapter" in line for line in told) == 1  # said once
 
 
-def test_an_adapter_that_was_switched_off_stays_off_until_it_is_switched_on(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_an_adapter_that_is_switched_off_stays_off(fake: FakeBluez, link: RfcommLink) -> None:
     def power(on: bool) -> None:
         fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", on))
 
@@ -225,21 +223,17 @@ def test_a_second_controller_is_told_that_another_program_has_it(fake: FakeBluez
         open_link("rfcomm:", welcome())
 
 
-def test_without_bluetoothd_it_says_how_to_start_it(fake: FakeBluez) -> None:
+def test_without_bluetoothd_or_adapter_the_error_has_the_remedy(fake: FakeBluez) -> None:
     fake.stop()
     with pytest.raises(LinkError, match="systemctl enable --now bluetooth"):
         open_link("rfcomm:", welcome())
-
-
-def test_without_an_adapter_it_says_what_to_do(fake: FakeBluez) -> None:
-    fake.stop()
     fake.start(adapter=False)
     with pytest.raises(LinkError, match="there is no Bluetooth adapter; plug one in"):
         open_link("rfcomm:", welcome())
     fake.stop()
 
 
-def test_an_adapter_that_is_not_there_is_told_with_those_that_are(fake: FakeBluez) -> None:
+def test_a_missing_adapter_is_reported_with_those_there_are(fake: FakeBluez) -> None:
     with pytest.raises(LinkError, match="no Bluetooth adapter hci7; there is hci0"):
         open_link("rfcomm:hci7", welcome())
 

@@ -208,7 +208,7 @@ async def test_a_host_that_unplugs_is_let_go(it: Table) -> None:
 
 
 @scene(known=StoredHosts((LAPTOP,), LAPTOP))
-async def test_the_orb_calls_the_host_that_had_it_last_five_times_of_five(it: Table) -> None:
+async def test_the_orb_calls_the_last_host_five_times_of_five(it: Table) -> None:
     loop = asyncio.get_running_loop()
     listeners = [it.radio.wait_at(f"{LAPTOP}-{port}") for port in (CONTROL, INTERRUPT)]
     it.open += listeners

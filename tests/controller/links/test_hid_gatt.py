@@ -256,7 +256,7 @@ async def test_strangers_are_told_to_look_only_while_pairing_is_asked_for(it: Ta
 
 
 @scene()
-async def test_before_the_orb_goes_it_says_that_nothing_is_down_and_disconnects(it: Table) -> None:
+async def test_the_end_releases_everything_and_disconnects(it: Table) -> None:
     await it.play(LAPTOP)
     it.press("down")
     await it.settle()
@@ -294,7 +294,7 @@ def test_an_adapter_without_low_energy_is_told_in_one_sentence(address: str, pla
 
 
 @scene()
-async def test_a_bluetoothd_that_does_not_want_us_is_told_in_one_sentence(it: Table) -> None:
+async def test_a_bluetoothd_that_refuses_is_one_sentence(it: Table) -> None:
     await it.part.end()
     it.bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
     with pytest.raises(BluetoothError, match="another program has registered it already"):

@@ -104,7 +104,7 @@ def test_whatever_was_pressed_is_up_once_the_orb_is_silent(script: list[tuple[st
     assert latest == {report.id: report for report in RELEASED}
 
 
-def test_a_quick_tap_after_a_repeated_key_has_a_moment_before_it() -> None:
+def test_a_quick_tap_after_a_repeated_key_waits_a_moment() -> None:
     player = Player('[profile.a]\nleft = { key = "a", mode = "repeat" }\ndown = { key = "a" }')
     player.command("left", 1.0)
     player.command("down", 1.01)

@@ -77,7 +77,7 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     assert loaded.rest is not None
 
 
-def test_the_journal_and_its_name_are_on_the_disk_before_the_first_frame(
+def test_the_journal_is_on_the_disk_before_the_first_frame(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     synced: list[Path] = []
@@ -152,7 +152,7 @@ def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
     assert len(reader.load(tmp_path / "one.npz").frames) == 500
 
 
-def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
+def test_a_full_disk_is_reported_once_and_written_later(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, "controller")
@@ -209,7 +209,7 @@ def test_a_disk_too_slow_to_keep_the_promise_is_told(
     session.close()
 
 
-def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_path: Path) -> None:
+def test_a_disk_that_is_full_from_the_start_is_refused(tmp_path: Path) -> None:
     file = FakeFile()
     file.room = 100
     with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: no space left"):
@@ -251,7 +251,7 @@ def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> Non
     assert sorted(len(reader.load(tmp_path / name).t) for name in names) == [1, 2, 3, 4, 5]
 
 
-def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
+def test_a_file_that_was_named_comes_first(tmp_path: Path) -> None:
     runs = RunFiles(tmp_path / "mine.npz", "", "20200101")
     (tmp_path / "mine-2.npz").write_text("precious")
 
@@ -269,7 +269,7 @@ def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: P
         RunFiles(tmp_path / "mine.npz", "", "20200101")
 
 
-def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:
+def test_a_name_that_was_taken_meanwhile_is_left(tmp_path: Path) -> None:
     path = tmp_path / "sub-ab_ses-20200101_run-01.npz"
     session = Recorder(path, ORIGIN, {})
     add(session, 1, 3)
@@ -347,7 +347,7 @@ def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(tmp_path: Path, re
     assert rescued(rescue) == 5
 
 
-def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
+def test_where_no_place_is_left_the_message_names_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object, **__: object) -> None:
@@ -363,7 +363,7 @@ def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
-def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
+def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
     tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
@@ -377,7 +377,7 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
     assert rescued(rescue) == 5
 
 
-def test_a_frame_that_cannot_be_kept_ends_the_session_and_loses_nothing_before_it(
+def test_a_frame_that_cannot_be_kept_loses_nothing_before_it(
     tmp_path: Path,
 ) -> None:
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})

@@ -241,7 +241,7 @@ def test_marks_stand_in_order_of_time_and_say_anything(tmp_path: Path) -> None:
         reader.load(changed(path, mark_t=np.array([0.5, 0.4])))
 
 
-def test_a_survey_says_what_a_file_holds_and_finds_what_a_glance_can(tmp_path: Path) -> None:
+def test_a_survey_finds_what_a_glance_can(tmp_path: Path) -> None:
     path = record(tmp_path / "one.npz")
     found = reader.survey(path)
     assert (found.path, found.frames, found.origin) == (path, 30, reader.load(path).origin)
