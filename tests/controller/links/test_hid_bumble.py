@@ -10,142 +10,21 @@ import pytest
 pytest.importorskip("bumble", reason="the virtual controllers are Bumble's: pip install bumble")
 
 from bumble import core, hci, sdp
-from bumble.att import ATT_Error
-from bumble.device import Connection, Device, Peer
-from bumble.gatt_client import CharacteristicProxy
 
 from controller.links.bluetooth.hid.l2cap import REPORTS
-from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD, PNP_ID, REPORT_MAP
+from controller.links.bluetooth.hid.report_map import GAMEPAD, KEYBOARD
 from controller.links.bluetooth.hid.reports import RELEASED, Report, gamepad
 from controller.protocol.messages import Command, State
 from tests.reference import hid
-from tests.support.bumble_orb import HOST, ORB, ClassicHost, ClassicOrb, GattOrb, devices
+from tests.support.bumble_orb import HOST, ORB, ClassicHost, ClassicOrb, devices
 
-REPORT_MAP_UUID, REPORT, BATTERY, PNP = 0x2A4B, 0x2A4D, 0x2A19, 0x2A50
 BR_EDR = core.PhysicalTransport.BR_EDR
 
 
-def press(orb: GattOrb | ClassicOrb, name: str) -> None:
+def press(orb: ClassicOrb, name: str) -> None:
     """Let the player make a gesture, and hold the orb."""
     orb.pad.take(Command(name, "press", 1.0, None, 1))
     orb.pad.take(State((name,)))
-
-
-async def heard(reports: asyncio.Queue[Report], count: int) -> list[Report]:
-    """Return the next reports that a host gets."""
-    return [await asyncio.wait_for(reports.get(), 10.0) for _ in range(count)]
-
-
-# --- over GATT ------------------------------------------------------------------------------------
-
-
-class Reader:
-    """A host's side of HID over GATT: it finds, pairs, reads and listens."""
-
-    def __init__(self, device: Device) -> None:
-        self.device = device
-        self.reports: asyncio.Queue[Report] = asyncio.Queue()
-        self.connection: Connection
-        self.peer: Peer
-
-    async def find(self) -> None:
-        """Connect to whoever advertises a gamepad."""
-        found: asyncio.Future[hci.Address] = asyncio.get_running_loop().create_future()
-
-        def see(advertisement: object) -> None:
-            data = advertisement.data  # type: ignore[attr-defined]
-            if data.get(core.AdvertisingData.APPEARANCE) and not found.done():
-                found.set_result(advertisement.address)  # type: ignore[attr-defined]
-
-        self.device.on("advertisement", see)
-        await self.device.start_scanning()
-        address = await asyncio.wait_for(found, 10.0)
-        await self.device.stop_scanning()
-        self.connection = await self.device.connect(address)
-        self.peer = Peer(self.connection)
-        await self.peer.request_mtu(185)
-        await self.peer.discover_services()
-        await self.peer.discover_characteristics()
-
-    def all(self, uuid: int) -> list[CharacteristicProxy[bytes]]:
-        """Return the characteristics with a UUID."""
-        return self.peer.get_characteristics_by_uuid(core.UUID.from_16_bits(uuid))
-
-    async def read(self, uuid: int) -> bytes:
-        """Return a value."""
-        return bytes(await self.peer.read_value(self.all(uuid)[0]))
-
-    async def listen(self) -> None:
-        """Subscribe to every input report, by the id that its descriptor tells."""
-        for one in self.all(REPORT):
-            await self.peer.discover_descriptors(one)
-            descriptor = one.get_descriptor(core.UUID.from_16_bits(0x2908))
-            assert descriptor is not None
-            number, kind = await self.peer.read_value(descriptor)
-            if kind == 1:
-
-                def take(value: bytes, number: int = number) -> None:
-                    self.reports.put_nowait(Report(number, bytes(value)))
-
-                await self.peer.subscribe(one, take)
-
-
-def over_gatt(scene: Callable[[Reader, GattOrb], Awaitable[None]]) -> Callable[[], None]:
-    """Make a test of a scene: both are switched on, and the host finds the orb."""
-
-    async def whole() -> None:
-        host, device = devices()
-        orb = GattOrb(device)
-        for each in (host, device):
-            await each.power_on()
-        await device.start_advertising(
-            auto_restart=True, advertising_interval_min=20.0, advertising_interval_max=20.0
-        )
-        reader = Reader(host)
-        await reader.find()
-        await scene(reader, orb)
-        for each in (host, device):
-            await each.power_off()
-
-    return lambda: asyncio.run(whole())
-
-
-@over_gatt
-async def test_before_pairing_a_host_reads_nothing_over_gatt(host: Reader, orb: GattOrb) -> None:
-    for uuid in (REPORT_MAP_UUID, REPORT, BATTERY, PNP):
-        with pytest.raises(ATT_Error, match="INSUFFICIENT_ENCRYPTION"):
-            await host.read(uuid)
-    assert orb.told == []
-
-
-@over_gatt
-async def test_a_paired_host_reads_every_value(host: Reader, orb: GattOrb) -> None:
-    await host.connection.pair()
-    report_map = await host.read(REPORT_MAP_UUID)
-    assert report_map == REPORT_MAP  # longer than a packet: read in parts
-    assert hid.parse(report_map).ids(hid.INPUT) == {KEYBOARD, GAMEPAD}
-    assert await host.read(BATTERY) == bytes([87])
-    assert await host.read(PNP) == PNP_ID
-    assert orb.told == [HOST]
-
-
-@over_gatt
-async def test_a_gesture_arrives_as_a_report_of_the_map(host: Reader, orb: GattOrb) -> None:
-    await host.connection.pair()
-    descriptor = hid.parse(await host.read(REPORT_MAP_UUID))
-    await host.listen()
-    press(orb, "down")
-    press(orb, "rotate_cw")
-    # The orb holds one gesture at a time; the tap of rotate_cw ends by itself.
-    told = await heard(host.reports, 4)
-    assert told == [gamepad(names) for names in ({"down"}, {"down", "a"}, {"a"}, ())]
-    both = told[1]
-    values = descriptor.decode(hid.INPUT, both.id, both.data)
-    assert values[0x09 << 16 | 1] == 1  # button 1
-    assert values[0x01 << 16 | 0x39] == 4  # hat, 180 degrees
-
-
-# --- over classic Bluetooth -----------------------------------------------------------------------
 
 
 def over_classic(scene: Callable[[ClassicHost, ClassicOrb], Awaitable[None]]) -> Callable[[], None]:
