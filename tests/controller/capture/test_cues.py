@@ -19,10 +19,10 @@ LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
 
 
-def cues(*labels: str) -> CueSession:
+def cues(*labels: str, pace: CueTiming = PACE) -> CueSession:
     """Return cues for these examples, in this order."""
     asks = [ExampleRequest(label) for label in labels]
-    return CueSession(asks, PACE, np.random.default_rng(1), shuffled=False)
+    return CueSession(asks, pace, np.random.default_rng(1), shuffled=False)
 
 
 def play(
@@ -103,9 +103,7 @@ QUICK = CueTiming(0.5, 2.0, 0.5, 0.0, still_s=0.4)
 
 
 def quick(*labels: str) -> CueSession:
-    return CueSession(
-        [ExampleRequest(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False
-    )
+    return cues(*labels, pace=QUICK)
 
 
 def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:

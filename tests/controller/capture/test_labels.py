@@ -2,25 +2,18 @@
 
 import io
 
-import numpy as np
 import pytest
 
-from controller.capture.cue_plan import CueTiming, ExampleRequest
-from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.cues import Cue, Phase
 from controller.capture.key_labels import LabelCorrection
 from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.status_line import StatusLine, describe
 from controller.keymap.terminal import Timed
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
+from tests.controller.capture.test_cues import cues as cued
 
 LABELS = ("null", "press", "pinch")
-PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)
-
-
-def cued(*labels: str) -> CueSession:
-    rng = np.random.default_rng(1)
-    return CueSession([ExampleRequest(label) for label in labels], PACE, rng, shuffled=False)
 
 
 def down(key: str, ago_s: float = 0.0) -> Timed:

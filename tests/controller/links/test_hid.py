@@ -73,14 +73,6 @@ def press(link: HidLink, name: str) -> None:
 
 
 @scene()
-async def test_a_gesture_reaches_a_host(link: HidLink, bluez: FakeBluez) -> None:
-    await come(bluez, link)
-    press(link, "rotate_cw")
-    tap = [gamepad({"a"}).data, gamepad(()).data]
-    await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
-
-
-@scene()
 async def test_closing_releases_everything_and_disconnects(link: HidLink, bluez: FakeBluez) -> None:
     await come(bluez, link)
     press(link, "down")
