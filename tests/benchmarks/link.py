@@ -21,8 +21,8 @@ import socket
 import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -44,7 +44,7 @@ from host.connection.transport import open_transport
 
 from . import link_ledger
 from .link_peers import CHUNK, FRAME
-from .link_wires import WIRES, Line, Wire
+from .link_wires import WIRES, Line, Peer, Wire
 from .results import Results, command_line
 
 PACKETS_GOAL: Final = 150_000.0
@@ -232,25 +232,32 @@ _RATIOS: Final = (
 )
 
 
-def cuts(results: Results, wire: Wire, count: int) -> None:
-    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
-    noticed, back = [], []
+@contextmanager
+def connected(wire: Wire) -> Iterator[tuple[Line, Peer, Receiver]]:
+    """Give a line whose bytes are counted, its wire, and a receiver that is connected over it."""
     with wire.line("device", counted=True) as line:
         assert line.wire is not None
         receiver = Receiver(lambda: open_transport(line.url))
         receiver.connect()
         until(receiver, lambda news: isinstance(news, Connected))
+        yield line, line.wire, receiver
+        receiver.close()
+
+
+def cuts(results: Results, wire: Wire, count: int) -> None:
+    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
+    noticed, back = [], []
+    with connected(wire) as (_, cable, receiver):
         for _ in range(count):
             time.sleep(0.3)  # of quiet between two cuts
             began_s = time.monotonic()
-            line.wire.ask("pull")
+            cable.ask("pull")
             until(receiver, lambda news: isinstance(news, Lost))
             noticed.append(time.monotonic() - began_s)
             began_s = time.monotonic()
-            line.wire.ask("plug")
+            cable.ask("plug")
             until(receiver, lambda news: isinstance(news, Connected))
             back.append(time.monotonic() - began_s)
-        receiver.close()
     results.note("cut_noticed_p50_s", statistics.median(noticed), "s", preset=wire.name)
     results.note("reconnect_p50_s", statistics.median(back), "s", preset=wire.name)
     results.note("reconnect_max_s", max(back), "s", preset=wire.name)
@@ -258,13 +265,10 @@ def cuts(results: Results, wire: Wire, count: int) -> None:
 
 def silence(results: Results, wire: Wire, seconds: float) -> None:
     """Measure what a link costs on which nothing is said but that both are there."""
-    with wire.line("device", counted=True) as line:
-        assert line.wire is not None
-        receiver = Receiver(lambda: open_transport(line.url))
-        receiver.connect()
-        until(receiver, lambda news: isinstance(news, Connected))
+    with connected(wire) as (line, cable, receiver):
         pid = line.peer.process.pid
-        bytes_before, here_s, there_s = _passed(line), time.process_time(), _cpu_s(pid)
+        bytes_before = sum(cable.ask("bytes")["bytes"])
+        here_s, there_s = time.process_time(), _cpu_s(pid)
         end_s = time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0:
             receiver.wait(left_s)
@@ -272,16 +276,10 @@ def silence(results: Results, wire: Wire, seconds: float) -> None:
                 raise RuntimeError("the link was lost in silence")
         minute = 60.0 / seconds
         here_s, there_s = time.process_time() - here_s, _cpu_s(pid) - there_s
-        passed = [after - before for after, before in zip(_passed(line), bytes_before, strict=True)]
-        receiver.close()
+        passed = sum(cable.ask("bytes")["bytes"]) - bytes_before
     results.note("silent_minute_host_cpu_s", here_s * minute, "s", preset=wire.name)
     results.note("silent_minute_device_cpu_s", there_s * minute, "s", preset=wire.name)
-    results.note("silent_minute_bytes", sum(passed) * minute, "byte", preset=wire.name)
-
-
-def _passed(line: Line) -> list[int]:
-    assert line.wire is not None
-    return list(line.wire.ask("bytes")["bytes"])
+    results.note("silent_minute_bytes", passed * minute, "byte", preset=wire.name)
 
 
 def _cpu_s(pid: int) -> float:

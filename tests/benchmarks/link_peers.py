@@ -1,4 +1,4 @@
-"""The other processes of the link benchmark: who is at the far end, and the wire in between.
+"""Processes of the link benchmark: far ends, and the wire in between.
 
     python -m tests.benchmarks.link_peers device URL      an orb that feels nothing
     python -m tests.benchmarks.link_peers sessions URL    the same without locks, queues, threads

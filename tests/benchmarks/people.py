@@ -1,4 +1,4 @@
-"""Real people on a touch screen: what they do is told of people from whom nothing was learned.
+"""Gestures of real people on a touch screen, classified by models that never saw these people.
 
     python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
 

@@ -1,4 +1,4 @@
-"""Ten people told apart: the rows `user_...` of tests/benchmarks/recognition.py.
+"""Identification of ten people: the rows `user_...` of tests/benchmarks/recognition.py.
 
     python -m tests.benchmarks.recognition_users [--quick] [--retrain] [--json]
 

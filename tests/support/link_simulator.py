@@ -1,4 +1,4 @@
-"""A device, a host and a bad wire between them, on a virtual clock; and what must hold whatever.
+"""A device, a host and a bad wire between them, on a virtual clock; and their invariants.
 
 `World.wait` lets time pass in steps of 10 ms: the two sessions tick, bytes travel, the host
 reconnects as `host.connection.receiver` does. All else is trouble. After every step `World` checks

@@ -1,4 +1,4 @@
-"""That was a twist: what a player says of the latest touch is learned while play goes on."""
+"""Corrections: the latest touch is learned under another label while play goes on."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Held keys, step by step on a clock of our own; and at any moment, whatever happens."""
+"""Held keys on a simulated clock, by scripts and in any order of events."""
 
 from collections.abc import Callable
 

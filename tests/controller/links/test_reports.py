@@ -1,4 +1,4 @@
-"""Our reports, read by a host's parser that was written from the specification."""
+"""HID reports, read by a parser that was written from the specification."""
 
 import hashlib
 

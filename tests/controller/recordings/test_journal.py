@@ -1,4 +1,4 @@
-"""The journal: whatever a crash or a bad disk leaves of one, nothing wrong is read out of it."""
+"""Journals that a crash or a bad disk has cut, changed or mixed: only whole frames are read."""
 
 import tempfile
 from collections.abc import Iterator

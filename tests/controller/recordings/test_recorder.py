@@ -1,4 +1,4 @@
-"""The recorder: the loop never waits for the disk, and whatever that does, the session stays."""
+"""The recorder: the loop never waits for the disk, and no failure of it loses a session."""
 
 import contextlib
 import logging

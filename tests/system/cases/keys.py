@@ -1,4 +1,4 @@
-"""Keys and buttons that an orb presses over Bluetooth, seen by evdev, and let go whoever dies."""
+"""Keys and buttons pressed over Bluetooth, read by evdev, and released when either side dies."""
 
 import select
 import signal
