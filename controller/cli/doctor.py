@@ -25,7 +25,7 @@ from controller.diagnostics import (
 from controller.diagnostics.frame_source import Finger, FrameReader, PromptedFinger, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
-from controller.recognition.preprocess import LEAST_REST
+from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorError, VirtualSensor
 
@@ -178,7 +178,7 @@ def _skin(
         yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
         return
     level = idle.mean(axis=0).astype(np.float64)
-    bad |= level < LEAST_REST * np.median(level)
+    bad |= without_lead(level)
     means = np.array([frames.mean(axis=0) for frames in pressed])
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
     if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):

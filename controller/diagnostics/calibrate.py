@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
-from controller.recognition.dead_taxels import MOST, TaxelInterpolator
-from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
-from controller.recognition.taxel_text import names
+from controller.recognition.dead_taxels import MOST, TaxelInterpolator, without_lead
+from controller.recognition.preprocess import Frame, Preprocessor, PreprocessSettings
+from controller.recognition.sensor_health import taxel_names
 
 Frames = NDArray[np.float32]  # (n, rows, columns)
 Change = NDArray[np.float64]
@@ -49,9 +49,9 @@ def judge(
     if late or any(all(restless[i : i + run]) for i in range(len(steps) - run + 1)):
         return [_refused("something moved on it")], None, 0.0
     rest = frames.mean(axis=0)
-    lost = rest < LEAST_REST * np.median(rest)
+    lost = without_lead(rest)
     if not (rest > 0.0).any() or lost.mean() > MOST:
-        words = "no taxel reads anything" if lost.all() else f"{names(lost)}: no signal"
+        words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
         return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
     sure, place = _lies(rest, lost, last)
     if sure > _SURE and not anyway:
@@ -110,7 +110,7 @@ def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -
     """Return what is wrong with the sensor, though it can be played on."""
     rows = []
     if lost.any():
-        words = f"{names(lost)}: no signal; play goes on without"
+        words = f"{taxel_names(lost)}: no signal; play goes on without"
         rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
     if idle > _NOISY:
         words = f"readings scatter by {100 * idle:.0f} %"

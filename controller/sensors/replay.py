@@ -45,7 +45,7 @@ class Replay:
         Raises:
             RecordingError: Its grid, rate or unit is another than the recording's.
         """
-        recording.refuse_misfit(self.source, bundle)
+        recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:
         """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.

@@ -30,8 +30,9 @@ from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.base import Sensor, SensorOptions
 from controller.sensors.virtual import knows
@@ -184,7 +185,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         seed = options.seed * 2**32 + session.key
         obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
     alone = OfflineLink(options.speed)
-    device = Device(sensor, pipeline, alone, steady(sensor.rate_hz), tape=tape, obey=obey)
+    device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(obey=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
     if loop.missed:
@@ -230,7 +231,7 @@ def _pipeline(session: Session) -> Pipeline:
     model = session.model
     if model is not None:
         assert session.lesson.recognizer is not None
-        return Pipeline(model, session.lesson.recognizer, model.mapping)
+        return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
     return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
 

@@ -15,7 +15,7 @@ from controller.console import TROUBLE
 from controller.errors import UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
-from controller.protocol.host_session import Connected, Received, Refused
+from controller.protocol.link_events import Connected, Received, Refused
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
 from host.connection.observers import Orb

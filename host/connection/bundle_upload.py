@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, Literal
 
 from controller.protocol.codec import fitted
-from controller.protocol.host_session import Connected, Delivered, Lost, Received
+from controller.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,

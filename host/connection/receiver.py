@@ -24,15 +24,17 @@ from typing import Literal
 
 from controller.console import count
 from controller.protocol.auth import NONCE
-from controller.protocol.host_session import Connected as Connected
-from controller.protocol.host_session import Delivered as Delivered
-from controller.protocol.host_session import HostSession, SessionHistory, pause_s
-from controller.protocol.host_session import Lost as Lost
-from controller.protocol.host_session import Missed as Missed
-from controller.protocol.host_session import Received as Received
-from controller.protocol.host_session import Refused as Refused
-from controller.protocol.host_session import Stale as Stale
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Connected as Connected
+from controller.protocol.link_events import Delivered as Delivered
+from controller.protocol.link_events import Lost as Lost
+from controller.protocol.link_events import Missed as Missed
+from controller.protocol.link_events import Received as Received
+from controller.protocol.link_events import Refused as Refused
+from controller.protocol.link_events import Stale as Stale
+from controller.protocol.link_events import pause_s
 from controller.protocol.messages import Command, Message, Welcome
+from controller.protocol.retransmit import SessionHistory
 from host.connection.transport import LinkError as LinkError
 from host.connection.transport import Transport
 
@@ -90,7 +92,7 @@ class Receiver:
     def rtt_ms(self) -> int | None:
         """The newest round trip, whole milliseconds; None while none is measured."""
         with self._lock:
-            return None if self._session is None else self._session.echo.rtt_ms
+            return None if self._session is None else self._session.clock.rtt_ms
 
     @property
     def clock_offset_ms(self) -> int | None:

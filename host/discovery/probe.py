@@ -19,7 +19,8 @@ from typing import Literal
 
 from controller.protocol import psk
 from controller.protocol.auth import NONCE
-from controller.protocol.host_session import Connected, HostSession, Received, Refused
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Connected, Received, Refused
 from controller.protocol.messages import SILENCE_MS
 from host.connection.transport import Transport, open_transport
 

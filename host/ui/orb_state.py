@@ -11,6 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import (
     Command,
     Contact,
@@ -18,7 +19,6 @@ from controller.protocol.messages import (
     Telemetry,
     UserIdentified,
     Welcome,
-    image_from_bytes,
 )
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first

@@ -15,7 +15,7 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
 from controller.recognition.debounce import NULL, DebounceSettings, Probabilities, fire, smooth
 from controller.recognition.event_metric import Answer
-from controller.recognition.pipeline import Pipeline, Touch
+from controller.recognition.pipeline import Networks, Pipeline, Touch
 from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
 from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
 from models.data.ground_truth import Known
@@ -129,7 +129,7 @@ def replay(
     """Replay a recording whose windows are known."""
     outputs = networks.probabilities(inputs.windows)
     computed = _ComputedOutputs(outputs)
-    pipeline = Pipeline(bundle, computed, bundle.mapping)
+    pipeline = Pipeline(bundle.settings, computed, bundle.mapping)
     fired = []
     sigmas = np.full(len(known.t), np.nan)
     for frame, t_s in zip(recording.frames, known.t.tolist(), strict=True):
@@ -207,10 +207,10 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
     """
     if bundle.preprocess.normalise != "ratio":  # then the unit is the sensor's own
         recording = replace(recording, origin=replace(recording.origin, unit=PICOFARAD))
-    refuse_misfit(recording, bundle)
+    refuse_misfit(recording, bundle.settings)
 
 
-class _ComputedOutputs:
+class _ComputedOutputs(Networks):
     """Networks of a pipeline whose outputs are computed already."""
 
     def __init__(self, outputs: NDArray[np.float32]) -> None:
@@ -219,7 +219,7 @@ class _ComputedOutputs:
         self.touched: list[int] = []  # frames with a touch
         self.images: list[Image] = []  # and their images
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         """Return the output for the next window."""
         return next(self._outputs)
 

@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.user_id import Belief, believe, nothing
-from controller.recognition.users import ANYBODY, Users
+from controller.recognition.user_id import ANYBODY, Belief, Users, believe, nothing
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure

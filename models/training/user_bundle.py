@@ -11,12 +11,11 @@ import torch
 from numpy.typing import NDArray
 
 from controller import config, files
-from controller.bundles import bundle, mapping_file
+from controller.bundles import bundle, mapping_file, users_table
 from controller.bundles.bundle import Bundle
 from controller.console import count
-from controller.recognition import users
 from controller.recognition.mapping import USERS
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models.data import splits
 from models.data.load import Data
 from models.data.recipe import USER
@@ -136,7 +135,7 @@ def write_users(request: Request, net: Network, known: Users, said: str) -> None
     exported, _ = export.export_gestures(net, base.golden.windows)
     heads = [name for name in base.users.heads if name in known.names]
     for name in set(base.users.heads) - set(heads):
-        content.pop(users.head_part(name))
+        content.pop(users_table.head_part(name))
     rules = table.get("users", {}).get("mapping", {})
     if request.mapping is not None:
         for name, own in config.read_toml(request.mapping).get(USERS, {}).items():
@@ -154,7 +153,7 @@ def write_users(request: Request, net: Network, known: Users, said: str) -> None
     table["card"]["users"] = said
     answers = {name: base.golden.heads[name] for name in heads}
     golden = replace(base.golden, people=exported.outputs, heads=answers)
-    content |= {users.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
+    content |= {users_table.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
     bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
 
 

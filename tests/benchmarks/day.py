@@ -28,7 +28,7 @@ from controller.protocol.messages import Bye, Command, Hello, Message
 from controller.recognition.event_metric import TAIL_S, Event
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.sensors.base import Geometry
 from controller.simulator.faults import Fault
@@ -209,8 +209,8 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
     there.close()
     geometry = Geometry(shipped_bundle.rows, shipped_bundle.columns, shipped_bundle.pitch_mm)
     skin, world = Skin(here, geometry), World()
-    pipeline = Pipeline(shipped_bundle, Recognizer(shipped_bundle), shipped_bundle.mapping)
-    device = Witness(skin, pipeline, world, steady(RATE_HZ))
+    pipeline = Pipeline(shipped_bundle.settings, Recognizer(shipped_bundle), shipped_bundle.mapping)
+    device = Witness(skin, pipeline, world)
     loop = Loop(world, lambda: device, world.clock)
     tallies: list[Counter[str]] = []
     memory: list[float] = []

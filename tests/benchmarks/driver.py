@@ -72,7 +72,7 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
     )
     sensor = sensors.load("virtual" if way == "virtual" else "emulated", options)
     assert isinstance(sensor, VirtualSensor)
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     wishes = list(script(bundle.labels, seed, minutes))
     events, answers, number = [], [], 0
     for k in range(1, round(600 * minutes) + 1):

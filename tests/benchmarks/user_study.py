@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
 from models import user_files
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER

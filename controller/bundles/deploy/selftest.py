@@ -111,7 +111,7 @@ def measure(
         spent_s: Processor time since the start of the process.
     """
     try:
-        pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+        pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
     except BundleError as error:
         return SelfTestResult(
             engine, problem=one_line(str(error))

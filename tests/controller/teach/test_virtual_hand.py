@@ -8,7 +8,7 @@ import pytest
 from controller.__main__ import main
 from controller.capture.cues import Cue, Phase
 from controller.capture.simulated_hand import CuedHand
-from controller.cli.options import parser as grammar
+from controller.cli.run import parser as grammar
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
 from controller.sensors.base import SensorError, SensorOptions

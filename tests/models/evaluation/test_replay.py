@@ -23,7 +23,7 @@ NETWORKS = replay.Batched(SHIPPED)
 def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
     recording = played(preset, seed=1, minutes=1.5)
     stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
-    pipeline = Pipeline(SHIPPED, Recognizer(SHIPPED), SHIPPED.mapping)
+    pipeline = Pipeline(SHIPPED.settings, Recognizer(SHIPPED), SHIPPED.mapping)
     steps = [
         pipeline.step(frame, float(t))
         for frame, t in zip(recording.frames, recording.t, strict=True)

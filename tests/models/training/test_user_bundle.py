@@ -12,7 +12,7 @@ import torch
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models.__main__ import main
 from models.data.augment import vary_user_windows
 from models.data.examples import Examples
