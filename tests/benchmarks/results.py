@@ -67,7 +67,7 @@ def show(result: Row) -> None:
     value = result["value"]
     text = value if isinstance(value, str) else "–" if value is None else f"{value:,.5g}"
     low, high, goal = (result.get(name) for name in ("low", "high", "goal"))
-    span = "" if low is None else f"  {low:.4f} – {high:.4f}"
+    span = "" if low is None or high is None else f"  {low:.4f} – {high:.4f}"
     aim = "" if goal is None else f"   goal {goal:g}"
     print(
         f"{result['name']:36} {result['preset']:10}{text:>12} {result['unit']}{span}{aim}",
