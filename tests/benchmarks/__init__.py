@@ -1,1 +1,1 @@
-"""Measurements that somebody can repeat; each runs by itself, with `python -m`."""
+"""Measurements; each runs by itself, with `python -m tests.benchmarks.NAME`."""

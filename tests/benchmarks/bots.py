@@ -16,11 +16,9 @@ Two experiments, each with fixed seeds; games that are in FILE already are not p
    ten minutes.
 """
 
-import argparse
 import json
 import math
 import statistics
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -33,6 +31,8 @@ from tetris.engine.game import Config
 from tetris.engine.moves import landed
 from tetris.engine.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
 from tetris.history.replay import Recorder, play_bot
+
+from .results import command_line
 
 ROWS: Final = 10  # of the first experiment
 PAIRED_ROWS: Final = 8
@@ -95,29 +95,26 @@ class Kept:
 
     def __init__(self, path: Path | None) -> None:
         self._path = path
-        self.lines: dict[str, int] = {}
-        if path and path.exists():
-            self.lines = json.loads(path.read_text(encoding="utf-8"))
+        kept = path is not None and path.exists()
+        self.lines: dict[str, int] = json.loads(path.read_text()) if path and kept else {}
 
-    def play(self, names: list[str]) -> Iterator[int]:
+    def play(self, experiment: str, seeds: range) -> list[int]:
         """Return the lines of each game, in order; play those that are missing."""
-        for name in names:
+        for seed in seeds:
+            name = f"{experiment} {seed}"
             if name not in self.lines:
-                experiment, seed = name.rsplit(" ", 1)
-                playing = small_game(int(seed)) if experiment == "small" else None
-                self.lines[name] = (
-                    paired_game(experiment, int(seed)) if playing is None else playing
-                )
+                small = experiment == "small"
+                self.lines[name] = small_game(seed) if small else paired_game(experiment, seed)
                 if self._path:
                     self._path.write_text(json.dumps(self.lines, indent=0), encoding="utf-8")
-            yield self.lines[name]
+        return [self.lines[f"{experiment} {seed}"] for seed in seeds]
 
 
 def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
     """Play both experiments."""
     result: dict[str, Any] = {}
     if games > 1:
-        lines = list(kept.play([f"small {FIRST_SEED + game}" for game in range(games)]))
+        lines = kept.play("small", range(FIRST_SEED, FIRST_SEED + games))
         mean = statistics.mean(lines)
         half = 1.96 * statistics.stdev(lines) / math.sqrt(games)
         result["dellacherie"] = {
@@ -129,8 +126,8 @@ def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
         }
     if pairs:
         seeds = range(FIRST_SEED, FIRST_SEED + pairs)
-        plain = list(kept.play([f"dellacherie {seed}" for seed in seeds]))
-        strong = list(kept.play([f"{bots.STRONGEST} {seed}" for seed in seeds]))
+        plain = kept.play("dellacherie", seeds)
+        strong = kept.play(bots.STRONGEST, seeds)
         won = sum(more > less for more, less in zip(strong, plain, strict=True))
         result["pairs"] = {
             "pairs": pairs,
@@ -144,11 +141,8 @@ def measure(games: int, pairs: int, kept: Kept) -> dict[str, Any]:
 
 def main() -> None:
     """Play, and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--games", type=int, default=GAMES, help="of the first experiment")
-    parser.add_argument("--pairs", type=int, default=PAIRS, help="seeds of the second one")
+    parser = command_line(__doc__, games=GAMES, pairs=PAIRS)
     parser.add_argument("--out", type=Path, help="a file that keeps the games, to go on later")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     result = measure(options.games, options.pairs, Kept(options.out))
     if options.json:

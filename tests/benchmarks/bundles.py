@@ -11,8 +11,6 @@ what is accepted after it was hashed anew must be a network within the limits: a
 worst.
 """
 
-import argparse
-import json
 import multiprocessing
 import random
 import resource
@@ -25,11 +23,13 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from controller import npz
-from controller.bundles import archive, bundle, users_table
+from controller.bundles import archive, bundle
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.networks import Recognizer
+from tests.support import user_bundles
+
+from .results import Results, command_line
 
 MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
 DEADLINE_S: Final = 20.0
@@ -40,32 +40,9 @@ Change = Callable[[random.Random, bytes], bytes]
 
 
 def with_people() -> bytes:
-    """Return the shipped bundle with as many people as make its gesture network a user network."""
-    parts = bundle.unpack(SHIPPED)
-    golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
-    golden["people"] = golden["head.ann"] = golden["probabilities"]
-    added = {
-        users_table.NETWORK: parts["gesture.onnx"],
-        users_table.head_part("ann"): parts["gesture.onnx"],
-    }
-    table = b"""
-[users]
-names = ["ann", "bob", "cleo", "dan"]
-gestures = ["press", "pinch", "twist_cw", "twist_ccw"]
-temperature = 1.0
-accept = 0.9
-stay = 0.98
-forget_s = 30.0
-heads = ["ann"]
-
-[users.mapping.bob]
-pinch = "hold"
-"""
-    content = {**bundle.content(parts), **added, bundle.GOLDEN: npz.pack(golden)}
+    """Return a bundle that knows people."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "people.orb"
-        bundle.write(path, manifest=parts[bundle.MANIFEST] + table, parts=content)
-        return path.read_bytes()
+        return user_bundles.write(Path(folder) / "people.orb").read_bytes()
 
 
 WITH_PEOPLE: Final = with_people()
@@ -207,36 +184,22 @@ def measure(count: int, seed: int) -> tuple[Counter[tuple[str, str]], float, int
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.bundles")
-    parser.add_argument("--count", type=int, default=10_000, help="mutations (default: 10000)")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true", help="results for programs, last line")
-    arguments = parser.parse_args()
-    verdicts, longest, lost = measure(arguments.count, arguments.seed)
+    options = command_line(__doc__, count=10_000, seed=1).parse_args()
+    verdicts, longest, lost = measure(options.count, options.seed)
     stops = sorted({stop for _, stop in verdicts})
     width = max(len(name) for name, _ in verdicts) + 2
     print(" " * width + "  ".join(stops))
     for name in sorted({name for name, _ in verdicts}):
         cells = (f"{verdicts[name, stop] or '':>{len(stop)}}" for stop in stops)
         print(f"{name:{width}}" + "  ".join(cells))
-    plain = sum(
-        n for (name, stop), n in verdicts.items() if stop == "accepted" and "anew" not in name
-    )
-    anew = sum(n for (name, stop), n in verdicts.items() if stop == "accepted" and "anew" in name)
-    results = [
-        ("bundles_accepted", plain, "", 0),
-        ("bundles_accepted_hashed_anew", anew, "", None),
-        ("bundles_lost_processes", lost, "", 0),
-        ("bundles_longest_s", round(longest, 3), "s", None),
-    ]
-    for label, value, unit, goal in results:
-        print(f"{label:32} {value:>10} {unit}" + ("" if goal is None else f"   goal {goal}"))
-    if arguments.json:
-        rows = [
-            {"name": label, "preset": "", "value": value, "unit": unit, "goal": goal}
-            for label, value, unit, goal in results
-        ]
-        print(json.dumps({"benchmark": "bundles", "results": rows}))
+    accepted = {name: n for (name, stop), n in verdicts.items() if stop == "accepted"}
+    anew = sum(n for name, n in accepted.items() if "anew" in name)
+    results = Results("bundles")
+    results.note("bundles_accepted", sum(accepted.values()) - anew, goal=0)
+    results.note("bundles_accepted_hashed_anew", anew)
+    results.note("bundles_lost_processes", lost, goal=0)
+    results.note("bundles_longest_s", round(longest, 3), "s")
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

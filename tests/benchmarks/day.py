@@ -9,16 +9,12 @@ and the first stage that lost it has it on its account. The orb and the hand liv
 their own, so that the memory measured is the device's.
 """
 
-import argparse
 import gc
-import json
 import multiprocessing
 import os
-import sys
 import time
 from collections import Counter
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any, Final
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -42,6 +38,9 @@ from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import draw_mood, draw_style
+from tests.support.processes import memory_mib
+
+from .results import Results, command_line, row, say
 
 RATE_HZ: Final = 10.0
 HOUR: Final = 36_000  # frames
@@ -199,13 +198,6 @@ def stage(event: Event, start_s: float, end_s: float, device: Witness, world: Wo
     return "skin" if seen["quiet"].all() else "network"
 
 
-def resident_mb() -> float:
-    """Return the memory of this process."""
-    gc.collect()
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
-
-
 def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], list[float], float]:
     """Return stages by hour, memory after each hour, and the CPU seconds of the device."""
     shipped_bundle = bundles.read(bundles.default_path())
@@ -238,8 +230,9 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
         )
         world.received.clear()
         skin.events = []
-        memory.append(resident_mb())
-        print(f"hour {len(tallies)} of {hours}: {memory[-1]:.1f} MB", file=sys.stderr)
+        gc.collect()
+        memory.append(memory_mib())
+        say(f"hour {len(tallies)} of {hours}: {memory[-1]:.1f} MB")
         return len(tallies) == hours
 
     loop.run(stopped)
@@ -249,11 +242,8 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.day")
-    parser.add_argument("--hours", type=int, default=24, help="of play (default: 24)")
+    parser = command_line(__doc__, hours=24, seed=1)
     parser.add_argument("--preset", default="nominal", choices=list(PRESETS))
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true", help="results for programs, last line")
     arguments = parser.parse_args()
     tallies, memory, cpu_s = measure(arguments.seed, arguments.preset, arguments.hours)
     print(f"{'hour':>4}  {'fault':12}" + "".join(f"{name:>10}" for name in STAGES) + f"{'MB':>9}")
@@ -266,19 +256,12 @@ def main() -> None:
     print(f"{'all':>4}  {f'{events} events':12}{shares}")
     assert sum(total[name] for name in STAGES) == events
     grown = max(memory[WARM:], default=memory[-1]) - memory[min(WARM, len(memory) - 1)]
-    print(f"memory grew by {grown:.2f} MB after hour {WARM} (goal: within 1 MB)")
     frames = arguments.hours * HOUR
     print(f"{frames} frames, {cpu_s / frames * 1e6:.0f} µs of CPU time each")
-    if arguments.json:
-        rows: list[dict[str, Any]] = [
-            {"name": f"day_{name}", "preset": arguments.preset, "value": total[name] / events,
-             "unit": "", "goal": None} for name in STAGES
-        ]  # fmt: skip
-        rows.append(
-            {"name": "day_memory_growth_mb", "preset": arguments.preset, "value": grown,
-             "unit": "MB", "goal": 1.0}
-        )  # fmt: skip
-        print(json.dumps({"benchmark": "day", "results": rows}))
+    results, preset = Results("day"), arguments.preset
+    results.rows = [row(f"day_{name}", total[name] / events, preset=preset) for name in STAGES]
+    results.note("day_memory_growth_mb", grown, "MB", preset=preset, goal=1.0)
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

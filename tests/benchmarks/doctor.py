@@ -8,8 +8,6 @@ touches can tell (electrodes that are swapped, mirrored or turned at the plug; a
 nothing) is looked for with presses; orbs without a fault are pressed, too.
 """
 
-import argparse
-import json
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
@@ -24,6 +22,7 @@ from controller.diagnostics.report import Row, Verdict
 from controller.sensors.hardware.emulated.faults import KINDS
 from controller.simulator.presets import PRESETS, preset
 
+from .results import Results, command_line
 from .wired import COLUMNS, ROWS, Wired
 
 NOTHING: Final = "nothing"
@@ -127,13 +126,8 @@ def line(kind: str, told: list[tuple[str, bool]]) -> str:
 
 def main() -> None:
     """Print a matrix for each preset, and what sound orbs are accused of."""
-    grammar = argparse.ArgumentParser(prog="tests.benchmarks.doctor", description=__doc__)
-    grammar.add_argument("--orbs", type=int, default=50, help="of each fault (default: 50)")
-    grammar.add_argument("--healthy", type=int, default=500, help="of each preset (default: 500)")
-    grammar.add_argument("--workers", type=int, default=1, help="processes (default: 1)")
-    grammar.add_argument("--json", action="store_true")
-    options = grammar.parse_args()
-    results: list[dict[str, Any]] = []
+    options = command_line(__doc__, orbs=50, healthy=500, workers=1).parse_args()
+    results = Results("doctor")
     accused: list[tuple[str, str, str]] = []
     kinds = (*SIZES, *SPOILT, *TOUCHED)
     with ProcessPoolExecutor(options.workers) as pool:
@@ -153,27 +147,16 @@ def main() -> None:
                 for code, _ in told
             ]  # fmt: skip
             seen = [code != NOTHING for told in answers.values() for code, _ in told]
-            results += [
-                _result("faults_named", name, float(np.mean(named)), "share"),
-                _result("faults_seen", name, float(np.mean(seen)), "share"),
-            ]
+            results.note("faults_named", float(np.mean(named)), "share", preset=name)
+            results.note("faults_seen", float(np.mean(seen)), "share", preset=name)
             flags = list(pool.map(healthy, repeat(name), range(options.healthy), chunksize=10))
             flagged = sum(bool(flag) for flag in flags)
             accused += [one for flag in flags for one in flag]
-            print(f"{name}: {flagged} of {options.healthy} sound orbs flagged", flush=True)
-            results.append(
-                _result("healthy_flagged", name, flagged / max(1, options.healthy), "share", 0.01)
-            )
+            share = flagged / max(1, options.healthy)
+            results.note("healthy_flagged", share, "share", preset=name, goal=0.01)
     for code, where, found in accused:
         print(f"  accused: {code} at {where}: {found}")
-    for result in results:
-        print(f"{result['name']:<18}{result['preset']:<12}{result['value']:.4f}")
-    if options.json:
-        print(json.dumps({"benchmark": "doctor", "results": results}))
-
-
-def _result(name: str, which: str, value: float, unit: str, goal: float | None = None) -> Any:
-    return {"name": name, "preset": which, "value": value, "unit": unit, "goal": goal}
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

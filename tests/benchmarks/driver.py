@@ -9,13 +9,11 @@ for five seconds of every thirty; only gestures that it does not cut into count,
 while it is out, or in the second after, counts as a false alarm.
 """
 
-import argparse
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -28,6 +26,8 @@ from controller.sensors.base import SensorAwayError
 from controller.sensors.emulated import Emulated
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.simulator.hand import DISTRACTORS
+
+from .results import Results, command_line
 
 PRESETS: Final = ("nominal", "paper-snr")
 WAYS: Final = ("virtual", "column", "taxel", "unplugged")
@@ -124,11 +124,9 @@ def _cut(event: Event) -> bool:
     return False
 
 
-def measure(
-    presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: int
-) -> list[dict[str, Any]]:
-    """Return the rows."""
-    rows = []
+def measure(presets: Sequence[str], ways: Sequence[str], minutes: float, seeds: int) -> Results:
+    """Return the results."""
+    results = Results("driver")
     with TemporaryDirectory() as folder:
         for preset in presets:
             for way in ways:
@@ -139,30 +137,23 @@ def measure(
                 print(
                     f"{preset:10} {way:10} {total.intended:5d} events, hits {total.hits}, wrong "
                     f"{total.wrong}, missed {total.missed}, false {total.false_alarms}, twice "
-                    f"{total.duplicates}, F1 {total.f1:.4f}, latency {late:.2f} s",
+                    f"{total.duplicates}",
                     flush=True,
                 )
-                rows += [
-                    {"name": f"events_f1@{way}", "preset": preset, "value": round(total.f1, 5),
-                     "unit": "1", "goal": None},
-                    {"name": f"latency@{way}", "preset": preset, "value": round(late, 3),
-                     "unit": "s", "goal": None},
-                ]  # fmt: skip
-    return rows
+                f1, late = round(total.f1, 5), round(late, 3)
+                results.note(f"events_f1@{way}", f1, "1", preset=preset)
+                results.note(f"latency@{way}", late, "s", preset=preset)
+    return results
 
 
 def main() -> None:
     """Measure and print."""
-    grammar = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    grammar.add_argument("--minutes", type=float, default=8.0)
-    grammar.add_argument("--presets", nargs="+", choices=PRESETS, default=PRESETS)
-    grammar.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
-    grammar.add_argument("--seeds", type=int, default=2)
-    grammar.add_argument("--json", action="store_true")
-    options = grammar.parse_args()
-    rows = measure(options.presets, options.ways, options.minutes, options.seeds)
-    if options.json:
-        print(json.dumps({"benchmark": "driver", "results": rows}))
+    parser = command_line(__doc__, minutes=8.0, seeds=2)
+    parser.add_argument("--presets", nargs="+", choices=PRESETS, default=PRESETS)
+    parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
+    options = parser.parse_args()
+    found = measure(options.presets, options.ways, options.minutes, options.seeds)
+    found.finish(options.json)
 
 
 if __name__ == "__main__":

@@ -15,11 +15,9 @@ metric judges (BENCHMARKS: a command belongs to a gesture until 0.5 s after it).
     unplugged        no frames at all for ten seconds, after one minute of play
 """
 
-import argparse
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -33,6 +31,8 @@ from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbModel
 from controller.simulator.presets import PRESETS, preset
 from controller.simulator.virtual_orb import VirtualOrb
+
+from .results import Results, command_line, row
 
 RATE_HZ: Final = 10.0
 CHANGE_S: Final = 60.0  # when what happens happens
@@ -225,14 +225,10 @@ def scenes(model: OrbModel) -> dict[str, Callable[[OrbModel, int, float], Told]]
 
 def main() -> None:
     """Print a line for each scene and preset."""
-    grammar = argparse.ArgumentParser(prog="tests.benchmarks.health", description=__doc__)
-    grammar.add_argument("--seeds", type=int, default=4, help="sessions of each (default: 4)")
-    grammar.add_argument("--minutes", type=float, default=3.0, help="of play (default: 3)")
-    grammar.add_argument("--only", default="", help="scenes whose name begins so")
-    grammar.add_argument("--preset", action="append", help="which orb (default: every one)")
-    grammar.add_argument("--json", action="store_true")
-    options = grammar.parse_args()
-    results: list[dict[str, Any]] = []
+    parser = command_line(__doc__, seeds=4, minutes=3.0, only="")
+    parser.add_argument("--preset", action="append", help="which orb (default: every one)")
+    options = parser.parse_args()
+    results = Results("health")
     for name in options.preset or PRESETS:
         model = sound(name)
         print(f"\n{name}: events, recall, F1, wrong, false alarms, twice; median latency")
@@ -253,14 +249,8 @@ def main() -> None:
                 flush=True,
             )
             goal = 0.95 if scene.startswith("cut") else 0.985 if scene.startswith("dead") else None
-            results.append(
-                {
-                    "name": f"f1 {scene}", "preset": name, "value": score.f1, "unit": "share",
-                    "goal": goal,
-                }
-            )  # fmt: skip
-    if options.json:
-        print(json.dumps({"benchmark": "health", "results": results}))
+            results.rows.append(row(f"f1 {scene}", score.f1, "share", preset=name, goal=goal))
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

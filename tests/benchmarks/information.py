@@ -10,9 +10,6 @@ measured is not measured again (docs/pictures keeps what docs/paper.md shows). -
 minutes, on less.
 """
 
-import argparse
-import json
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,6 +20,7 @@ from models.studies.information.histogram import BITS, PAPER_H_Z, PAPER_INFORMAT
 from models.studies.information.results import MEASURED, keep, sets_with, value
 
 from . import information_games
+from .results import Results, command_line, say
 
 GAMES = 5
 MINUTES = 6.0
@@ -31,22 +29,16 @@ GOALS = {"p_static": PAPER_STATIC, "h_z": PAPER_H_Z, "information": PAPER_INFORM
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__, quick=False)
     parser.add_argument("--keep", type=Path, metavar="FOLDER")
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     kept = arguments.keep / MEASURED if arguments.keep else None
-    found = study.measure(
-        study.simulated(arguments.quick), (), 2, kept,
-        lambda line: print(line, file=sys.stderr, flush=True),
-    )  # fmt: skip
+    found = study.measure(study.simulated(arguments.quick), (), 2, kept, say)
     if not found["games"]:
         found["games"] = played(1 if arguments.quick else GAMES)
         keep(kept, found)
     print(tables.text(found))
-    if arguments.json:
-        print(json.dumps({"benchmark": "information", "results": results(found)}))
+    results(found).finish(arguments.json)
 
 
 def played(count: int) -> dict[str, Any]:
@@ -61,25 +53,21 @@ def played(count: int) -> dict[str, Any]:
         }
 
 
-def results(found: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the figures that have a name."""
-    rows: list[dict[str, Any]] = []
-
-    def add(name: str, preset: str, value: float, unit: str, goal: float | None = None) -> None:
-        rows.append({"name": name, "preset": preset, "value": value, "unit": unit, "goal": goal})
-
+def results(found: Mapping[str, Any]) -> Results:
+    """Print and return the figures that have a name."""
+    listed = Results("information")
     for preset in sets_with(found):
         if part := value(found, preset, "histogram"):
             for name, figure in part["mean"].items():
                 unit = "1" if name in ("p_static", "frames") else "nats"
-                add(name, preset, figure, unit, GOALS.get(name))
+                listed.note(name, figure, unit, preset=preset, goal=GOALS.get(name))
         if part := value(found, preset, "classifier"):
             best = max(row["gesture"][0] for row in part["rows"].values())
-            add("bits_per_gesture_another_day", preset, best * BITS, "bits")
+            listed.note("bits_per_gesture_another_day", best * BITS, "bits", preset=preset)
     for who, one in found["games"].items():
-        add("bits_per_command", who, one["played"][0] * BITS, "bits")
-        add("bits_per_minute", who, one["played_per_min"] * BITS, "bits/min")
-    return rows
+        listed.note("bits_per_command", one["played"][0] * BITS, "bits", preset=who)
+        listed.note("bits_per_minute", one["played_per_min"] * BITS, "bits/min", preset=who)
+    return listed
 
 
 if __name__ == "__main__":

@@ -8,10 +8,8 @@ second is an assumption; nobody here has typed). Each game is a file, as `host -
 print it. Half an hour of play for each player takes a minute or two.
 """
 
-import argparse
 import json
 import multiprocessing
-import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -22,6 +20,8 @@ from host.demo import demo
 from host.demo.autoplayer import Autoplayer
 from host.targets.tetris import ACTIONS, PACE
 from tetris.engine.game import Game
+
+from .results import command_line, say
 
 KEYBOARD: Final = "keyboard"
 KEY_S: Final = 0.1
@@ -82,15 +82,13 @@ def play_all(folder: Path, games: int, minutes: float) -> None:
                 if not path.exists():
                     jobs.append(pool.submit(play, who, seed, 60.0 * minutes, path))
         for job in jobs:
-            print(f"played {job.result()}", file=sys.stderr, flush=True)
+            say(f"played {job.result()}")
 
 
 def main() -> None:
     """Play all."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__, games=5, minutes=6.0)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--games", type=int, default=5)
-    parser.add_argument("--minutes", type=float, default=6.0)
     arguments = parser.parse_args()
     play_all(arguments.folder, arguments.games, arguments.minutes)
 

@@ -16,15 +16,13 @@ needs Xvfb and the [keys] extra, and is reported as missing without.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import socket
 import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -46,7 +44,8 @@ from host.connection.transport import open_transport
 
 from . import link_ledger
 from .link_peers import CHUNK, FRAME
-from .link_wires import WIRES, Line, Wire
+from .link_wires import WIRES, Line, Peer, Wire
+from .results import Results, command_line
 
 PACKETS_GOAL: Final = 150_000.0
 TRIP_GOAL: Final = 1.3
@@ -65,17 +64,6 @@ PRESETS: Final[dict[str, tuple[Message, ...]]] = {
     "telemetry": (_FRAME,),
 }
 _KEY: Final = bytes(range(32))
-
-Results = list[dict[str, Any]]
-
-
-def note(
-    results: Results, name: str, preset: str, value: float, unit: str, goal: float | None = None
-) -> None:
-    """Print one figure, and keep it."""
-    aim = "" if goal is None else f"   goal: {goal:g}"
-    print(f"{name:32} {preset:12} {value:12.5g} {unit}{aim}", flush=True)
-    results.append({"name": name, "preset": preset, "value": value, "unit": unit, "goal": goal})
 
 
 def packets(results: Results, count: int) -> None:
@@ -98,7 +86,7 @@ def packets(results: Results, count: int) -> None:
                 ]
                 seconds.append(time.process_time() - began_s)
             where = f"{preset}-sealed" if sealed else preset
-            note(results, "packets_per_s_encoded", where, count / min(seconds), "packet/s")
+            results.note("packets_per_s_encoded", count / min(seconds), "packet/s", preset=where)
             stream = b"".join(frames)
             chunks = [stream[at : at + CHUNK] for at in range(0, len(stream), CHUNK)]
             seconds = []
@@ -110,7 +98,8 @@ def packets(results: Results, count: int) -> None:
                     found += len(decoder.feed(chunk))
                 seconds.append(time.process_time() - began_s)
                 assert found == count
-            note(results, "packets_per_s", where, count / min(seconds), "packet/s", PACKETS_GOAL)
+            rate = count / min(seconds)
+            results.note("packets_per_s", rate, "packet/s", preset=where, goal=PACKETS_GOAL)
 
 
 def until(receiver: Receiver, wanted: Callable[[Received], bool]) -> Received:
@@ -145,12 +134,12 @@ def trips(results: Results, wire: Wire, count: int) -> None:
                 middles[kind].append(statistics.median(batch))
     for kind, seconds in taken.items():
         cuts = statistics.quantiles(seconds, n=100)
-        note(results, f"round_trip{kind}_p50_us", wire.name, cuts[49] * 1e6, "us")
-        note(results, f"round_trip{kind}_p99_us", wire.name, cuts[98] * 1e6, "us")
+        results.note(f"round_trip{kind}_p50_us", cuts[49] * 1e6, "us", preset=wire.name)
+        results.note(f"round_trip{kind}_p99_us", cuts[98] * 1e6, "us", preset=wire.name)
     for kind, ratio, goal in _RATIOS:
         pairs = zip(middles[_OURS], middles[kind], strict=True)
         median = statistics.median(ours / theirs for ours, theirs in pairs)
-        note(results, ratio, wire.name, median, f"ours/{kind[1:]}", goal)
+        results.note(ratio, median, f"ours/{kind[1:]}", preset=wire.name, goal=goal)
 
 
 def _seconds(trip: Callable[[], object]) -> float:
@@ -243,39 +232,43 @@ _RATIOS: Final = (
 )
 
 
-def cuts(results: Results, wire: Wire, count: int) -> None:
-    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
-    noticed, back = [], []
+@contextmanager
+def connected(wire: Wire) -> Iterator[tuple[Line, Peer, Receiver]]:
+    """Give a line whose bytes are counted, its wire, and a receiver that is connected over it."""
     with wire.line("device", counted=True) as line:
         assert line.wire is not None
         receiver = Receiver(lambda: open_transport(line.url))
         receiver.connect()
         until(receiver, lambda news: isinstance(news, Connected))
+        yield line, line.wire, receiver
+        receiver.close()
+
+
+def cuts(results: Results, wire: Wire, count: int) -> None:
+    """Measure how long it takes from the wire's return to a new session, and to notice a cut."""
+    noticed, back = [], []
+    with connected(wire) as (_, cable, receiver):
         for _ in range(count):
             time.sleep(0.3)  # of quiet between two cuts
             began_s = time.monotonic()
-            line.wire.ask("pull")
+            cable.ask("pull")
             until(receiver, lambda news: isinstance(news, Lost))
             noticed.append(time.monotonic() - began_s)
             began_s = time.monotonic()
-            line.wire.ask("plug")
+            cable.ask("plug")
             until(receiver, lambda news: isinstance(news, Connected))
             back.append(time.monotonic() - began_s)
-        receiver.close()
-    note(results, "cut_noticed_p50_s", wire.name, statistics.median(noticed), "s")
-    note(results, "reconnect_p50_s", wire.name, statistics.median(back), "s")
-    note(results, "reconnect_max_s", wire.name, max(back), "s")
+    results.note("cut_noticed_p50_s", statistics.median(noticed), "s", preset=wire.name)
+    results.note("reconnect_p50_s", statistics.median(back), "s", preset=wire.name)
+    results.note("reconnect_max_s", max(back), "s", preset=wire.name)
 
 
 def silence(results: Results, wire: Wire, seconds: float) -> None:
     """Measure what a link costs on which nothing is said but that both are there."""
-    with wire.line("device", counted=True) as line:
-        assert line.wire is not None
-        receiver = Receiver(lambda: open_transport(line.url))
-        receiver.connect()
-        until(receiver, lambda news: isinstance(news, Connected))
+    with connected(wire) as (line, cable, receiver):
         pid = line.peer.process.pid
-        bytes_before, here_s, there_s = _passed(line), time.process_time(), _cpu_s(pid)
+        bytes_before = sum(cable.ask("bytes")["bytes"])
+        here_s, there_s = time.process_time(), _cpu_s(pid)
         end_s = time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0:
             receiver.wait(left_s)
@@ -283,16 +276,10 @@ def silence(results: Results, wire: Wire, seconds: float) -> None:
                 raise RuntimeError("the link was lost in silence")
         minute = 60.0 / seconds
         here_s, there_s = time.process_time() - here_s, _cpu_s(pid) - there_s
-        passed = [after - before for after, before in zip(_passed(line), bytes_before, strict=True)]
-        receiver.close()
-    note(results, "silent_minute_host_cpu_s", wire.name, here_s * minute, "s")
-    note(results, "silent_minute_device_cpu_s", wire.name, there_s * minute, "s")
-    note(results, "silent_minute_bytes", wire.name, sum(passed) * minute, "byte")
-
-
-def _passed(line: Line) -> list[int]:
-    assert line.wire is not None
-    return list(line.wire.ask("bytes")["bytes"])
+        passed = sum(cable.ask("bytes")["bytes"]) - bytes_before
+    results.note("silent_minute_host_cpu_s", here_s * minute, "s", preset=wire.name)
+    results.note("silent_minute_device_cpu_s", there_s * minute, "s", preset=wire.name)
+    results.note("silent_minute_bytes", passed * minute, "byte", preset=wire.name)
 
 
 def _cpu_s(pid: int) -> float:
@@ -303,22 +290,14 @@ def _cpu_s(pid: int) -> float:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.benchmarks.link", description=(__doc__ or "").splitlines()[0]
-    )
-    parser.add_argument("--packets", type=int, default=50_000)
-    parser.add_argument("--trips", type=int, default=5000)
-    parser.add_argument("--cuts", type=int, default=10)
-    parser.add_argument("--silent", type=float, default=60.0, metavar="SECONDS")
-    parser.add_argument("--keys", type=int, default=300, help="key presses of the ledger")
+    parser = command_line(__doc__, packets=50_000, trips=5000, cuts=10, silent=60.0, keys=300)
     parser.add_argument(
         "--wire", action="append", choices=[wire.name for wire in WIRES], help="only these"
     )
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args(argv)
     if sys.platform != "linux":
         parser.error("it needs ptys and /proc")
-    results: Results = []
+    results = Results("link")
     packets(results, options.packets)
     for wire in WIRES:
         if options.wire and wire.name not in options.wire:
@@ -330,9 +309,8 @@ def main(argv: Sequence[str] | None = None) -> None:
             silence(results, wire, options.silent)
     if options.keys:
         for name, preset, value, unit in link_ledger.measure(options.keys):
-            note(results, name, preset, value, unit)
-    if options.json:
-        print(json.dumps({"benchmark": "link", "results": results}))
+            results.note(name, value, unit, preset=preset)
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

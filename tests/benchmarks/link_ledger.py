@@ -9,7 +9,6 @@ moment at which a program of Xlib, and our game's loop in its window, get the ke
 from __future__ import annotations
 
 import contextlib
-import os
 import queue
 import random
 import shutil
@@ -19,7 +18,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
@@ -31,6 +30,8 @@ from host.connection.receiver import Delivered, Received, Receiver
 from host.connection.transport import open_transport
 from host.injection.injector import Injector
 from host.targets.keys import KeysTarget
+from tests.support import SUPPORT
+from tests.support.x_programs import server
 
 from .link_peers import now_us
 from .link_wires import WIRES, Peer
@@ -38,14 +39,13 @@ from .link_wires import WIRES, Peer
 Figures = list[tuple[str, str, float, str]]
 
 APART_S: Final = (0.08, 0.13)  # between two presses, at random, so that no clock is in step
-PATIENCE_S: Final = 90.0  # for a window to come on a busy machine
 LOST_S: Final = 1.0  # a key that was not pressed by then will not be; it is counted
 TICK_S: Final = 0.01  # as in `host.window_loop.serve`
 _TABLE: Final = {"profile": {"game": {"left": {"key": "left", "down_ms": 20}}}}
 _MAPPING: Final = (
     '[everywhere]\nmenu = { arm = true }\n[profile.game]\nleft = { key = "left", down_ms = 20 }\n'
 )
-_PAPER: Final = Path(__file__).with_name("link_paper.py")
+_PAPER: Final = SUPPORT / "recording_watchdog.py"
 
 
 class Timed(Injector):
@@ -87,7 +87,10 @@ def hops(count: int) -> Figures:
         paper.touch()
         key_map = parse(_TABLE, KEYBOARD)
         sender = Timed(
-            "auto", "keyboard", key_map.keys, command=(sys.executable, str(_PAPER), str(paper))
+            "auto",
+            "keyboard",
+            key_map.keys,
+            command=(sys.executable, str(_PAPER), str(paper), "uinput", "times"),
         )
         sender.start()
         target = KeysTarget(key_map, sender, lambda words: None, lambda armed: None)
@@ -161,13 +164,16 @@ def whole(role: str, title: str, count: int) -> Figures:
     us = []
     with ExitStack() as stack:
         place = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        environment = stack.enter_context(_screen(place))
+        screen = stack.enter_context(server())
+        # Games and devices of the user are left alone.
+        kept = dict.fromkeys(("XDG_CONFIG_HOME", "XDG_DATA_HOME"), str(place))
+        environment = screen.environment | kept
         device = Peer("device", "listen://127.0.0.1:0")
         stack.callback(device.close)
         program = Peer(role, environment=environment)
         stack.callback(program.close)
         pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
-        _focus(environment["DISPLAY"], title)
+        screen.focus(title)
         threading.Thread(target=_listen, args=(program, pressed), daemon=True).start()
         (place / "keys.toml").write_text(_MAPPING)
         host = subprocess.Popen(
@@ -216,54 +222,6 @@ def _listen(program: Peer, pressed: queue.SimpleQueue[int]) -> None:
     with contextlib.suppress(RuntimeError, ValueError, KeyError):
         while True:
             pressed.put(int(program.read()["us"]))
-
-
-@contextlib.contextmanager
-def _screen(place: Path) -> Iterator[dict[str, str]]:
-    """Start an X server that nobody sees; give the environment that leads to it."""
-    reading, writing = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-        pass_fds=[writing],
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(writing)
-    with os.fdopen(reading) as told:
-        number = told.readline().strip()
-    environment = {**os.environ, "DISPLAY": f":{number}"}
-    for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER"):
-        environment.pop(name, None)
-    for name in ("XDG_CONFIG_HOME", "XDG_DATA_HOME"):  # games and devices of nobody
-        environment[name] = str(place)
-    try:
-        yield environment
-    finally:
-        server.terminate()
-        server.wait()
-
-
-def _focus(display_name: str, title: str) -> None:
-    """Give the keyboard to the window of a title, once it is there."""
-    from Xlib import X
-    from Xlib.display import Display
-    from Xlib.error import XError
-
-    display, end_s = Display(display_name), time.monotonic() + PATIENCE_S
-    full = display.intern_atom("_NET_WM_NAME")
-    while time.monotonic() < end_s:
-        for window in display.screen().root.query_tree().children:
-            with contextlib.suppress(XError):
-                viewable = window.get_attributes().map_state == X.IsViewable
-                if viewable and title in (
-                    window.get_wm_name(),
-                    window.get_full_text_property(full),
-                ):
-                    window.set_input_focus(X.RevertToParent, X.CurrentTime)
-                    display.sync()
-                    display.close()
-                    return
-        time.sleep(0.02)
-    raise RuntimeError(f"no window {title!r} has come")
 
 
 def _end(process: subprocess.Popen[str]) -> None:

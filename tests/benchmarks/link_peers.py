@@ -1,4 +1,4 @@
-"""The other processes of the link benchmark: who is at the far end, and the wire in between.
+"""Processes of the link benchmark: far ends, and the wire in between.
 
     python -m tests.benchmarks.link_peers device URL      an orb that feels nothing
     python -m tests.benchmarks.link_peers sessions URL    the same without locks, queues, threads
@@ -25,6 +25,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -135,23 +136,11 @@ def _port(url: str) -> Any:
 
 
 def _welcome() -> Welcome:
-    from controller.protocol.messages import COMMANDS, VERSION, Welcome
+    from controller.protocol.messages import COMMANDS
+    from tests.support.fake_device import welcome
 
-    return Welcome(
-        version=VERSION,
-        boot_nonce=int.from_bytes(os.urandom(4), "little"),
-        device_id="bench",
-        name="bench",
-        virtual=True,
-        rows=5,
-        columns=5,
-        pitch_mm=10.0,
-        rate_hz=10.0,
-        heartbeat_ms=100,
-        deadman_ms=300,
-        labels=("null",),
-        commands=(*COMMANDS, "menu"),
-    )
+    boot_nonce = int.from_bytes(os.urandom(4), "little")
+    return replace(welcome(nonce=boot_nonce), commands=(*COMMANDS, "menu"))
 
 
 # -- the wire --------------------------------------------------------------------------------
@@ -168,20 +157,24 @@ class Joint:
         self.passed = [0, 0]
         self.pulled = False
 
-    def run(self, ends: list[int]) -> None:
-        """Pass bytes on until one end is gone."""
+    def run(self, ends: list[int], far: list[int] | None = None) -> None:
+        """Pass bytes on until one end is gone: to the other end, or through `far`, one each."""
+        ways = dict(zip(ends, far or ends[::-1], strict=True))
+        back = dict(zip(far, ends, strict=True)) if far else {}
         while True:
-            for end in select.select(ends, [], [])[0]:
-                which = ends.index(end)
+            for end in select.select([*ways, *back], [], [])[0]:
                 data = os.read(end, CHUNK)
                 if not data:
                     return
-                self.passed[which] += len(data)
+                if end in back:
+                    os.write(back[end], data)
+                    continue
+                self.passed[ends.index(end)] += len(data)
                 if not self.pulled:
-                    os.write(ends[1 - which], data)
+                    os.write(ways[end], data)
 
 
-def cable() -> None:
+def cable(far: list[int] | None = None) -> None:
     """Join two ptys; "pull", "plug" and "bytes" are taken from the standard input."""
     import pty
     import tty
@@ -197,16 +190,21 @@ def cable() -> None:
 
     on_line(take)
     say(ends=[os.ttyname(slave) for _, slave in pairs])
-    joint.run([master for master, _ in pairs])
+    joint.run([master for master, _ in pairs], far)
 
 
 def air() -> None:
     """Join two ptys by RFCOMM over Bumble's virtual controllers; it takes what a cable takes."""
-    import runpy
+    import queue
 
-    from tests.support import SUPPORT
+    from controller.links.bluetooth.identifiers import CHANNEL, record
+    from tests.support.bumble_radio import ORB, Air
 
-    runpy.run_path(str(SUPPORT / "bumble_radio.py"), run_name="__main__")
+    radio = Air(record(), CHANNEL)
+    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
+    radio.arrived = came.put
+    sockets = [radio.rfcomm(ORB, CHANNEL, 10.0), came.get(timeout=10.0)]
+    cable([each.fileno() for each in sockets])
 
 
 def proxy(port: str) -> None:

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, Final
 
+from tests.support.processes import LineProcess
 
-class Peer:
+
+class Peer(LineProcess):
     """A process of `link_peers`.
 
     Attributes:
@@ -21,39 +23,18 @@ class Peer:
 
     def __init__(self, *command: str, environment: dict[str, str] | None = None) -> None:
         """Start it, and wait for its first line."""
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.benchmarks.link_peers", *command],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-            text=True,
-            bufsize=1,
-        )
+        program = [sys.executable, "-m", "tests.benchmarks.link_peers", *command]
+        super().__init__(program, stderr=subprocess.DEVNULL, env=environment)
         self.first = self.read()
-
-    def say(self, line: str) -> None:
-        """Write one line."""
-        assert self.process.stdin is not None
-        self.process.stdin.write(f"{line}\n")
 
     def read(self) -> dict[str, Any]:
         """Return its next line, waiting for it."""
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        if not line:
-            raise RuntimeError("a process at the far end has died")
-        return dict(json.loads(line))
+        return dict(json.loads(self.line()))
 
     def ask(self, line: str) -> dict[str, Any]:
         """Write one line, and return the next one."""
         self.say(line)
         return self.read()
-
-    def close(self) -> None:
-        """End it."""
-        self.process.kill()
-        self.process.communicate()
 
 
 @dataclass(frozen=True)

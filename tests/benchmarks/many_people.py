@@ -8,8 +8,6 @@ machine does is no part of them. The second table multiplies the first by N peop
 each, on one core; nothing in it is measured.
 """
 
-import argparse
-import json
 import os
 import tempfile
 import time
@@ -30,6 +28,8 @@ from models.data.recipe import DEFAULT
 from models.data.simulate import DataSet
 from models.training.gesture_task import GestureTask
 from models.training.loop import prepare_torch
+
+from .results import Results, command_line
 
 USERS: Final = 6
 MINUTES: Final = 10.0  # of each: an hour in all
@@ -115,12 +115,8 @@ def _step(read: load.Data) -> tuple[float, int]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--people", type=int, default=10_000)
-    parser.add_argument("--minutes", type=float, default=30.0, help="of each of them")
-    parser.add_argument("--preset", default="nominal")
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+    parser = command_line(__doc__, people=10_000, minutes=30.0, preset="nominal")
+    arguments, results = parser.parse_args(), Results("many_people")
     cost, mib, gib = measure(arguments.preset), 2.0**20, 2.0**30
     hours = arguments.people * arguments.minutes / 60.0
     epoch_s = cost.windows / cost.batch * cost.step_ms / 1000.0
@@ -144,16 +140,11 @@ def main() -> None:
     )
     print(f"an hour of recordings, {arguments.preset}, measured on {USERS * MINUTES:.0f} minutes:")
     for name, value, unit in measured:
-        print(f"  {name:18} {value:10.4g} {unit}")
+        results.note(name, value, unit, preset=arguments.preset)
     print(f"{arguments.people:,} people of {arguments.minutes:g} minutes, multiplied:")
     for name, value, unit in multiplied:
-        print(f"  {name:18} {value:10.4g} {unit}")
-    if arguments.json:
-        results = [
-            {"name": name, "preset": arguments.preset, "value": value, "unit": unit, "goal": None}
-            for name, value, unit in (*measured, *multiplied)
-        ]
-        print(json.dumps({"benchmark": "many_people", "results": results}))
+        results.note(name, value, unit, preset=arguments.preset)
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

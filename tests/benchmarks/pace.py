@@ -8,15 +8,13 @@ hypervisor's steal time, when it gave this machine's processors to others, is pr
 answer for that.
 """
 
-import argparse
-import json
 import multiprocessing
 import os
 import time
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -37,6 +35,8 @@ from controller.runtime.realtime import IdleCollector, real_time
 from controller.sensors.base import Geometry, Sensor
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
+
+from .results import Results, command_line
 
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 
@@ -142,31 +142,20 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.pace")
-    parser.add_argument("--minutes", type=float, default=10.0)
-    parser.add_argument("--rate", type=float, default=10.0, help="frames a second (default: 10)")
-    parser.add_argument("--realtime", action="store_true", help="with SCHED_FIFO")
-    parser.add_argument("--json", action="store_true", help="results for programs, last line")
-    arguments = parser.parse_args()
+    arguments = command_line(__doc__, minutes=10.0, rate=10.0, realtime=False).parse_args()
     if arguments.realtime:
         real_time()
     stolen = steal_s()
     ledger, missed = measure(arguments.minutes, arguments.rate, print)
     stolen = steal_s() - stolen
-    results: list[dict[str, Any]] = []
-
-    def report(name: str, value: float, unit: str, goal: float | None = None) -> None:
-        print(f"{name:28}{value:12.3f} {unit}" + ("" if goal is None else f"   goal {goal:g}"))
-        results.append({"name": name, "preset": "", "value": value, "unit": unit, "goal": goal})
-
+    results = Results("pace")
     for name, values in (("lateness", ledger.waits_ms()), ("step", ledger.steps_ms())):
         for share in (50.0, 99.0, 99.9, 100.0):
-            report(f"{name}_p{share:g}_ms", float(np.percentile(values, share)), "ms")
-    report("pace_frames", ledger.lines, "")
-    report("pace_missed", missed, "", 0.0)
-    report("steal_s", stolen, "s")
-    if arguments.json:
-        print(json.dumps({"benchmark": "pace", "results": results}))
+            results.note(f"{name}_p{share:g}_ms", float(np.percentile(values, share)), "ms")
+    results.note("pace_frames", ledger.lines)
+    results.note("pace_missed", missed, goal=0.0)
+    results.note("steal_s", stolen, "s")
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

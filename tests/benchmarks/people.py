@@ -1,4 +1,4 @@
-"""Real people on a touch screen: what they do is told of people from whom nothing was learned.
+"""Gestures of real people on a touch screen, classified by models that never saw these people.
 
     python -m tests.benchmarks.people PATH [--steps N] [--choose] [--why] [--json]
 
@@ -14,8 +14,6 @@ what it sees is taken away, after a quarter of the steps:
     one_image   all images of a window are its last
 """
 
-import argparse
-import json
 import math
 import shutil
 import sys
@@ -40,6 +38,8 @@ from models.studies.cross_validation import Request
 from models.studies.fold_statistics import CrossValidation
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
+
+from .results import Results, command_line, row, say
 
 BESIDE: Final = Path(__file__).parents[2] / "docs" / "people"
 STEPS: Final = 1600
@@ -123,7 +123,7 @@ class _Still(GestureTask):
         self._steps = torch.zeros_like(self._steps)
 
 
-def results(found: CrossValidation, left: dict[str, float]) -> list[dict[str, Any]]:
+def results(found: CrossValidation, left: dict[str, float]) -> Results:
     """Return the figures as every benchmark gives them."""
     ours, plain, mended = found.models
     gain, over = found.gains
@@ -140,20 +140,18 @@ def results(found: CrossValidation, left: dict[str, float]) -> list[dict[str, An
         ("people_cpu_minutes", found.cpu_minutes, "CPU-min", BUDGET_MIN),
         *((f"people_seen_{name}", value, "share", None) for name, value in left.items()),
     ]
-    return [
-        {"name": name, "preset": "capfingerid", "value": value, "unit": unit, "goal": goal}
+    out = Results("people")
+    out.rows = [
+        row(name, value, unit, preset="capfingerid", goal=goal)
         for name, value, unit, goal in listed
     ]
+    return out
 
 
 def main(argv: list[str] | None = None) -> int:
     """Judge, and print the report; with --json a line of JSON as well."""
-    parser = argparse.ArgumentParser(description="What real people do, told of people unseen.")
+    parser = command_line(__doc__, steps=STEPS, choose=False, why=False)
     parser.add_argument("path", type=Path, help="frames.npz of docs/people.md")
-    parser.add_argument("--steps", type=int, default=STEPS, help=f"(default: {STEPS})")
-    parser.add_argument("--choose", action="store_true", help="as in `models folds`")
-    parser.add_argument("--why", action="store_true", help="also with less to see")
-    parser.add_argument("--json", action="store_true", help="the last line is JSON")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as place_for:
         folder = Path(place_for)
@@ -167,14 +165,8 @@ def main(argv: list[str] | None = None) -> int:
     print(fold_card.text(found))
     for name, value in left.items():
         print(f"of the first fold, seen {name}: {value:.3f}")
-    if asked.json:
-        print(json.dumps({"benchmark": "people", "results": results(found, left)}))
+    results(found, left).finish(asked.json)
     return 0
-
-
-def say(line: str) -> None:
-    """Print a message."""
-    print(line, file=sys.stderr, flush=True)
 
 
 def _centroid(images: Images) -> tuple[Images, NDArray[np.float64], NDArray[np.float64]]:

@@ -20,6 +20,8 @@ from tests.reference.tetris_perft import boards, leaves
 from tetris.engine.kicks import Kicks
 from tetris.engine.pieces import KINDS, Kind
 
+from .results import command_line
+
 ALONE: Final[dict[Kind, int]] = {  # 7 + 10, 9, 8 + 9 (S, Z), 2 * (8 + 9)
     "I": 17,
     "O": 9,
@@ -41,11 +43,9 @@ def queue_of(letters: str) -> list[Kind]:
 
 def main() -> None:
     """Count and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__, depth=5)
     parser.add_argument("--queue", type=queue_of, default="IOLJSZT", metavar="PIECES")
-    parser.add_argument("--depth", type=int, default=5)
     parser.add_argument("--kicks", choices=get_args(Kicks), default="srs")
-    parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     queue: list[Kind] = arguments.queue
     alone = {kind: leaves([kind], arguments.kicks) for kind in KINDS}

@@ -19,15 +19,13 @@ noise-free images and with the frames' true weights, errs by 0.161 ± 0.003 grid
 is known perfectly, and by 0.168 with the rest that the device finds. 0.15 cannot be had at 10 Hz.
 """
 
-import argparse
 import dataclasses
 import json
 import math
-import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -43,6 +41,7 @@ from tests.benchmarks import user_study as users
 
 from . import recognition_few, recognition_users
 from .recognition_peers import judge_peers
+from .results import Results, Row, command_line, figure_row, say, show
 
 USERS: Final = 20
 # name -> unit, and the goal on nominal and on paper-snr.
@@ -100,7 +99,7 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
     """Return every figure of the bundle in a file on one preset."""
     people = People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
     found = summarise(preset, loaded.labels, evaluate(loaded, people.sessions(size.sessions), _no))
-    _say(f"{preset}: {found.events} events, {found.idle_minutes:.0f} idle minutes, F1 {found.f1}")
+    say(f"{preset}: {found.events} events, {found.idle_minutes:.0f} idle minutes, F1 {found.f1}")
     mouse = dataclasses.replace(people, data=dataclasses.replace(people.data, hand="pointer"))
     clicked = summarise(preset, loaded.labels, evaluate(loaded, mouse.sessions(size.mouse), _no))
     grid = loaded.rows, loaded.columns
@@ -161,95 +160,56 @@ def _worst(loaded: Bundle, people: People, faults: Sequence[str], size: Size) ->
         found.append(summarise_broken(people.data.preset, fault, loaded.labels, tallies))
     worst = min(found, key=lambda one: one.event_accuracy.value)
     mean = np.mean([one.event_accuracy.value for one in found])
-    _say(f"  {len(found)} faults, {worst.events} events each: mean {mean:.4f}, worst "
+    say(f"  {len(found)} faults, {worst.events} events each: mean {mean:.4f}, worst "
          f"{worst.fault} {worst.event_accuracy}")  # fmt: skip
     return worst
 
 
-def rows(preset: str, measured: dict[str, Figure], suffix: str = "") -> list[dict[str, Any]]:
-    """Return figures as the rows that are printed and written."""
-    column = list(PRESETS).index(preset)
-    listed = []
+def rows(preset: str, measured: dict[str, Figure], suffix: str = "") -> list[Row]:
+    """Print and return figures as results."""
+    column, listed = list(PRESETS).index(preset), []
     for name, figure in measured.items():
-        unit, goal = ROWS[name]
-        listed.append(
-            {
-                "name": name + suffix,
-                "preset": preset,
-                "value": _number(figure.value),
-                "low": _number(figure.low),
-                "high": _number(figure.high),
-                "unit": unit,
-                "goal": goal[column] if goal else None,
-            }
-        )
+        unit, goals = ROWS[name]
+        goal = goals[column] if goals else None
+        listed.append(figure_row(name + suffix, figure, unit, preset=preset, goal=goal))
+        show(listed[-1])
     return listed
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bundle", type=Path, default=bundles.default_path())
-    parser.add_argument("--quick", action="store_true", help="few sessions, to see that it runs")
+    parser = command_line(
+        __doc__, bundle=bundles.default_path(), quick=False, retrain=False,
+        cache=recognition_users.cache(),
+    )  # fmt: skip
     parser.add_argument("--only", choices=("ours", "peers"), help="default: both")
     parser.add_argument("--no-peers", dest="only", action="store_const", const="ours")
-    parser.add_argument("--retrain", action="store_true", help="train the peers again")
-    parser.add_argument("--cache", type=Path, default=_cache(), help="where peers are kept")
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+    arguments, results = parser.parse_args(), Results("recognition")
     size, loaded = QUICK if arguments.quick else Size(), bundles.read(arguments.bundle)
-    begun, results = time.process_time(), []
+    begun = time.process_time()
     for preset in PRESETS if arguments.only != "peers" else ():
-        results += rows(preset, measure(arguments.bundle, loaded, preset, size))
+        results.rows += rows(preset, measure(arguments.bundle, loaded, preset, size))
         few = recognition_few.QUICK if arguments.quick else recognition_few.Size()
-        results += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
+        results.rows += rows(preset, recognition_few.measure(arguments.bundle, loaded, preset, few))
         who = users.QUICK if arguments.quick else users.Size()
-        results += recognition_users.rows(
-            preset, who, arguments.cache, _say, again=arguments.retrain
-        )
+        again = arguments.retrain
+        results.rows += recognition_users.rows(preset, who, arguments.cache, say, again=again)
     if arguments.only != "ours":
         people = {
             preset: People.of(loaded, preset, BENCHMARK_SEED, size.minutes, users=USERS)
             for preset in PRESETS
         }
         judged = judge_peers(
-            loaded, people, size.judged, arguments.cache, _say, again=arguments.retrain
+            loaded, people, size.judged, arguments.cache, say, again=arguments.retrain
         )
         for (name, preset), result in judged.items():
-            results += rows(preset, figures(result), f"@{name}")
-    _print(results)
+            results.rows += rows(preset, figures(result), f"@{name}")
     print(f"{time.process_time() - begun:.0f} s of one core's time")
-    if arguments.json:
-        print(json.dumps({"benchmark": "recognition", "results": results}))
-
-
-def _print(results: Sequence[dict[str, Any]]) -> None:
-    """Print the table: a row a figure, its goal, and what peers reach."""
-    for preset in PRESETS:
-        print(f"\n{preset:32}{'value':>9}  {'95 % interval':19}{'goal':>8}")
-        for row in (row for row in results if row["preset"] == preset):
-            if row["value"] is None:
-                print(f"{row['name']:32}{'–':>9}  {row.get('missing', 'not known')}")
-                continue
-            span = "" if row["low"] is None else f"{row['low']:.4f} – {row['high']:.4f}"
-            goal = "" if row.get("goal") is None or "@" in row["name"] else f"{row['goal']:g}"
-            print(f"{row['name']:32}{row['value']:9.4f}  {span:19}{goal:>8}")
-
-
-def _number(value: float) -> float | None:
-    return round(value, 6) if math.isfinite(value) else None
+    results.finish(arguments.json)
 
 
 def _exact(value: float) -> Figure:
     return Figure(value, math.nan, math.nan)
-
-
-def _cache() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "orbtouch"
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)
 
 
 def _no(line: str) -> None:

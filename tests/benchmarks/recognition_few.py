@@ -15,9 +15,7 @@ A double tap is answered as a press by its first tap: no debouncer that is quick
 can know what comes. That is why F1 is below event accuracy.
 """
 
-import argparse
 import dataclasses
-import json
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,6 +38,8 @@ from models.evaluation import bootstrap
 from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
+
+from .results import Results, command_line, figure_row, show
 
 KNOCK: Final = Path(__file__).parents[2] / "controller" / "teach" / "example" / "knock.toml"
 NEW: Final = ("double_tap", "squeeze", "swipe", "knock")
@@ -104,7 +104,7 @@ def measure(path: Path, loaded: Bundle, preset: str, size: Size) -> dict[str, Fi
         new = " ".join(f"{name} {_of(outcomes, name):.3f}" for name in NEW)
         print(f"{preset}, {k} examples, {len(outcomes)} lessons: {new}", flush=True)
     before = [one.before for one in found[EXAMPLES[0]]]
-    figures["few_shot_0_false_alarms_per_min"] = _alarms(before)
+    figures["few_shot_0_false_alarms_per_min"] = alarms(before)
     return figures
 
 
@@ -113,7 +113,7 @@ def _person(
 ) -> Iterator[tuple[int, Outcome]]:
     """Let one person teach one gesture, from few examples and more, and judge each time."""
     labels = (*loaded.labels, label)
-    taught = _data(loaded, preset, (label,), TEACHING_MIN).session(user, 0)
+    lesson = _data(loaded, preset, (label,), TEACHING_MIN).session(user, 0)
     judged = _data(loaded, preset, labels[1:], size.minutes).session(user, 1)
     known = GroundTruth.of(judged, labels, f"{label} {user + 1}")
     inputs = network_inputs(judged.frames, loaded.preprocess)
@@ -126,12 +126,14 @@ def _person(
 
     before = count(loaded)
     rng = np.random.default_rng([SEED, user])
-    shown = list(examples(loaded, taught, label, rng))
+    shown = list(examples(loaded, lesson, label, rng))
     for k in EXAMPLES:
         for draw in range(size.draws):
             some = shown[draw * k : draw * k + k]
             if len(some) == k:
-                yield k, Outcome(before, count(_taught(path, some)))
+                with patch.object(few_shot, "LEAST_KEPT", 0.0):  # what is lost is measured here
+                    taught = taught_bundle(path, some)
+                yield k, Outcome(before, count(taught))
 
 
 def _data(loaded: Bundle, preset: str, gestures: tuple[str, ...], minutes: float) -> DataSet:
@@ -167,11 +169,11 @@ def examples(
             yield example
 
 
-def _taught(path: Path, examples: list[adapt.Example]) -> Bundle:
+def taught_bundle(path: Path, examples: list[adapt.Example]) -> Bundle:
+    """Return the bundle that a lesson makes."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "taught.orb"
-        with patch.object(few_shot, "LEAST_KEPT", 0.0):  # what is lost is measured here
-            adapt.teach(path.read_bytes(), examples).write(out)
+        adapt.teach(path.read_bytes(), examples).write(out)
         return bundles.read(out)
 
 
@@ -183,18 +185,22 @@ def _figures(k: int, outcomes: list[Outcome]) -> dict[str, Figure]:
     old = [int(t.named[1:-1].sum()) for t in after]
     lost = np.array(right_before) - np.array(right_after)
     loss = bootstrap.rate(100.0 * lost, old)
-    events = [t.events for t in after]
     return {
         f"few_shot_{k}": bootstrap.share([n for n, _ in new], [of for _, of in new]),
         f"few_shot_{k}_old_loss": loss,
-        f"few_shot_{k}_f1": bootstrap.f1(
-            [t.hits for t in after], [int(t.answers.sum()) for t in after], events
-        ),
-        f"few_shot_{k}_false_alarms_per_min": _alarms(after),
+        f"few_shot_{k}_f1": f1(after),
+        f"few_shot_{k}_false_alarms_per_min": alarms(after),
     }
 
 
-def _alarms(tallies: list[Tally]) -> Figure:
+def f1(tallies: list[Tally]) -> Figure:
+    """Return F1 over sessions."""
+    answers = [int(t.answers.sum()) for t in tallies]
+    return bootstrap.f1([t.hits for t in tallies], answers, [t.events for t in tallies])
+
+
+def alarms(tallies: list[Tally]) -> Figure:
+    """Return false alarms a minute over sessions."""
     return bootstrap.rate([t.false_alarms for t in tallies], [t.idle_minutes for t in tallies])
 
 
@@ -205,24 +211,18 @@ def _of(outcomes: list[Outcome], label: str) -> float:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bundle", type=Path, default=bundles.default_path())
-    parser.add_argument("--quick", action="store_true", help="few sessions, to see that it runs")
+    parser = command_line(__doc__, bundle=bundles.default_path(), quick=False)
     parser.add_argument("--preset", choices=tuple(PRESETS), help="default: all")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    loaded, results = bundles.read(options.bundle), []
+    options, results = parser.parse_args(), Results("recognition_few")
+    loaded = bundles.read(options.bundle)
     for preset in [options.preset] if options.preset else PRESETS:
         figures = measure(options.bundle, loaded, preset, QUICK if options.quick else Size())
         for name, figure in figures.items():
-            unit, goal = ROWS[name]
-            aim = None if goal is None else goal[list(PRESETS).index(preset)]
-            results.append({"name": name, "preset": preset, "value": round(figure.value, 6),
-                            "low": round(figure.low, 6), "high": round(figure.high, 6),
-                            "unit": unit, "goal": aim})  # fmt: skip
-            print(f"{preset:10}{name:34}{figure!s:28}{'' if aim is None else f'{aim:g}':>6}")
-    if options.json:
-        print(json.dumps({"benchmark": "recognition_few", "results": results}))
+            unit, goals = ROWS[name]
+            goal = None if goals is None else goals[list(PRESETS).index(preset)]
+            results.rows.append(figure_row(name, figure, unit, preset=preset, goal=goal))
+            show(results.rows[-1])
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

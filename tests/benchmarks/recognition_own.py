@@ -13,10 +13,7 @@ because other gestures would suffer leaves everything as it was. Intervals are 9
 people.
 """
 
-import argparse
 import dataclasses
-import json
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -37,7 +34,8 @@ from models.evaluation.event_counts import Tally, tally
 from models.evaluation.replay import Batched, debounced_stream, network_inputs
 from models.results.figure import Figure
 
-from .recognition_few import examples
+from .recognition_few import alarms, examples, f1, taught_bundle
+from .results import Results, command_line, figure_row, show
 
 SEED: Final = BENCHMARK_SEED + 8  # people that nothing else here sees
 EXAMPLES: Final = (1, 5)
@@ -77,25 +75,20 @@ def people(kind: str) -> type[Unusual]:
     return type(kind, (Unusual,), {"__slots__": (), "kind": kind})
 
 
-def measure(path: Path, preset: str, users: int) -> list[dict[str, Any]]:
-    """Return every row of one preset."""
-    loaded, rows = bundles.read(path), []
+def measure(results: Results, path: Path, preset: str, users: int) -> None:
+    """Note every result of one preset."""
+    loaded = bundles.read(path)
     for kind in KINDS:
         told = [_person(path, loaded, preset, kind, user) for user in range(users)]
         refused = sum(one.refused for one in told)
-        print(f"{preset}, {kind}: {[one.label for one in told]}; {refused} lessons refused",
-              flush=True)  # fmt: skip
+        print(f"{preset}, {kind}: {[one.label for one in told]}; {refused} lessons refused")
+        numbers = [one.number for one in told]
         for k in (0, *EXAMPLES):
-            for name, figure in _figures([one.tallies[k] for one in told],
-                                         [one.number for one in told]).items():  # fmt: skip
-                rows.append(
-                    {"name": f"own_{name}@{kind}_{k}", "preset": preset,
-                     "value": round(figure.value, 6), "low": round(figure.low, 6),
-                     "high": round(figure.high, 6),
-                     "unit": "1/min" if "alarms" in name else "1", "goal": None}
-                )  # fmt: skip
-                print(f"{rows[-1]['name']:34}{figure}", flush=True)
-    return rows
+            for name, figure in _figures([one.tallies[k] for one in told], numbers).items():
+                unit = "1/min" if "alarms" in name else "1"
+                one = figure_row(f"own_{name}@{kind}_{k}", figure, unit, preset=preset)
+                results.rows.append(one)
+                show(one)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,41 +150,25 @@ def _count(bundle: Bundle, recording: Recording) -> Tally:
 
 def _taught(path: Path, shown: list[adapt.Example]) -> Bundle:
     """Return a bundle whose gesture network is the person's own."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "taught.orb"
-        adapt.teach(path.read_bytes(), shown).write(out)
-        made = bundles.read(out)
+    made = taught_bundle(path, shown)
     return dataclasses.replace(made, gesture_onnx=made.heads[WHO])
 
 
 def _figures(tallies: list[Tally], numbers: list[int]) -> dict[str, Figure]:
     rows = [one.answered[number] for one, number in zip(tallies, numbers, strict=True)]
     right = [int(row[number]) for row, number in zip(rows, numbers, strict=True)]
-    return {
-        "recall": bootstrap.share(right, [int(row.sum()) for row in rows]),
-        "f1": bootstrap.f1(
-            [one.hits for one in tallies], [int(one.answers.sum()) for one in tallies],
-            [one.events for one in tallies],
-        ),
-        "false_alarms_per_min": bootstrap.rate(
-            [one.false_alarms for one in tallies], [one.idle_minutes for one in tallies]
-        ),
-    }  # fmt: skip
+    recall = bootstrap.share(right, [int(row.sum()) for row in rows])
+    return {"recall": recall, "f1": f1(tallies), "false_alarms_per_min": alarms(tallies)}
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bundle", type=Path, default=bundles.default_path())
-    parser.add_argument("--quick", action="store_true", help="one person of each kind")
+    parser = command_line(__doc__, bundle=bundles.default_path(), quick=False)
     parser.add_argument("--preset", choices=tuple(PRESETS), help="default: all")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    rows = []
+    options, results = parser.parse_args(), Results("recognition_own")
     for preset in [options.preset] if options.preset else PRESETS:
-        rows += measure(options.bundle, preset, 1 if options.quick else 8)
-    if options.json:
-        print(json.dumps({"benchmark": "recognition_own", "results": rows}))
+        measure(results, options.bundle, preset, 1 if options.quick else 8)
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Ten people told apart: the rows `user_...` of tests/benchmarks/recognition.py.
+"""Identification of ten people: the rows `user_...` of tests/benchmarks/recognition.py.
 
     python -m tests.benchmarks.recognition_users [--quick] [--retrain] [--json]
 
@@ -17,23 +17,22 @@ Results are kept in `--cache` by what they hang on, networks and all; `--retrain
 some ten minutes of one core for each preset.
 """
 
-import argparse
-import json
 import math
 import os
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from controller.simulator.presets import PRESETS
 from models.data.test_sessions import BENCHMARK_SEED
+from models.results.figure import Figure
 from models.training.loop import prepare_torch
 from tests.benchmarks import user_study as users
+
+from .results import Results, Row, command_line, figure_row, show
 
 SEED: Final = BENCHMARK_SEED + 1
 GOAL: Final = 0.80
 KEPT: Final = "users.json"
-
-Row = dict[str, Any]
 
 
 def rows(
@@ -82,39 +81,21 @@ def rows(
 
 
 def _row(name: str, preset: str, figure: dict[str, float], goal: float | None = None) -> Row:
-    return {
-        "name": name,
-        "preset": preset,
-        "value": _number(figure["value"]),
-        "low": _number(figure.get("low", math.nan)),
-        "high": _number(figure.get("high", math.nan)),
-        "unit": "1",
-        "goal": goal,
-    }
-
-
-def _number(value: float) -> float | None:
-    return round(value, 6) if math.isfinite(value) else None
+    found = Figure(*(figure.get(part, math.nan) for part in ("value", "low", "high")))
+    return figure_row(name, found, preset=preset, goal=goal)
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="few sessions, to see that it runs")
-    parser.add_argument("--retrain", action="store_true", help="measure again what is kept")
-    parser.add_argument("--cache", type=Path, default=cache(), help="where results are kept")
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+    parser = command_line(__doc__, quick=False, retrain=False, cache=cache())
+    arguments, results = parser.parse_args(), Results("recognition_users")
     size = users.QUICK if arguments.quick else users.Size()
-    results: list[Row] = []
     for preset in PRESETS:
         made = rows(preset, size, arguments.cache, print, again=arguments.retrain)
         for row in made:
-            span = "" if row["low"] is None else f"{row['low']:.3f} – {row['high']:.3f}"
-            print(f"{row['name']:36}{row['value'] or 0:8.3f}  {span:16}{row['goal'] or ''}")
-        results += made
-    if arguments.json:
-        print(json.dumps({"benchmark": "recognition_users", "results": results}))
+            show(row)
+        results.rows += made
+    results.finish(arguments.json)
 
 
 def cache() -> Path:

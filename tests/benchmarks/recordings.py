@@ -8,8 +8,6 @@ Each figure of memory is of a process of its own: the most that it gained over w
 and our modules take (Linux's VmHWM and RssAnon).
 """
 
-import argparse
-import json
 import multiprocessing
 import sys
 import tempfile
@@ -24,20 +22,15 @@ from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings import reader, writer
 from models.data.examples import Source, prepare, read_training
 from models.data.simulate import DataSet
+from tests.support.processes import memory_mib
+
+from .results import Results, command_line
 
 GOAL_S: Final = 1.0  # "an hour at 10 Hz opens in well under a second"
 HOUR: Final = 60.0
 DIFFERENT: Final = 10  # sessions that are simulated; the data set repeats them
 BATCHES: Final = 50  # of random windows, drawn as training draws them
 BATCH: Final = 150
-
-
-def _status(field: str) -> float:
-    """One of the sizes that Linux knows of this process, MiB."""
-    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-        if line.startswith(f"{field}:"):
-            return int(line.split()[1]) / 1024
-    raise LookupError(field)
 
 
 def timed(work: Callable[[], Any], repeats: int) -> list[float]:
@@ -62,13 +55,13 @@ def make(folder: Path, count: int, minutes: float) -> list[Path]:
 
 def train_on(paths: list[Path]) -> dict[str, float]:
     """Prepare recordings and draw windows; return seconds, frames and MiB of memory gained."""
-    before, private = _status("VmHWM"), _status("RssAnon")
+    before, private = memory_mib("VmHWM"), memory_mib("RssAnon")
     start = time.perf_counter()
     recordings = read_training(paths)
     surveyed = time.perf_counter()
     examples = prepare((Source.of(one) for one in recordings), PreprocessSettings())
     prepared = time.perf_counter()
-    peak = _status("VmHWM") - before
+    peak = memory_mib("VmHWM") - before
     rng = np.random.default_rng(0)
     for _ in range(BATCHES):
         examples.windows(rng.choice(examples.ends, BATCH))
@@ -77,34 +70,28 @@ def train_on(paths: list[Path]) -> dict[str, float]:
         "prepare_s": prepared - surveyed,
         "frames": float(len(examples.images)),
         "peak_mib": peak,
-        "private_mib": _status("RssAnon") - private,
+        "private_mib": memory_mib("RssAnon") - private,
     }
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--recordings", type=int, default=1000)
-    parser.add_argument("--minutes", type=float, default=1.0, help="length of each")
-    parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--json", action="store_true")
+    parser = command_line(__doc__, recordings=1000, minutes=1.0, repeats=7)
     arguments = parser.parse_args()
     if sys.platform != "linux":
         parser.error("only Linux tells how much memory a process has had")
-    results: list[dict[str, Any]] = []
+    results = Results("recordings")
 
-    def note(name: str, values: list[float], unit: str, goal: float | None = None) -> None:
-        middle = float(np.median(values))
-        aim = "" if goal is None else f"   goal: below {goal:g}"
-        spread = f"({min(values):.4g} ... {max(values):.4g})" if len(values) > 1 else ""
-        print(f"{name:34} {middle:10.4g} {unit:4} {spread}{aim}", flush=True)
-        results.append({"name": name, "value": middle, "unit": unit, "goal": goal})
+    def note(name: str, work: Callable[[], Any]) -> None:
+        seconds = timed(work, arguments.repeats)
+        spread = {"least": min(seconds), "greatest": max(seconds)}
+        results.note(name, float(np.median(seconds)), "s", goal=GOAL_S, **spread)
 
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         [hour] = make(folder, 1, HOUR)
-        note("hour_survey", timed(lambda: reader.survey(hour), arguments.repeats), "s", GOAL_S)
-        note("hour_load", timed(lambda: reader.load(hour), arguments.repeats), "s", GOAL_S)
+        note("hour_survey", lambda: reader.survey(hour))
+        note("hour_load", lambda: reader.load(hour))
         hour.unlink()
         paths = make(folder, arguments.recordings, arguments.minutes)
         for count in (max(1, arguments.recordings // 10), arguments.recordings):
@@ -113,9 +100,8 @@ def main() -> None:
                 figures = pool.apply(train_on, (paths[:count],))
             for name, value in figures.items():
                 unit = {"s": "s", "mib": "MiB"}.get(name.rpartition("_")[2], "")
-                note(f"{count}_in_memory_{name}", [value], unit)
-    if arguments.json:
-        print(json.dumps({"benchmark": "recordings", "results": results}))
+                results.note(f"{count}_in_memory_{name}", value, unit)
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

@@ -8,11 +8,9 @@ none of these weights is tiny. Each row is the median control step, frame in, ge
 engine that is faster for it; `first network` is the share of the gesture network.
 """
 
-import argparse
 import dataclasses
-import json
 import os
-from typing import Any, Final
+from typing import Final
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -23,6 +21,8 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy import selftest
 from controller.bundles.golden import Golden
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
+
+from .results import Results, command_line, row
 
 GRIDS: Final = (5, 10, 15, 20)
 WINDOWS: Final = (10, 20, 40)
@@ -62,14 +62,11 @@ def sized(shipped: Bundle, side: int, window: int, rate_hz: float) -> Bundle:
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.scaling")
-    parser.add_argument("--json", action="store_true", help="results for programs, last line")
-    arguments = parser.parse_args()
+    arguments, results = command_line(__doc__).parse_args(), Results("scaling")
     shipped = bundles.read(bundles.default_path())
     cases = [(side, 10, 10.0) for side in GRIDS]
     cases += [(5, window, 10.0) for window in WINDOWS[1:]]
     cases += [(5, round(rate_hz), rate_hz) for rate_hz in RATES[1:]]  # a second at any rate
-    results: list[dict[str, Any]] = []
     print(f"{'grid':>8}{'window':>8}{'rate Hz':>9}{'million MACs':>14}", end="")
     print("".join(f"{engine:>14}" for engine in engines.NAMES) + "   of the time per frame")
     for side, window, rate_hz in cases:
@@ -80,12 +77,9 @@ def main() -> None:
         print(f"{side:>5}×{side:<2}{window:>8}{rate_hz:>9g}{macs:>14.2f}", end="")
         print("".join(f"{us:>11.0f} µs" for us in shown.values()), end="")
         print(f"   {best * rate_hz / 1e4:.2f} %")
-        results.append(
-            {"name": f"step_us@{side}x{side},{window},{rate_hz:g}Hz", "preset": "",
-             "value": best, "unit": "us", "goal": None}
-        )  # fmt: skip
-    if arguments.json:
-        print(json.dumps({"benchmark": "scaling", "results": results}))
+        name = f"step_us@{side}x{side},{window},{rate_hz:g}Hz"
+        results.rows.append(row(name, best, "us"))
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,7 @@ exact.
 Errors are the driver's against sixty orbs of ngspice, noise is that of one count a conversion.
 """
 
-import argparse
-import json
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Final
 
@@ -35,6 +32,8 @@ from controller.sensors.hardware.wiring import (
 )
 from tests.reference import waveforms
 from tests.support.waveform_board import board as recorded_board
+
+from .results import Results, command_line
 
 Array = NDArray[np.float64]
 
@@ -121,43 +120,34 @@ def readings(scheme: Scheme, chip: str) -> tuple[Array, Array]:
     return np.array(error), np.array(noise)
 
 
-def rows() -> Iterator[dict[str, Any]]:
-    """Yield the rows, and print them."""
+def measure(results: Results) -> None:
+    """Measure and note everything."""
     for grid, wiring in GRIDS.items():
         for scheme in SCHEMES:
             one = wiring.scanned(scheme)
             took, own = scan_ms(one), python_ms(one)
-            yield _row(f"scan_ms_{grid}_{scheme}", took, "ms", PAPER_MS)
-            yield _row(f"scan_hz_{grid}_{scheme}", 1e3 / took, "1/s")
-            yield _row(f"python_ms_{grid}_{scheme}", own, "ms")
+            results.note(f"scan_ms_{grid}_{scheme}", took, "ms", goal=PAPER_MS)
+            results.note(f"scan_hz_{grid}_{scheme}", 1e3 / took, "1/s")
+            results.note(f"python_ms_{grid}_{scheme}", own, "ms")
     slow = replace(_SMALL.scanned("taxel"), times=SLOW)
-    yield _row("scan_ms_5x5_papers_slots", scan_ms(slow), "ms", PAPER_MS)
+    results.note("scan_ms_5x5_papers_slots", scan_ms(slow), "ms", goal=PAPER_MS)
     for chip in ("mcp3208", "mcp3008"):
         for scheme in SCHEMES:
             error, noise = readings(scheme, chip)
             each = np.sqrt(np.mean(error**2, axis=0))
-            yield _row(f"z_error_{scheme}@{chip}", float(np.sqrt(np.mean(error**2))), "1")
-            yield _row(f"z_error_worst_{scheme}@{chip}", float(np.abs(error).max()), "1")
-            yield _row(f"noise_{scheme}@{chip}", float(noise.mean()), "of C")
+            results.note(f"z_error_{scheme}@{chip}", float(np.sqrt(np.mean(error**2))), "1")
+            results.note(f"z_error_worst_{scheme}@{chip}", float(np.abs(error).max()), "1")
+            results.note(f"noise_{scheme}@{chip}", float(noise.mean()), "of C")
             if chip == "mcp3208":
                 print(f"  error of z, per taxel, thousandths:\n{np.round(each * 1e3, 2)}")
                 print(f"  noise, per taxel, thousandths:\n{np.round(noise.mean(axis=0) * 1e3, 2)}")
 
 
-def _row(name: str, value: float, unit: str, goal: float | None = None) -> dict[str, Any]:
-    told = "" if goal is None else f"   (the paper's cycle: {goal:g})"
-    print(f"{name:32}{value:10.4g} {unit}{told}", flush=True)
-    return {"name": name, "preset": "", "value": round(value, 6), "unit": unit, "goal": goal}
-
-
 def main() -> None:
     """Measure and print."""
-    grammar = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    grammar.add_argument("--json", action="store_true")
-    options = grammar.parse_args()
-    found = list(rows())
-    if options.json:
-        print(json.dumps({"benchmark": "scan", "results": found}))
+    options, results = command_line(__doc__).parse_args(), Results("scan")
+    measure(results)
+    results.finish(options.json)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,7 @@ CPU time of this process, which has one thread; median (least ... greatest) of t
 grows where they need it; `online` asks for one frame at a time, as a host does.
 """
 
-import argparse
 import cProfile
-import json
 import pstats
 import time
 from collections.abc import Callable
@@ -28,6 +26,8 @@ from controller.simulator.session import Session, simulate
 from controller.simulator.session_script import SessionScript
 from controller.simulator.user_style import draw_style
 from controller.simulator.virtual_orb import VirtualOrb
+
+from .results import Results, command_line
 
 GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched
 GRIDS: Final = ((5, 10.0), (10, 5.0), (20, 2.5))  # taxels along a side, pitch in mm
@@ -110,22 +110,14 @@ def profile(minutes: float) -> list[tuple[str, float]]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--minutes", type=float, default=20.0, help="length of a session")
-    parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+    arguments = command_line(__doc__, minutes=20.0, repeats=7).parse_args()
     minutes, repeats = arguments.minutes, arguments.repeats
-    results: list[dict[str, Any]] = []
+    results = Results("simulator")
 
     def note(name: str, preset: str, values: list[float], goal: float | None = None) -> None:
+        spread = {"least": min(values), "greatest": max(values)}
         middle = float(np.median(values))
-        aim = "" if goal is None else f"   goal: {goal:,.0f}"
-        spread = f"({min(values):,.0f} ... {max(values):,.0f})"
-        print(f"{name:28} {preset:10} {middle:9,.0f} {spread:24}{aim}")
-        results.append(
-            {"name": name, "preset": preset, "value": middle, "unit": "frames/s", "goal": goal}
-        )
+        results.note(name, middle, "frames/s", preset=preset, goal=goal, **spread)
 
     def session(model: OrbModel, rate_hz: float = 10.0) -> Callable[[int], int]:
         length = minutes * 10.0 / rate_hz
@@ -152,8 +144,7 @@ def main() -> None:
     print("\nwhere the time of a session goes")
     for stage, percent in profile(minutes):
         print(f"  {stage:26} {percent:5.1f} %")
-    if arguments.json:
-        print(json.dumps({"benchmark": "simulator", "results": results}))
+    results.finish(arguments.json)
 
 
 if __name__ == "__main__":

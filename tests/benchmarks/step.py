@@ -17,8 +17,6 @@ which `import onnxruntime` takes longer. `-m controller` costs what the installe
 Processor time says the same on a busy machine: `startup_cpu_ratio`.
 """
 
-import argparse
-import json
 import os
 import subprocess
 import sys
@@ -48,11 +46,11 @@ from controller.recordings import reader, writer
 from controller.recordings.recording import LABELLERS, Recording
 from controller.runtime.device import telemetry
 from controller.runtime.realtime import IdleCollector
+from tests.support.processes import memory_mib
 
-from . import litert
+from .results import Results, command_line, row
 
 Array = NDArray[np.float64]
-Rows = dict[str, Array | str]
 
 PAPER: Final = Path(str(files("models") / "paper.orb"))
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
@@ -90,8 +88,7 @@ def networks(shipped: Bundle, paper: Bundle | None) -> dict[str, Network | str]:
                 continue
             model = bundle.gesture_onnx
             out[key] = engines.open_network(engine, model, onnx_reader.read(model))
-        for peer, opened in (("torch", _torch), ("litert", litert.peer)):
-            out[f"{name}@{peer}"] = f"missing: {PAPER.name}" if bundle is None else opened(bundle)
+        out[f"{name}@torch"] = f"missing: {PAPER.name}" if bundle is None else _torch(bundle)
     return out
 
 
@@ -263,9 +260,7 @@ def _first_line(command: list[str], environment: dict[str, str]) -> Start:
         cpu_s = resident_mb = float("nan")
         about = Path(f"/proc/{program.pid}")
         if about.exists():
-            for line in (about / "status").read_text().splitlines():
-                if line.startswith("VmRSS"):
-                    resident_mb = int(line.split()[1]) / 1024
+            resident_mb = memory_mib(pid=program.pid)
             cpu_s = (
                 sum(  # of all threads, nanoseconds
                     int(file.read_text().split()[0]) for file in about.glob("task/*/schedstat")
@@ -278,20 +273,13 @@ def _first_line(command: list[str], environment: dict[str, str]) -> Start:
 
 def main() -> None:
     """Run the benchmark and print its tables."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.step")
-    parser.add_argument("--calls", type=int, default=20_000, help="of each peer (default: 20000)")
-    parser.add_argument("--seconds", type=float, default=60.0, help="of each paced run")
-    parser.add_argument("--json", action="store_true", help="results for programs, last line")
-    arguments = parser.parse_args()
+    arguments = command_line(__doc__, calls=20_000, seconds=60.0).parse_args()
     shipped = bundles.read(bundles.default_path())
     paper = bundles.read(PAPER) if PAPER.exists() else None
-    results: list[dict[str, Any]] = []
+    results = Results("step")
 
     def report(name: str, value: float | str, unit: str) -> None:
-        goal = GOALS.get(name.partition("@")[0])
-        text = value if isinstance(value, str) else f"{value:.3f} {unit}"
-        print(f"{name:36} {text:>28}" + ("" if goal is None else f"   goal {goal:g}"))
-        results.append({"name": name, "preset": "", "value": value, "unit": unit, "goal": goal})
+        results.note(name, value, unit, goal=GOALS.get(name.partition("@")[0]))
 
     timed = interleaved(networks(shipped, paper), stream(shipped), arguments.calls)
     print(f"{'network@engine':24}{'p50':>10}{'p99':>10}{'p99.9':>10}  microseconds")
@@ -304,10 +292,7 @@ def main() -> None:
         medians[name] = float(p50)
         print(f"{name:24}{p50:10.1f}{p99:10.1f}{tail:10.1f}")
         for label, value in (("p50", p50), ("p99", p99), ("p999", tail)):
-            results.append(
-                {"name": f"inference_{label}@{name}", "preset": "", "value": float(value),
-                 "unit": "us", "goal": None}
-            )  # fmt: skip
+            results.rows.append(row(f"inference_{label}@{name}", float(value), "us"))
     chosen = selftest.prove(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
     print(f"the engine that `controller install` chooses here: {chosen}")
@@ -332,8 +317,7 @@ def main() -> None:
         ours, theirs = _median(started[engine], "cpu_s"), _median(alone, "cpu_s")
         report(f"startup_cpu_ratio{at}", ours / theirs, "")
         report(f"rss_mb{at}", _median(started[engine], "resident_mb"), "MB")
-    if arguments.json:
-        print(json.dumps({"benchmark": "step", "results": results}))
+    results.finish(arguments.json)
 
 
 def _median(taken: list[Start], name: str) -> float:

@@ -20,7 +20,6 @@ import argparse
 import json
 import random
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -29,10 +28,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from tests.reference.tetris_kernel import Kernel
+from tests.support.processes import LineProcess
 from tetris.bots.greedy import plan
 from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece
+
+from .results import command_line
 
 REFERENCE: Final = "tetris-gymnasium"
 PEERS: Final = (REFERENCE, "tetris", "tetris-terminal")
@@ -109,40 +111,19 @@ def kernel_rate(seed: int) -> float:
     return per_second(play)
 
 
-class Peer:
+class Peer(LineProcess):
     """A process that plays another game when asked."""
 
     def __init__(self, name: str, python: str) -> None:
         self.name = name
-        script = Path(__file__).with_name("tetris_peers.py")
-        self._process = subprocess.Popen(
-            [python, "-I", str(script), name],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            bufsize=1,
-            cwd=tempfile.gettempdir(),
-        )
-        self.version = self._answer()
+        script = str(Path(__file__).with_name("tetris_peers.py"))
+        super().__init__([python, "-I", script, name], cwd=tempfile.gettempdir())
+        self.version = self.line()
 
     def rate(self) -> float:
         """Let it play, and return its steps per CPU second."""
-        assert self._process.stdin
-        self._process.stdin.write(f"{PEER_STEPS[self.name]}\n")
-        return float(self._answer())
-
-    def close(self) -> None:
-        """Let the process end."""
-        assert self._process.stdin
-        self._process.stdin.close()
-        self._process.wait(timeout=60)
-
-    def _answer(self) -> str:
-        assert self._process.stdout
-        line = self._process.stdout.readline().strip()
-        if not line:
-            raise SystemExit(f"{self.name} did not start or stopped; see its message above")
-        return line
+        self.say(PEER_STEPS[self.name])
+        return float(self.line())
 
 
 def differences(games: int) -> tuple[int, int]:
@@ -217,11 +198,8 @@ def peer_of(words: str) -> tuple[str, str]:
 
 def main() -> int:
     """Measure and print; 1 if the kernel differs from the engine."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__, rounds=7, games=100_000)
     parser.add_argument("--peer", type=peer_of, action="append", default=[], metavar="NAME=PYTHON")
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--games", type=int, default=100_000, help="of the kernel's check")
-    parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     moves, wrong = differences(arguments.games)
     print(f"kernel against engine: {arguments.games:,} games, {moves:,} moves, {wrong} differ")

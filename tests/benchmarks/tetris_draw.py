@@ -9,8 +9,6 @@ work of others. `first_frame_s` is from an interpreter's start to the window's f
 menu and bot's game included.
 """
 
-import argparse
-import json
 import os
 import subprocess
 import sys
@@ -29,6 +27,8 @@ from tetris.window.palettes import PALETTES
 from tetris.window.settings import Settings
 from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
+
+from .results import command_line, show_figures
 
 SIZE = (1280, 720)
 SECONDS = 40
@@ -84,9 +84,7 @@ def first_frame_s() -> float:
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    options = parser.parse_args()
+    options = command_line(__doc__).parse_args()
     pygame.display.init()
     figures: dict[str, float] = {}
     for theme in PALETTES:
@@ -95,11 +93,7 @@ def main() -> int:
         figures[f"draw_p99_ms_{theme}"] = round(float(np.percentile(took_ms, 99)), 3)
     figures["draw_p99_ms"] = max(figures[f"draw_p99_ms_{theme}"] for theme in PALETTES)
     figures["first_frame_s"] = round(first_frame_s(), 3)
-    if options.json:
-        print(json.dumps(figures))
-    else:
-        for name, value in figures.items():
-            print(f"{name:24} {value:8.3f}")
+    show_figures(figures, options.json)
     return 0
 
 

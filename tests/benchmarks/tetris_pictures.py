@@ -1,4 +1,4 @@
-"""Draws the pictures of docs/tetris-window.md anew: every theme, mode and menu.
+"""Draw the pictures of docs/tetris-window.md: every theme, mode and menu.
 
     python -m tests.benchmarks.tetris_pictures docs/pictures
 

@@ -9,12 +9,10 @@ down with the window's size, so `growth_mb` is the median of the last sixth agai
 second; `frames` says how many pictures were drawn.
 """
 
-import argparse
 import contextlib
 import ctypes
 import gc
 import importlib
-import json
 import os
 import random
 import statistics
@@ -32,9 +30,12 @@ os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
 
 import pygame
 
+from tests.support.processes import memory_mib
 from tetris.window.app import App, Start
 from tetris.window.display import open_window, set_size
 from tetris.window.menu import OF_CODE
+
+from .results import command_line, show_figures
 
 FRAMES_HZ: Final = 20
 SAMPLES: Final = 120  # of memory
@@ -122,8 +123,7 @@ def resident_mb() -> float:
     """Return how much memory is in use, without what the C library keeps in reserve (Linux)."""
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+    return memory_mib()
 
 
 def soak(minutes: float, seed: int, *, verbose: bool = False) -> dict[str, float]:
@@ -168,17 +168,9 @@ def soak(minutes: float, seed: int, *, verbose: bool = False) -> dict[str, float
 
 def main() -> int:
     """Soak and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=60.0, help="of game time")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    options = parser.parse_args()
+    options = command_line(__doc__, minutes=60.0, seed=1).parse_args()
     figures = soak(options.minutes, options.seed, verbose=not options.json)
-    if options.json:
-        print(json.dumps(figures))
-    else:
-        for key, value in figures.items():
-            print(f"{key:16} {value:10,.1f}")
+    show_figures(figures, options.json)
     return 0
 
 

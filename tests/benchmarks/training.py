@@ -12,8 +12,6 @@ plain one's does not, and one run tells all. Judging costs nothing here. Median 
 DataLoader, no schedule, no augmentation, images in PyTorch's own memory order.
 """
 
-import argparse
-import json
 import statistics
 import sys
 import time
@@ -36,6 +34,8 @@ from models.results.training import Epoch
 from models.training.gesture_task import GestureTask
 from models.training.loop import fit, prepare_torch
 from models.training.networks import gesture_net
+
+from .results import Results, command_line, say
 
 GOAL_S: Final = 15.0
 WITHIN: Final = 0.002  # of the plateau
@@ -168,35 +168,20 @@ def measure(minutes: float, epochs: int, seeds: int) -> dict[str, list[float]]:
 
 def main(argv: list[str] | None = None) -> int:
     """Measure, and print a table; with --json a line of JSON as well."""
-    parser = argparse.ArgumentParser(description="CPU-seconds until CNN-3D has learned.")
-    parser.add_argument("--seeds", type=int, default=3, help="(default: 3)")
-    parser.add_argument("--epochs", type=int, default=30, help="of the long run (default: 30)")
-    parser.add_argument("--minutes", type=float, default=29.2, help="of a session (default: 29.2)")
-    parser.add_argument("--quick", action="store_true", help="a look: one seed, short sessions")
-    parser.add_argument("--json", action="store_true", help="the last line is JSON")
+    parser = command_line(__doc__, seeds=3, epochs=30, minutes=29.2, quick=False)
     asked = parser.parse_args(argv)
     if asked.quick:
         asked.seeds, asked.epochs, asked.minutes = 1, 4, 3.0
     found = measure(asked.minutes, asked.epochs, asked.seeds)
-    results = []
+    results = Results("training")
     for name, values in found.items():
         value = statistics.median(values)
         unit = "%" if "plateau" in name and "cpu" not in name else "CPU-s"
         goal = GOAL_S if name == "training_cpu_s" else None
-        results.append(
-            {"name": name, "preset": "nominal", "value": None if np.isnan(value) else value,
-             "unit": unit, "goal": goal}
-        )  # fmt: skip
-        shown = "not reached" if np.isnan(value) else f"{value:.1f} {unit}"
-        print(f"{name:40} {shown:>14}{f'   goal {goal:g}' if goal else ''}")
-    if asked.json:
-        print(json.dumps({"benchmark": "training", "results": results}))
+        known = None if np.isnan(value) else value
+        results.note(name, known, unit, preset="nominal", goal=goal)
+    results.finish(asked.json)
     return 0
-
-
-def say(line: str) -> None:
-    """Print a message."""
-    print(line, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

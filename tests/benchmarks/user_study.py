@@ -8,7 +8,6 @@ was drawn anew. Strangers, whom no training met, are to be taken for nobody.
 
 import hashlib
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -27,6 +26,7 @@ from models.results.figure import Figure
 from models.training import user_task
 from models.training.networks import Network
 from models.training.user_task import UserGestures, gesture_evidence, train_users
+from tests.benchmarks.results import code_hash
 from tests.benchmarks.simulated_users import (
     Change,
     SimulatedUsers,
@@ -175,18 +175,12 @@ def measure(
         kept = storage.read_json(path)
     found: dict[str, Any] = {}
     for name, (run, gestures) in PARTS.items():
-        told = repr((name, preset, seed, size, gestures, USER, VARIED_USER, _code()))
+        told = repr(
+            (name, preset, seed, size, gestures, USER, VARIED_USER, code_hash(HANGS_ON).hex())
+        )
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
             kept[key] = run(preset, seed, size, gestures)
             storage.write_text(path, f"{json.dumps(kept, indent=1)}\n")
         found[name] = kept[key]
     return found
-
-
-def _code() -> str:
-    """Return a hash of the sources that a result depends on."""
-    digest = hashlib.sha256()
-    for name in HANGS_ON:
-        digest.update(Path(str(sys.modules[name].__file__)).read_bytes())
-    return digest.hexdigest()

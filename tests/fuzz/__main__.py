@@ -1,4 +1,4 @@
-"""Fuzz one of our readers for some minutes, and watch its memory.
+"""Fuzz a reader for some minutes, and watch its memory.
 
     python -m tests.fuzz decoder|session|mapping [--minutes 10] [--json]
 

@@ -1,4 +1,4 @@
-"""The decoder: whatever comes, however it is cut, it says the same, and keeps next to nothing.
+"""The decoder: the same packets however the bytes are cut, and no more memory than a frame.
 
 The first byte says what the others are: bytes of the wire, or bodies that get a frame with a valid
 checksum, so that the readers of payloads are reached, too. Another of its bits gives the decoder a

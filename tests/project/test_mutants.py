@@ -156,7 +156,7 @@ def test_tests_that_fail_without_any_mutation_are_named(
         list(mutants.run([UNSEEN], {"late.py": ["late"]}, {}))
 
 
-def test_an_entry_of_the_list_whose_line_has_changed_is_out_of_date() -> None:
+def test_an_entry_whose_line_has_changed_is_out_of_date() -> None:
     reasons = {
         ("late.py", UNSEEN.was, UNSEEN.becomes): "no time is negative",
         ("late.py", "if now_s < 5:", "if now_s <= 5:"): "no more there",

@@ -91,7 +91,7 @@ def test_training_keeps_to_its_machine_and_its_folders(tmp_path: Path) -> None:
 
 
 @needs_strace
-def test_a_library_that_looks_up_names_or_leaves_files_would_be_seen(tmp_path: Path) -> None:
+def test_a_library_that_looks_up_names_or_leaves_files_is_seen(tmp_path: Path) -> None:
     talks = (
         "import os, socket\n"
         "for place in (('127.0.0.1', 53), ('127.0.0.1', 9)):\n"

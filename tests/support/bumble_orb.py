@@ -7,14 +7,13 @@ Here it carries what our services and channels say; the host's side knows nothin
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-from bumble import core, gatt, hci, l2cap, sdp
+from bumble import core, hci, l2cap
 from bumble.controller import Controller
-from bumble.device import Connection, Device, DeviceConfiguration
+from bumble.device import Device, DeviceConfiguration
 from bumble.hid import Host as HidHost
 from bumble.host import Host
 from bumble.link import LocalLink
@@ -23,25 +22,13 @@ from bumble.transport.common import AsyncPipeSink
 
 from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import Bus, Properties
-from controller.links.bluetooth.hid.gatt_services import APPEARANCE, HID, SERVICES, ServiceValues
 from controller.links.bluetooth.hid.hid_device import HidDevice, HidTransport
 from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, HidChannels, record
 from controller.links.bluetooth.hid.reports import OUTPUTS, Report
+from tests.support.bumble_radio import attributes
 
 ORB, HOST = "F1:F1:F1:F1:F1:F1", "F0:F0:F0:F0:F0:F0"
-_PROPERTIES = {
-    "encrypt-read": gatt.Characteristic.Properties.READ,
-    "encrypt-write": gatt.Characteristic.Properties.WRITE,
-    "write-without-response": gatt.Characteristic.Properties.WRITE_WITHOUT_RESPONSE,
-    "notify": gatt.Characteristic.Properties.NOTIFY,
-}
-_MAY = gatt.Characteristic.Permissions
-_PERMISSIONS = {
-    "encrypt-read": _MAY.READABLE | _MAY.READ_REQUIRES_ENCRYPTION,
-    "encrypt-write": _MAY.WRITEABLE | _MAY.WRITE_REQUIRES_ENCRYPTION,
-    "write-without-response": _MAY.WRITEABLE,
-}
 
 
 def devices() -> tuple[Device, Device]:
@@ -61,24 +48,34 @@ def devices() -> tuple[Device, Device]:
     return found[0], found[1]
 
 
-class Orb(HidTransport):
-    """What both kinds of orbs share.
+class ClassicOrb(HidTransport):
+    """The orb over classic Bluetooth: `HidChannels` and `record`, carried by Bumble's L2CAP.
 
     Attributes:
         pad: The HID device.
         told: Addresses of active hosts, one after the other.
     """
 
-    def __init__(self, device: Device, mapping: str) -> None:
+    def __init__(self, device: Device) -> None:
         self.device = device
         self.told: list[str] = []
         hosts = HostSelection(StoredHosts(), now_s=asyncio.get_running_loop().time())
         self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
+            load(Path("gamepad"), OUTPUTS), hosts, notify=self.told.append, store=lambda known: None
         )
         super().__init__(self.pad, "OrbTouch")
         self.pad.open(self)
-        self._tasks: set[asyncio.Task[Any]] = set()
+        self.talk = HidChannels()
+        self._channels: dict[int, l2cap.ClassicChannel] = {}
+        device.sdp_service_records = {1: attributes(record("OrbTouch"))}
+        for port in (CONTROL, INTERRUPT):
+            device.create_l2cap_server(l2cap.ClassicChannelSpec(psm=port), handler=self._opened)
+
+    def send(self, report: Report) -> None:
+        """Send a report over the interrupt channel."""
+        message = self.talk.report(report)
+        if message is not None and INTERRUPT in self._channels:
+            self._channels[INTERRUPT].write(message)
 
     async def begin(self, bus: Bus, adapter: str) -> None:
         """There is no BlueZ."""
@@ -91,103 +88,6 @@ class Orb(HidTransport):
 
     def _changed(self, before: Properties, after: Properties) -> None:
         """There is no BlueZ."""
-
-    def _do(self, task: Coroutine[Any, Any, Any]) -> None:
-        running = asyncio.get_running_loop().create_task(task)
-        self._tasks.add(running)
-        running.add_done_callback(self._tasks.discard)
-
-
-class GattOrb(Orb):
-    """The orb over GATT: `SERVICES` and `ServiceValues`, carried by Bumble's GATT server."""
-
-    def __init__(self, device: Device, mapping: str = "gamepad") -> None:
-        super().__init__(device, mapping)
-        self.offer = ServiceValues("OrbTouch", 87)
-        self._carried: dict[str, gatt.Characteristic[Any]] = {}
-        for uuid, characteristics in SERVICES.items():
-            carried = [self._carry(one.name, one.uuid, one.flags, one.descriptors)
-                       for one in characteristics]  # fmt: skip
-            device.add_service(gatt.Service(core.UUID.from_16_bits(uuid), carried))
-        device.advertising_data = bytes(
-            core.AdvertisingData(
-                [
-                    (core.AdvertisingData.COMPLETE_LOCAL_NAME, b"OrbTouch"),
-                    (core.AdvertisingData.APPEARANCE, APPEARANCE.to_bytes(2, "little")),
-                    (
-                        core.AdvertisingData.INCOMPLETE_LIST_OF_16_BIT_SERVICE_CLASS_UUIDS,
-                        HID.to_bytes(2, "little"),
-                    ),
-                ]
-            )
-        )
-        device.on("connection", self._connected)
-
-    def send(self, report: Report) -> None:
-        """Notify whoever listens."""
-        for name, value in self.offer.report(report):
-            self._do(self.device.notify_subscribers(self._carried[name], value))
-
-    def charge(self, percent: int) -> None:
-        """Take the battery's level."""
-        for name, value in self.offer.charge(percent):
-            self._do(self.device.notify_subscribers(self._carried[name], value))
-
-    def _carry(
-        self,
-        name: str,
-        uuid: int,
-        flags: tuple[str, ...],
-        descriptors: tuple[tuple[int, bytes], ...],
-    ) -> gatt.Characteristic[Any]:
-        properties = gatt.Characteristic.Properties(0)
-        permissions = _MAY(0)
-        for flag in flags:
-            properties |= _PROPERTIES.get(flag, gatt.Characteristic.Properties(0))
-            permissions |= _PERMISSIONS.get(flag, _MAY(0))
-        secret = _PERMISSIONS["encrypt-read"]
-        one = gatt.Characteristic(
-            core.UUID.from_16_bits(uuid),
-            properties,
-            permissions,
-            gatt.CharacteristicValue(
-                read=lambda connection: self._read(name, connection),
-                write=lambda connection, value: self.offer.write(name, value),
-            ),
-            [gatt.Descriptor(core.UUID.from_16_bits(kind), secret, value)
-             for kind, value in descriptors],
-        )  # fmt: skip
-        self._carried[name] = one
-        return one
-
-    def _read(self, name: str, connection: Connection) -> bytes:
-        if name == "report_map":
-            self.pad.arrive(connection.peer_address.to_string(False))
-        return self.offer.read(name)
-
-    def _connected(self, connection: Connection) -> None:
-        address = connection.peer_address.to_string(False)
-        connection.on("disconnection", lambda reason: self.pad.leave(address))
-        if address in self.pad.hosts.known.hosts:
-            connection.on("connection_encryption_change", lambda *why: self.pad.arrive(address))
-
-
-class ClassicOrb(Orb):
-    """The orb over classic Bluetooth: `HidChannels` and `record`, carried by Bumble's L2CAP."""
-
-    def __init__(self, device: Device, mapping: str = "gamepad") -> None:
-        super().__init__(device, mapping)
-        self.talk = HidChannels()
-        self._channels: dict[int, l2cap.ClassicChannel] = {}
-        device.sdp_service_records = {1: attributes(record("OrbTouch"))}
-        for port in (CONTROL, INTERRUPT):
-            device.create_l2cap_server(l2cap.ClassicChannelSpec(psm=port), handler=self._opened)
-
-    def send(self, report: Report) -> None:
-        """Send a report over the interrupt channel."""
-        message = self.talk.report(report)
-        if message is not None and INTERRUPT in self._channels:
-            self._channels[INTERRUPT].write(message)
 
     async def call(self, address: str) -> None:
         """Come back to a host by ourselves."""
@@ -264,31 +164,3 @@ async def _until(condition: Callable[[], bool]) -> None:
             await asyncio.sleep(0)
 
     await asyncio.wait_for(wait(), 10.0)
-
-
-def attributes(text: str) -> list[sdp.ServiceAttribute]:
-    """Return the attributes of a record in BlueZ's XML, as bluetoothd would put them on the air."""
-    root = ElementTree.fromstring(text)
-    return [
-        sdp.ServiceAttribute(int(one.attrib["id"], 16), _element(one[0]))
-        for one in root.iter("attribute")
-    ]
-
-
-def _element(node: ElementTree.Element) -> sdp.DataElement:
-    value = node.attrib.get("value", "")
-    match node.tag:
-        case "sequence":
-            return sdp.DataElement.sequence([_element(each) for each in node])
-        case "uuid":
-            return sdp.DataElement.uuid(core.UUID.from_16_bits(int(value, 16)))
-        case "uint8":
-            return sdp.DataElement.unsigned_integer_8(int(value, 16))
-        case "uint16":
-            return sdp.DataElement.unsigned_integer_16(int(value, 16))
-        case "boolean":
-            return sdp.DataElement.boolean(value == "true")
-        case "text":
-            data = bytes.fromhex(value) if node.get("encoding") == "hex" else value.encode()
-            return sdp.DataElement(sdp.DataElement.TEXT_STRING, data)
-    raise ValueError(f"there is no {node.tag} in a record")

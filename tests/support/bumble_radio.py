@@ -1,7 +1,5 @@
 """A virtual air between two Bluetooth devices, in pure Python: Bumble's controllers and stack.
 
-    python tests/support/bumble_radio.py  two ptys, joined by RFCOMM over it; prints {"ends": [...]}
-
 `Air` is what a kernel and a radio would be: it connects RFCOMM and L2CAP by address, and tells the
 orb's side of hosts that came. Bumble's virtual controllers encrypt no classic links: that a link is
 encrypted is shown on a real kernel, in tests/system.
@@ -12,15 +10,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import json
 import os
-import queue
 import socket
 import threading
-import time
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Coroutine
-from pathlib import Path
 from typing import Any
 
 from bumble import l2cap, rfcomm
@@ -203,54 +197,8 @@ def _element(node: ElementTree.Element) -> DataElement:
         case "uint16":
             return DataElement.unsigned_integer_16(int(value, 16))
         case "text":
-            return DataElement.text_string(value.encode())
+            data = bytes.fromhex(value) if node.get("encoding") == "hex" else value.encode()
+            return DataElement(DataElement.TEXT_STRING, data)
+        case "boolean":
+            return DataElement.boolean(value == "true")
     raise ValueError(f"a record has no {node.tag}")
-
-
-def main() -> None:
-    """Join two ptys by RFCOMM over the air, until the standard input ends.
-
-    It takes lines: "pull" lets nothing pass, "plug" does again, and each, like any other line, is
-    answered with {"bytes": [there, back], "us": the machine's monotonic clock}.
-    """
-    import pty
-    import select
-    import sys
-    import tty
-
-    tree = str(Path(__file__).resolve().parents[2])
-    sys.path.insert(0, tree)
-    from controller.links.bluetooth.identifiers import CHANNEL, record
-
-    air = Air(record(), CHANNEL)
-    came: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
-    air.arrived = came.put
-    sockets = [air.rfcomm(ORB, CHANNEL, 10.0)]
-    sockets.append(came.get(timeout=10.0))
-    pairs = [pty.openpty() for _ in sockets]
-    for _, slave in pairs:
-        tty.setraw(slave)
-    masters = [master for master, _ in pairs]
-    passed, pulled = [0, 0], False
-    print(json.dumps({"ends": [os.ttyname(slave) for _, slave in pairs]}), flush=True)
-    waiting: list[Any] = [*masters, *sockets, sys.stdin]
-    while True:
-        for here in select.select(waiting, [], [])[0]:
-            if here is sys.stdin:
-                line = sys.stdin.readline().strip()
-                if not line:
-                    return
-                pulled = {"pull": True, "plug": False}.get(line, pulled)
-                clock_us = time.monotonic_ns() // 1000 & 0xFFFFFFFF
-                print(json.dumps({"bytes": passed, "us": clock_us}), flush=True)
-            elif isinstance(here, socket.socket):
-                os.write(masters[sockets.index(here)], here.recv(CHUNK))
-            else:
-                data, which = os.read(here, CHUNK), masters.index(here)
-                passed[which] += len(data)
-                if not pulled:
-                    sockets[which].sendall(data)
-
-
-if __name__ == "__main__":
-    main()

@@ -13,18 +13,19 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Coroutine
-from functools import cache
+from collections.abc import Callable, Coroutine, Iterator
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from controller.links.bluetooth import bluez
+import pytest
+
+from controller.links.bluetooth import bluez, registration
 from controller.links.bluetooth.bluez import BluetoothError, Bus
+from tests.support import waiting
 
 MOCK = "org.bluez.Mock"
 RECORDER = "org.freedesktop.DBus.Mock"
-PATIENCE_S = 20.0
 PHONE = 0x5A020C  # a class of device
 HOST = "11:22:33:44:55:66"
 
@@ -174,14 +175,21 @@ class FakeBluez:
         self._daemon.stdout.close()
 
 
-def until(condition: Callable[[], Any]) -> Any:
-    """Return the first true value of a condition; fail after the deadline."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        try:
-            if value := condition():
-                return value
-        except BluetoothError:
-            pass
-        time.sleep(0.005)
-    raise AssertionError("it did not come true")
+until = partial(waiting.until, passing=(BluetoothError,))
+
+
+@pytest.fixture(scope="module")
+def bus() -> Iterator[FakeBluez]:
+    """A bus of a module's tests."""
+    fake = FakeBluez()
+    yield fake
+    fake.close()
+
+
+@pytest.fixture
+def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
+    """A bluetoothd that has just started, as the system's."""
+    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
+    monkeypatch.setattr(registration, "RETRY_S", 0.02)
+    bus.fresh()
+    return bus

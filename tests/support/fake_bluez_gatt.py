@@ -10,14 +10,28 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import shutil
 import subprocess
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+pytest.importorskip("dbus_fast", reason="HID needs dbus-fast: the extra [bluetooth]")
+if shutil.which("dbus-daemon") is None:
+    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
+
 from dbus_fast import BusType, Message, MessageType, RequestNameReply, Variant
 from dbus_fast.aio import MessageBus
 from dbus_fast.unpack import unpack_variants
+
+from controller.keymap.keymap_file import load
+from controller.links.bluetooth.bluez import Bus
+from controller.links.bluetooth.hid.hid_device import HidDevice
+from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.reports import OUTPUTS
+from controller.protocol.messages import Command, State
 
 ADAPTER = "/org/bluez/hci0"
 _PROPERTIES = "org.freedesktop.DBus.Properties"
@@ -48,6 +62,65 @@ def private_bus(folder: Path) -> Iterator[str]:
             yield daemon.stdout.readline().strip()
         finally:
             daemon.terminate()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a private bus."""
+    with private_bus(tmp_path_factory.mktemp("bus")) as found:
+        yield found
+
+
+def scene(*given: Any, **options: Any) -> Callable[[Callable[..., Any]], Callable[..., None]]:
+    """Return what makes a test of a coroutine: the fixture `play` plays it, with these options."""
+
+    def made(run: Callable[..., Any]) -> Callable[..., None]:
+        def test(play: Callable[..., None]) -> None:
+            play(run, *given, **options)
+
+        return test
+
+    return made
+
+
+class HidTable:
+    """A fake bluetoothd, and the orb's HID device.
+
+    Attributes:
+        told: Who has the orb, from its first change on.
+        remembered: What the device has stored.
+    """
+
+    def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
+        self.bluez, self.bus = bluez, bus
+        self.told: list[str] = []
+        self.remembered: list[StoredHosts] = []
+        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
+        self.pad = HidDevice(
+            load(Path(mapping), OUTPUTS),
+            hosts,
+            notify=self._tell,
+            store=self.remembered.append,
+        )
+        self._changed = asyncio.Event()
+        self._seen = 0
+
+    def _tell(self, address: str) -> None:
+        self.told.append(address)
+        self._changed.set()
+
+    async def who(self) -> str:
+        """Return who has the orb, as soon as that changes."""
+        while len(self.told) == self._seen:
+            self._changed.clear()
+            await asyncio.wait_for(self._changed.wait(), 10.0)
+        self._seen += 1
+        return self.told[self._seen - 1]
+
+    def press(self, name: str) -> None:
+        """Let the player make a gesture, and go on holding the orb."""
+        self.pad.take(Command(name, "press", 1.0, None, 1))
+        self.pad.take(State((name,)))
 
 
 class RefusedError(Exception):
@@ -277,18 +350,8 @@ class FakeBluez:
 
     async def _on_RegisterApplication(self, message: Message) -> None:  # noqa: N802
         self._owner = message.sender or ""
-        reply = await self.bus.call(
-            Message(
-                destination=self._owner,
-                path=message.body[0],
-                interface=_OBJECTS,
-                member="GetManagedObjects",
-            )
-        )
-        assert reply is not None
-        if reply.message_type is MessageType.ERROR:
-            raise RefusedError("org.bluez.Error.Failed", str(reply.body))
-        self.application = unpack_variants(reply.body[0])
+        objects = await self._invoke(message.body[0], _OBJECTS, "GetManagedObjects")
+        self.application = unpack_variants(objects)
         if not self.application:
             raise RefusedError("org.bluez.Error.InvalidArguments", "No object received")
 
@@ -298,19 +361,10 @@ class FakeBluez:
     async def _on_RegisterAdvertisement(self, message: Message) -> None:  # noqa: N802
         if self.advertisement:
             raise RefusedError("org.bluez.Error.AlreadyExists")
-        body = ["org.bluez.LEAdvertisement1"]
-        reply = await self.bus.call(
-            Message(
-                destination=message.sender,
-                path=message.body[0],
-                interface=_PROPERTIES,
-                member="GetAll",
-                signature="s",
-                body=body,
-            )
-        )
-        assert reply is not None
-        self.advertisement = unpack_variants(reply.body[0])
+        self._owner = message.sender or ""
+        interface = "org.bluez.LEAdvertisement1"
+        found = await self._invoke(message.body[0], _PROPERTIES, "GetAll", "s", interface)
+        self.advertisement = unpack_variants(found)
 
     async def _on_UnregisterAdvertisement(self, message: Message) -> None:  # noqa: N802
         if not self.advertisement:
@@ -333,18 +387,17 @@ class FakeBluez:
     # --- helpers ---
 
     async def _call(self, path: str, member: str, signature: str = "", *body: Any) -> Any:
+        kind = "GattDescriptor1" if "/desc" in path else "GattCharacteristic1"
+        return await self._invoke(path, f"org.bluez.{kind}", member, signature, *body)
+
+    async def _invoke(
+        self, path: str, interface: str, member: str, signature: str = "", *body: Any
+    ) -> Any:
+        """Call the program that has registered itself."""
         reply = await self.bus.call(
-            Message(
-                destination=self._owner,
-                path=path,
-                interface="org.bluez.GattCharacteristic1"
-                if "/desc" not in path
-                else "org.bluez.GattDescriptor1",
-                member=member,
-                signature=signature,
-                body=list(body),
-            )
-        )
+            Message(destination=self._owner, path=path, interface=interface, member=member,
+                    signature=signature, body=list(body))
+        )  # fmt: skip
         assert reply is not None
         if reply.message_type is MessageType.ERROR:
             raise RefusedError(str(reply.error_name), str(reply.body[0]) if reply.body else "")

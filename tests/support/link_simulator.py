@@ -1,4 +1,4 @@
-"""A device, a host and a bad wire between them, on a virtual clock; and what must hold whatever.
+"""A device, a host and a bad wire between them, on a virtual clock; and their invariants.
 
 `World.wait` lets time pass in steps of 10 ms: the two sessions tick, bytes travel, the host
 reconnects as `host.connection.receiver` does. All else is trouble. After every step `World` checks
@@ -34,6 +34,7 @@ TICK_MS = 10
 LATENCY_MS = 3  # of the wire, one way
 PATIENCE_MS = 8_000  # for a healed wire to bring the two together again
 KEY = bytes(range(32))
+CHANGES = ("corrupt", "lose", "truncate", "duplicate", "reorder", "delay", "noise")
 FELT = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 
 
@@ -78,6 +79,7 @@ class World:
         self._mended_ms = 0  # when a cut line is mended
         self.to_host, self.to_device = Wire(), Wire()
         self.oldest_ms = 0  # age of the oldest command that was delivered
+        self.keyed = keyed
         self._serial, self._key, self._skew_ms = serial, KEY if keyed else b"", device_ms
         self._drawn = 0
         # the device

@@ -8,11 +8,10 @@ from typing import ClassVar
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from tests.support.link_simulator import Wire, World
+from tests.support.link_simulator import CHANGES, Wire, World
 
 DIRECTIONS = st.sampled_from(("to_host", "to_device"))
 PAUSES = st.integers(0, 200)
-CHANGES = ("corrupt", "lose", "truncate", "duplicate", "reorder", "delay", "noise")
 
 
 class BadWire(RuleBasedStateMachine):

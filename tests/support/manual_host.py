@@ -40,6 +40,7 @@ class HandMadeHost:
         self._seal: FrameAuthenticator | None = None
         self.session = 0
         self.sequence = 100
+        self.close: Callable[[], None] = lambda: None
 
     def write(self, data: bytes) -> None:
         """Write bytes that are no packet."""

@@ -1,4 +1,4 @@
-"""An orb for tests that does what it is told, line by line on its standard input.
+"""A device for tests that is scripted line by line on its standard input.
 
     python tests/support/scripted_device.py listen://127.0.0.1:0
 

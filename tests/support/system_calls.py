@@ -1,4 +1,4 @@
-"""Watch a program's system calls with strace: whom it contacts, and which files it makes.
+"""Watch a program's system calls with strace: addresses contacted, and files made.
 
 Python's audit hooks do not see what native libraries do, so the kernel is asked.
 """

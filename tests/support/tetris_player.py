@@ -1,4 +1,4 @@
-"""Somebody at the window, on a clock of the test's own."""
+"""A player at the window, on a simulated clock."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A board whose converter sees what ngspice saw: mock pins and the driver's bytes, recorded volts.
+"""A board whose converter reads what ngspice computed: mock pins and recorded volts.
 
 The pins tell which column stands high and which rows float; the converter's samples are looked up,
 and are refused when they come at another time than ngspice's.

@@ -7,12 +7,14 @@ import json
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-PATIENCE_S = 30.0  # an upper bound; nothing here takes seconds on an idle machine
+from tests.support.processes import LineProcess
+from tests.support.waiting import PATIENCE_S, until
+
+__all__ = ["PATIENCE_S", "Orb", "Player", "Screen", "server", "until"]
 DEVICE = Path(__file__).with_name("scripted_device.py")
 
 
@@ -98,32 +100,22 @@ class Screen:
         self._display.sync()
 
 
-class Orb:
+class Orb(LineProcess):
     """A device that does what it is told."""
 
     def __init__(self) -> None:
-        command = [sys.executable, str(DEVICE), "listen://127.0.0.1:0"]
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-        )
-        self.url = str(json.loads(self._line())["listening"])
+        super().__init__([sys.executable, str(DEVICE), "listen://127.0.0.1:0"])
+        self.url = str(json.loads(self.line())["listening"])
 
-    def met(self) -> None:
-        """Wait until a host has come."""
-        while self._line() != "hello":
+    def until(self, wanted: str) -> None:
+        """Wait until it prints a line."""
+        while self.line() != wanted:
             pass
 
-    def say(self, line: str) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.write(f"{line}\n")
-        while self._line() != "done":
-            pass
-
-    def _line(self) -> str:
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        assert line, "the device has ended"
-        return line.strip()
+    def say(self, line: object) -> None:
+        """Tell it what to do, and wait until it has."""
+        super().say(line)
+        self.until("done")
 
 
 class Player:
@@ -141,7 +133,7 @@ class Player:
         command = [sys.executable, "-m", "host", "--target", target, "--headless"]
         command += ["--backend", backend, "--mapping", str(mapping), "--link", orb.url]
         self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
-        orb.met()
+        orb.until("hello")
 
     def guard(self) -> int:
         """Return the process id of its watchdog."""
@@ -161,13 +153,3 @@ class Player:
         self.process.wait()
         assert self.process.stderr is not None
         self.process.stderr.close()
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """Return what a condition becomes when it is true."""
-    end_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end_s:
-        if found := condition():
-            return found
-        time.sleep(0.001)
-    raise AssertionError("it did not happen")

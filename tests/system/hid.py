@@ -13,16 +13,12 @@ from typing import Any
 
 from controller.links import LinkError, open_link
 from controller.links.hid import HidLink
-from controller.protocol.messages import COMMANDS, VERSION, Command, State, Welcome
+from controller.protocol.messages import COMMANDS, Command, State
+from tests.support.fake_device import welcome
 
 from .guest import Guest
 from .input import Desktop, drain, events, until_told
 
-WELCOME = Welcome(
-    version=VERSION, boot_nonce=1, device_id="virtual-1", name="OrbTouch", virtual=True,
-    rows=5, columns=5, pitch_mm=10.0, rate_hz=10.0, heartbeat_ms=100, deadman_ms=300,
-    labels=("null", "press"), commands=COMMANDS,
-)  # fmt: skip
 PRESSES = 200
 RETURNS = 5
 PATIENT_S = 10.0  # for input devices after pairing
@@ -37,7 +33,7 @@ def orb(url: str) -> HidLink:
     end_s = time.monotonic() + PATIENT_S
     while True:
         try:
-            link = open_link(url, WELCOME)
+            link = open_link(url, welcome())
         except LinkError as error:
             if "Busy" not in str(error) or time.monotonic() > end_s:
                 raise
@@ -159,3 +155,23 @@ def killed(guest: Guest, desktop: Desktop, url: str, what: str) -> None:
             raise
     seconds = time.time() - start_s
     guest.measured(f"{how} after SIGKILL of the controller, {what}", [seconds])
+
+
+def play(guest: Guest, desktop: Desktop, url: str, what: str) -> None:
+    """Pair, press, come back five times, be seen by a game, and leave nothing down."""
+    link = orb(url)
+    pair(guest, link, desktop)
+    pad = there(guest, link, desktop)["pad"]
+    tap(link, pad)
+    measure(guest, link, pad, what)
+    game(guest, link)
+    come_back(guest, link, desktop, what)
+    link.close()
+    guest.until(lambda: not desktop.inputs(), "the input devices to go with the orb")
+    link = orb(url)
+    tap(link, there(guest, link, desktop)["pad"])
+    guest.saw("back after a new start of the orb")
+    link.close()
+    guest.until(lambda: not desktop.inputs(), "the input devices to go with the orb")
+    killed(guest, desktop, url, what)
+    desktop.close()

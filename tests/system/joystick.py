@@ -1,4 +1,4 @@
-"""A game that knows nothing of orbs: it says which pad pygame sees, and what is pressed on it."""
+"""A game without any code of the project: it prints pygame's pads, and what is pressed on them."""
 
 from __future__ import annotations
 

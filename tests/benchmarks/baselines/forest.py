@@ -4,7 +4,7 @@ Trees are kept as tables of nodes, never pickled.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 import numpy as np
@@ -62,26 +62,13 @@ class Forest:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return it as arrays by name."""
-        return {
-            "left": self.left,
-            "right": self.right,
-            "feature": self.feature,
-            "threshold": self.threshold,
-            "value": self.value,
-            "depth": np.array(self.depth),
-        }
+        return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Forest":
         """Return what `arrays` returned as a forest."""
-        return cls(
-            arrays["left"],
-            arrays["right"],
-            arrays["feature"],
-            arrays["threshold"],
-            arrays["value"],
-            int(arrays["depth"]),
-        )
+        tables = {name: array for name, array in arrays.items() if name != "depth"}
+        return cls(**tables, depth=int(arrays["depth"]))
 
     def __call__(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the mean answer of the trees to each row, (rows, outputs)."""

@@ -13,13 +13,11 @@ All but the paper's see what our networks see. Each is trained once, its thresho
 development streams, and it is kept under a hash of recordings, recipe and code.
 """
 
-import ast
 import hashlib
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache, partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -43,6 +41,7 @@ from models.training.location_task import train_locations
 from models.training.loop import TrainingJob, fit, prepare_torch
 from models.training.networks import GAIN, gesture_net, location_net
 
+from ..results import code_hash
 from .forest import Forest
 from .peer_nets import NETS, ask
 
@@ -112,7 +111,7 @@ def train(name: str, paths: Sequence[Path], cache: Path, say: Say, *, again: boo
     digest = hashlib.sha256()
     for path in sorted(file for folder in paths for file in folder.rglob("[!.]*.npz")):
         digest.update(hashlib.sha256(path.read_bytes()).digest())
-    digest.update(repr((name, recipe, SEED)).encode() + fingerprint())
+    digest.update(repr((name, recipe, SEED)).encode() + code_hash(CODE))
     kept = cache / f"peer-{name}-{digest.hexdigest()[:16]}.npz"
     saved = None if again else checkpoint.load(kept)
     if saved is None:
@@ -126,22 +125,6 @@ def train(name: str, paths: Sequence[Path], cache: Path, say: Say, *, again: boo
         checkpoint.save(kept, *saved)
         shutil.rmtree(folder)
     return _peer(name, recipe, saved)
-
-
-def fingerprint() -> bytes:
-    """Return a hash of the code that learns; comments and layout are no part of it."""
-    digest = hashlib.sha256()
-    for name in CODE:
-        spec = find_spec(name)
-        if spec is None or spec.origin is None:
-            raise ImportError(f"{name} is missing")
-        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            body = getattr(node, "body", None)
-            if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-                del body[0]  # a docstring
-        digest.update(ast.dump(tree).encode())
-    return digest.digest()
 
 
 def _recipe(name: str) -> Recipe:

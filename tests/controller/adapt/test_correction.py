@@ -1,4 +1,4 @@
-"""That was a twist: what a player says of the latest touch is learned while play goes on."""
+"""Corrections: the latest touch is learned under another label while play goes on."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -33,6 +33,7 @@ from host.ui.correction_keys import CorrectionKeys
 from tests.support.loop_bench import FINGER, HELLO, Bench
 
 RATE_HZ = 10.0
+Run = tuple[Parts, Device, BundleStore]
 SHIPPED = bundles.default_path()
 
 
@@ -79,7 +80,7 @@ def copied(shelf: BundleStore) -> Callable[[Path, str | None], str]:
 
 
 @pytest.mark.slow
-def test_corrections_are_learned_in_a_process_of_their_own_and_taken_back_one_by_one(
+def test_corrections_are_learned_in_a_process_and_taken_back_one_by_one(
     tmp_path: Path,
 ) -> None:
     shelf = BundleStore(tmp_path)
@@ -161,7 +162,7 @@ def test_keys_with_control_name_the_gestures_of_the_panel() -> None:
     assert keys.told(40.0) == ""
 
 
-def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
+def test_the_loop_hands_over_the_latest_images_and_switches() -> None:
     """It never waits: the clerk answers at once, and ends the loop when it has learned."""
     given: list[tuple[str, int]] = []
 
@@ -208,7 +209,7 @@ class Switching(BundleUpdater):
         return self.answers.pop() if self.answers else None
 
 
-def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
+def test_a_loop_whose_device_exchanges_networks_goes_on() -> None:
     bench = Bench((0.0, HELLO))
     asked: list[Device] = []
 
@@ -226,9 +227,7 @@ def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
 
 
 @pytest.fixture
-def run_of_a_bundle(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[tuple[Parts, Device, BundleStore]]:
+def run_of_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Run]:
     """A virtual orb that records, with the bundle that ships, thirty frames after its start."""
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path / "shelf")
     monkeypatch.setattr("controller.files.state_folder", lambda: tmp_path / "state")
@@ -246,9 +245,7 @@ def run_of_a_bundle(
         parts.link.close()
 
 
-def test_networks_are_exchanged_while_the_orb_runs(
-    run_of_a_bundle: tuple[Parts, Device, BundleStore], tmp_path: Path
-) -> None:
+def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_path: Path) -> None:
     parts, device, shelf = run_of_a_bundle
     device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)
     seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
@@ -280,7 +277,7 @@ def test_networks_are_exchanged_while_the_orb_runs(
 
 
 def test_a_bundle_with_other_settings_makes_the_orb_begin_anew(
-    run_of_a_bundle: tuple[Parts, Device, BundleStore],
+    run_of_a_bundle: Run,
 ) -> None:
     parts, _, _ = run_of_a_bundle
     fewer = replace(parts.bundle, debounce=replace(parts.bundle.debounce, on=0.99))

@@ -69,6 +69,18 @@ def named(loaded: Bundle, windows: np.ndarray, engine: str = "numpy") -> list[st
     return [loaded.labels[int(run(window[None])[0].argmax())] for window in windows]
 
 
+def found(one: Example, rate_hz: float = 10.0) -> Example:
+    """An example whose touch has been found."""
+    example = one.found(rate_hz)
+    assert example is not None
+    return example
+
+
+def span(one: Example) -> tuple[float, float]:
+    assert one.span is not None
+    return one.span
+
+
 def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
     learned = bundles.parse(taught())
     assert learned.labels == (*LOADED.labels, "double_tap")
@@ -77,8 +89,7 @@ def test_three_double_taps_make_a_bundle_that_knows_double_taps() -> None:
     assert learned.location_onnx == LOADED.location_onnx
     for engine in engines.NAMES:
         Recognizer(learned, engine)  # asks the renewed golden questions
-    another = examples("double_tap", 5)[4].found()
-    assert another is not None
+    another = found(examples("double_tap", 5)[4])
     windows, telling = vary(another, 10, 1, np.random.default_rng(0))
     late = named(learned, windows[telling >= 0.9])
     assert late.count("double_tap") > len(late) / 2
@@ -106,15 +117,14 @@ def test_what_was_trained_is_still_there_under_what_was_learned() -> None:
         assert np.array_equal(base.graph.weights[name], weights), name
 
 
-def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further() -> None:
+def test_a_second_gesture_keeps_the_first_and_the_network_s_size() -> None:
     made = written(adapt.teach(taught(), examples("squeeze", 3)))
     learned = bundles.parse(made)
     assert learned.labels[-2:] == ("double_tap", "squeeze")
     assert learned.mapping.command("squeeze", None) is None
     assert len(learned.card["added"]) == 2
     for label in ("double_tap", "squeeze"):
-        one = examples(label, 1)[0].found()
-        assert one is not None
+        one = found(examples(label, 1)[0])
         windows, telling = vary(one, 10, 1, np.random.default_rng(0))
         assert label in named(learned, windows[telling >= 0.9])
     first = bundles.parse(taught()).gesture_onnx
@@ -122,7 +132,7 @@ def test_a_second_new_gesture_leaves_the_first_and_the_network_grows_no_further(
 
 
 @pytest.mark.slow
-def test_somebody_s_own_way_of_pinching_goes_into_a_network_of_theirs() -> None:
+def test_a_person_s_own_gesture_goes_into_their_own_network() -> None:
     theirs = [Example("pinch", one.images, user="ann") for one in examples("squeeze", 2)]
     learned = bundles.parse(written(adapt.teach(DATA, theirs)))
     assert learned.labels == LOADED.labels
@@ -191,19 +201,16 @@ def images_touched(*touches: tuple[int, int], frames: int = 40, firm: float = 0.
     return images
 
 
-def test_a_touch_is_found_with_the_pause_of_a_double_tap_in_it() -> None:
-    one = Example("double_tap", images_touched((10, 13), (15, 18))).found()
-    assert one is not None
+def test_a_double_tap_is_found_with_its_pause() -> None:
+    one = found(Example("double_tap", images_touched((10, 13), (15, 18))))
     assert one.span == pytest.approx((9.3, 17.7), abs=0.35)
     assert len(one.images) == 40
     assert touched(np.ones((30, 5, 5), np.float32)) == []
 
 
-def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_before() -> None:
-    one = Example("tap", images_touched((3, 9), (20, 26), (35, 36))).found()
-    assert one is not None
-    assert one.span is not None
-    begin, end = (math.ceil(edge) for edge in one.span)
+def test_of_two_touches_only_the_last_is_learned() -> None:
+    one = found(Example("tap", images_touched((3, 9), (20, 26), (35, 36))))
+    begin, end = (math.ceil(edge) for edge in span(one))
     assert end - begin == 6
     assert (one.images[begin:end, 2, 2] == 0.5).all()
     around = np.concatenate([one.images[:begin], one.images[end:]])
@@ -212,26 +219,23 @@ def test_of_two_touches_the_last_is_meant_and_nothing_is_learned_of_the_one_befo
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
-def test_how_long_a_pause_parts_touches_is_a_time_not_a_number_of_frames(rate_hz: float) -> None:
+def test_the_pause_that_parts_touches_is_a_time_not_frames(rate_hz: float) -> None:
     def at(*seconds: float) -> tuple[int, ...]:
         return tuple(round(rate_hz * s) for s in seconds)
 
-    def found(pause_s: float) -> float:
+    def touched_s(pause_s: float) -> float:
         touches = (at(1.0, 1.3), at(1.3 + pause_s, 1.6 + pause_s))
         images = images_touched(*touches, frames=round(4 * rate_hz))  # type: ignore[arg-type]
-        one = Example("tap", images).found(rate_hz)
-        assert one is not None
-        assert one.span is not None
-        return (one.span[1] - one.span[0]) / rate_hz
+        begin, end = span(found(Example("tap", images), rate_hz))
+        return (end - begin) / rate_hz
 
-    assert found(0.3) == pytest.approx(0.9, abs=0.1)
-    assert found(0.6) == pytest.approx(0.3, abs=0.1)
+    assert touched_s(0.3) == pytest.approx(0.9, abs=0.1)
+    assert touched_s(0.6) == pytest.approx(0.3, abs=0.1)
 
 
 def test_a_stray_after_the_touch_is_not_meant() -> None:
     images = images_touched((10, 16)) + images_touched((30, 32), firm=0.2) - 1.0
-    one = Example("tap", images).found()
-    assert one is not None
+    one = found(Example("tap", images))
     assert one.span == pytest.approx((9.3, 15.7), abs=0.35)
 
 
@@ -264,8 +268,7 @@ def test_examples_are_turned_only_as_they_declare() -> None:
     images = np.ones((20, 5, 5), np.float32)
     images[8:14, 0, 1] = 0.5  # the top row
     for rotations, rows in (("none", {0}), ("half", {0, 4}), ("all", {0, 1, 3, 4})):
-        one = Example("tap", images, rotations=rotations).found()
-        assert one is not None
+        one = found(Example("tap", images, rotations=rotations))
         windows, telling = vary(one, 10, 30, np.random.default_rng(0))
         last = windows[telling > 0.9][:, -1]
         assert {int(np.unravel_index(z.argmin(), z.shape)[0]) for z in last} == rows

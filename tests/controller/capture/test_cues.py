@@ -19,10 +19,10 @@ LABELS = ("null", "press", "pinch", "twist_cw", "twist_ccw")
 PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)  # four seconds an example
 
 
-def cues(*labels: str) -> CueSession:
+def cues(*labels: str, pace: CueTiming = PACE) -> CueSession:
     """Return cues for these examples, in this order."""
     asks = [ExampleRequest(label) for label in labels]
-    return CueSession(asks, PACE, np.random.default_rng(1), shuffled=False)
+    return CueSession(asks, pace, np.random.default_rng(1), shuffled=False)
 
 
 def play(
@@ -61,7 +61,7 @@ def test_before_the_first_example_the_sensor_finds_its_rest() -> None:
     assert session.at(7.0) == Cue(Phase.GET_READY, "press", None, 1.0, {"press": 1})
 
 
-def test_a_cue_says_how_long_it_lasts_and_how_many_more_of_what_are_wanted() -> None:
+def test_a_cue_has_its_length_and_the_examples_left() -> None:
     session = cues("press", "pinch", "press")
     play(session, 0.0, 1.5)
     cue = session.at(1.5)
@@ -74,13 +74,13 @@ def test_a_cue_says_how_long_it_lasts_and_how_many_more_of_what_are_wanted() -> 
     }  # fmt: skip
 
 
-def test_a_place_is_asked_for_as_well_where_the_protocol_wants_one() -> None:
+def test_a_place_is_asked_for_where_the_protocol_wants_one() -> None:
     session = CueSession([ExampleRequest("press", (1.0, 3.0))], PACE, np.random.default_rng(1))
     session.advance(0.0, felt=False)
     assert session.at(0.0).plain(0.0)["place"] == [1.0, 3.0]
 
 
-def test_rests_vary_so_that_nobody_learns_the_rhythm_but_not_from_run_to_run() -> None:
+def test_rests_vary_within_a_run_and_repeat_from_run_to_run() -> None:
     plan = CuePlan("p", {"press": 20}, CueTiming(0.0, 1.0, 1.0, 1.0))
 
     def ends() -> list[float]:
@@ -103,9 +103,7 @@ QUICK = CueTiming(0.5, 2.0, 0.5, 0.0, still_s=0.4)
 
 
 def quick(*labels: str) -> CueSession:
-    return CueSession(
-        [ExampleRequest(label) for label in labels], QUICK, np.random.default_rng(1), shuffled=False
-    )
+    return cues(*labels, pace=QUICK)
 
 
 def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tuple[float, str]]:
@@ -118,7 +116,7 @@ def phases(session: CueSession, touched: set[int], frames: int = 60) -> list[tup
     return seen
 
 
-def test_go_is_over_when_the_touch_has_been_over_for_a_while() -> None:
+def test_go_ends_a_while_after_the_touch() -> None:
     assert phases(quick("press"), {8, 9, 10, 12, 13}) == [
         (0.0, "get ready"), (0.5, "go"), (1.7, "rest"), (2.2, "done"),
     ]  # fmt: skip
@@ -129,7 +127,7 @@ def test_go_lasts_while_nothing_was_felt_and_while_the_touch_lasts() -> None:
     assert phases(quick("press"), set(range(8, 60)), 26)[-1] == (2.5, "rest")
 
 
-def test_what_is_left_of_the_touch_before_does_not_end_the_next_one() -> None:
+def test_a_touch_that_lasts_does_not_end_the_next_example() -> None:
     session = quick("press", "pinch")
     seen = phases(session, {*range(6, 34), 38, 39, 40}, 60)
     # The first touch lasts beyond its go and its rest; go of the second begins at 3.5 s, still
@@ -179,7 +177,7 @@ def test_where_no_touch_is_asked_for_none_needs_to_be_felt() -> None:
     assert session.done
 
 
-def test_an_example_that_is_dropped_after_it_was_done_is_asked_for_again() -> None:
+def test_a_finished_example_that_is_dropped_is_asked_for_again() -> None:
     session = cues("press", "pinch", "press")
     play(session, 0.0, 4.5)
     assert session.at(4.5).more == {"press": 1, "pinch": 1}

@@ -13,20 +13,9 @@ from controller.capture.key_labels import (
 )
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent
 from controller.recordings.recording import UNKNOWN, Mark
+from tests.controller.keymap.test_terminal_decoder import pressed, released, typed
 
 LABELS = 5  # null and four gestures
-
-
-def typed(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.TYPED)
-
-
-def pressed(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.PRESSED)
-
-
-def released(key: str) -> KeyEvent:
-    return KeyEvent(key, Action.RELEASED)
 
 
 # --- keys that are held ---------------------------------------------------------------------------
@@ -52,7 +41,7 @@ def test_a_terminal_that_tells_releases_is_taken_at_its_word() -> None:
     assert holds.take(released("1"), 62.0) == []  # it was down before we came
 
 
-def test_characters_say_that_a_key_is_down_and_their_end_that_it_is_up() -> None:
+def test_characters_mean_a_key_is_down_and_their_end_up() -> None:
     holds = HeldKeys()
     times = repeats(2.0, 4.0)
     assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
@@ -66,7 +55,7 @@ def test_over_a_network_that_stutters_a_key_stays_down() -> None:
     assert type_at(holds, "1", *times) == [KeyChange("1", True, 2.0)]
 
 
-def test_a_key_that_was_typed_once_was_held_for_nobody_knows_how_long() -> None:
+def test_a_key_that_was_typed_once_has_no_length() -> None:
     holds = HeldKeys()
     type_at(holds, "1", 2.0)
     assert holds.pass_time(2.0 + FIRST_REPEAT_S) == []
@@ -108,7 +97,7 @@ ONE_STROKE = st.tuples(
 
 
 @given(st.lists(ONE_STROKE))
-def test_every_key_goes_down_before_it_comes_up_and_the_other_way_round(
+def test_every_key_goes_down_as_often_as_up(
     told: list[tuple[KeyEvent, float]],
 ) -> None:
     holds, now_s = HeldKeys(), 0.0
@@ -126,7 +115,7 @@ def test_every_key_goes_down_before_it_comes_up_and_the_other_way_round(
 # --- what they mean -------------------------------------------------------------------------------
 
 
-def test_a_digit_says_its_label_for_as_long_as_it_is_held() -> None:
+def test_a_digit_gives_its_label_while_it_is_held() -> None:
     keys = KeyLabels(LABELS)
     assert keys.label == UNKNOWN  # nobody has said anything yet
     keys.take(KeyChange("2", True, 1.0), 1.0)

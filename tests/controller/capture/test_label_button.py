@@ -36,7 +36,7 @@ def test_every_sensor_says_what_its_button_does() -> None:
             assert sensor.button(0.1) in (None, "null", "")
 
 
-def test_the_virtual_hand_presses_its_button_nearly_when_it_presses_the_orb() -> None:
+def test_the_virtual_hand_presses_its_button_nearly_in_time() -> None:
     _, said, true = played(3)
     agree = np.mean([one == other for one, other in zip(said, true, strict=True)])
     assert 0.93 < agree < 1.0

@@ -2,25 +2,18 @@
 
 import io
 
-import numpy as np
 import pytest
 
-from controller.capture.cue_plan import CueTiming, ExampleRequest
-from controller.capture.cues import Cue, CueSession, Phase
+from controller.capture.cues import Cue, Phase
 from controller.capture.key_labels import LabelCorrection
 from controller.capture.labels import FrameLabels, Labeller
 from controller.capture.status_line import StatusLine, describe
 from controller.keymap.terminal import Timed
 from controller.keymap.terminal_decoder import BACKSPACE, SPACE, Action, KeyEvent, Signal
 from controller.recordings.recording import UNKNOWN, Mark
+from tests.controller.capture.test_cues import cues as cued
 
 LABELS = ("null", "press", "pinch")
-PACE = CueTiming(get_ready_s=1.0, go_s=2.0, rest_s=1.0, jitter_s=0.0)
-
-
-def cued(*labels: str) -> CueSession:
-    rng = np.random.default_rng(1)
-    return CueSession([ExampleRequest(label) for label in labels], PACE, rng, shuffled=False)
 
 
 def down(key: str, ago_s: float = 0.0) -> Timed:
@@ -47,7 +40,7 @@ def test_a_button_that_says_only_down_means_what_the_user_said() -> None:
     assert [labeller.label(k, button=says).button for k, says in enumerate(["null", ""])] == [0, 2]
 
 
-def test_a_button_that_says_only_down_means_the_cue_until_it_is_up() -> None:
+def test_a_button_without_a_label_means_the_cue_until_released() -> None:
     labeller = Labeller(LABELS, button_label="pinch", cues=cued("press", "pinch"))
     said = []
     for k in range(60):
@@ -92,7 +85,7 @@ def test_a_key_is_let_go_of_when_the_window_is_left() -> None:
 # --- cues -----------------------------------------------------------------------------------------
 
 
-def test_the_cue_says_its_label_at_go_and_no_touch_before_and_after() -> None:
+def test_the_cue_has_its_label_at_go_only() -> None:
     labeller = Labeller(LABELS, cues=cued("pinch"))
     said = [labeller.label(k / 10, felt=True, ready=k >= 10) for k in range(52)]
     assert [one.cue for one in said] == [UNKNOWN] * 10 + [0] * 10 + [2] * 20 + [0] * 10 + [-1] * 2
@@ -156,7 +149,7 @@ def test_without_cues_the_line_says_what_the_keys_do() -> None:
     )
 
 
-def test_with_cues_the_line_says_what_to_do_and_what_is_left() -> None:
+def test_with_cues_the_line_shows_what_to_do_and_the_rest() -> None:
     cue = Cue(Phase.GO, "press", None, 1.4, {"press": 3, "pinch": 0})
     line = describe(FrameLabels(asked=cue), 3.0, LABELS, keyboard=True)
     assert line == "0:03  go: PRESS 2 s  3 left (press 3), enough pinch"

@@ -3,11 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from controller.capture.cue_plan import CueTiming, ExampleRequest
-from controller.capture.cues import CueSession
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
 from controller.protocol.messages import Command, Contacts, Grant, Message
@@ -19,6 +16,7 @@ from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.sensors.base import SensorError
+from tests.controller.capture.test_cues import cues
 from tests.support.loop_bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
 
 
@@ -38,7 +36,7 @@ def test_the_end_closes_the_sensor_and_seals_the_recording(tmp_path: Path) -> No
     assert loaded.rest[0, 0] == 40.0
 
 
-def test_a_sensor_that_is_lost_ends_the_session_and_its_recording_is_sealed(tmp_path: Path) -> None:
+def test_a_lost_sensor_ends_the_session_and_seals_its_recording(tmp_path: Path) -> None:
     path = tmp_path / "lost.npz"
     bench = Bench(record=path, lost_s=3.0)
     with pytest.raises(SensorError, match="the slab was unplugged; plug it in again"):
@@ -52,18 +50,12 @@ def test_a_sensor_that_is_lost_ends_the_session_and_its_recording_is_sealed(tmp_
 @pytest.mark.parametrize("owned_by_host", [False, True])
 def test_a_session_of_cues_ends_when_there_is_enough(tmp_path: Path, owned_by_host: bool) -> None:
     path = tmp_path / "cued.npz"
-    pace = CueTiming(1.0, 2.0, 1.0, 0.0)
-    cues = CueSession(
-        [ExampleRequest("press"), ExampleRequest("null")],
-        pace,
-        np.random.default_rng(1),
-        shuffled=False,
-    )
     requests: list[tuple[float, Message]] = [(2.5, FINGER), (3.5, Contacts(()))]
     if owned_by_host:
         steps = (GRANTING, Grant(2500), FINGER, Grant(3500), Contacts(()), Grant(60_000))
         requests = [(0.0, message) for message in steps]
-    bench = Bench(*requests, record=path, cues=cues, await_host=owned_by_host).run(60.0)
+    asked = cues("press", "null")
+    bench = Bench(*requests, record=path, cues=asked, await_host=owned_by_host).run(60.0)
     loaded = reader.load(path)
     assert loaded.t[-1] == pytest.approx(9.0)  # a second of rest, two times four
     assert loaded.cue[19:39].tolist() == [1] * 20

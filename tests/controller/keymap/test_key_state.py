@@ -1,7 +1,8 @@
-"""Held keys, step by step on a clock of our own; and at any moment, whatever happens."""
+"""Held keys on a simulated clock, by scripts and in any order of events."""
 
 from collections.abc import Callable
 
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -97,7 +98,7 @@ def test_long_hold_changes_the_profile() -> None:
     assert pressed.profile == "desk"
 
 
-def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None:
+def test_hold_that_ends_or_falls_silent_does_nothing_long() -> None:
     pressed = KeyState(HELD)
     hold(pressed, "drop", 1.0, 2.0)
     let_go(pressed, 2.1)
@@ -113,89 +114,69 @@ def test_hold_that_ends_or_of_which_nothing_is_heard_does_nothing_long() -> None
         assert not one.armed
 
 
-def test_tap_goes_up_by_itself() -> None:
-    pressed = armed()
-    pressed.command("left", 1.0)
-    pressed.tick(1.04)
-    assert strokes(pressed) == "+left"
-    pressed.tick(1.05)
-    assert strokes(pressed) == "-left"
+def told(pressed: KeyState, line: str) -> str:
+    """Play a line, and return the strokes: seconds, a colon, and what happens then.
+
+    A name is a command, "tick" passes time, "word" says that what was held still is, and names in
+    brackets are all that is held.
+    """
+    for moment in line.split(", "):
+        now, _, what = moment.partition(": ")
+        now_s = float(now)
+        if what == "tick":
+            pressed.tick(now_s)
+        elif what == "word":
+            pressed.still_held(now_s)
+        elif what.startswith("["):
+            pressed.state(tuple(what.strip("[]").split()), now_s)
+        else:
+            pressed.command(what, now_s)
+    return strokes(pressed)
 
 
-def test_second_tap_is_a_second_press() -> None:
-    pressed = armed()
-    pressed.command("left", 1.0)
-    pressed.command("left", 1.01)
-    assert strokes(pressed) == "+left -left +left"
+@pytest.mark.parametrize(
+    ("line", "made"),
+    [
+        ("1.0: left, 1.04: tick", "+left"),
+        ("1.0: left, 1.05: tick", "+left -left"),  # a tap goes up by itself
+        ("1.0: left, 1.01: left", "+left -left +left"),  # a second tap is a second press
+        ("1.0: [down]", ""),  # a snapshot never presses
+        ("1.0: drop, 1.9: word", "+space -space +space"),  # a pause of ours is not made up for
+        ("1.0: hold, 1.1: right, 1.2: tick", "+shift +left -left"),  # both hold shift
+        ("1.0: hold, 1.1: right, 1.2: tick, 1.3: hold", "+shift +left -left -shift"),
+        ("1.0: desk, 1.1: left", "+meta +d"),  # an allowed chord allows no key beside it
+        (f"1.0: hold, {1.0 + SILENCE_S}: tick", "+shift -shift"),  # the orb fell silent
+    ],
+)
+def test_commands_snapshots_and_time_press_keys(line: str, made: str) -> None:
+    assert told(armed(), line) == made
 
 
 def test_hold_lasts_until_the_orb_says_that_it_is_let_go() -> None:
     pressed = armed()
-    pressed.command("down", 1.0)
-    pressed.state(("down",), 1.0)
-    for tenth in range(11, 50):
-        pressed.still_held(tenth / 10)
-    assert strokes(pressed) == "+down"
-    pressed.state((), 5.0)
-    assert strokes(pressed) == "-down"
-
-
-def test_snapshot_never_presses() -> None:
-    pressed = armed()
-    pressed.state(("down",), 1.0)
-    assert strokes(pressed) == ""
+    words = ", ".join(f"{tenth / 10}: word" for tenth in range(11, 50))
+    assert told(pressed, f"1.0: down, 1.0: [down], {words}") == "+down"
+    assert told(pressed, "5.0: []") == "-down"
 
 
 def test_hold_ends_when_the_orb_says_nothing_of_it_any_more() -> None:
     pressed = armed()
-    pressed.command("down", 1.0)
-    pressed.tick(1.0 + SILENCE_S)
-    assert strokes(pressed) == "+down -down"
+    assert told(pressed, f"1.0: down, {1.0 + SILENCE_S}: tick") == "+down -down"
     assert "no longer reports" in pressed.notes[-1]
 
 
 def test_repeat_presses_again_and_again_while_it_is_held() -> None:
     pressed = armed()
-    pressed.command("drop", 1.0)
-    for hundredth in range(101, 145):
-        pressed.still_held(hundredth / 100)
-    assert strokes(pressed) == "+space -space +space -space +space"
-    pressed.state((), 1.445)
-    assert strokes(pressed) == "-space"
-
-
-def test_repeat_after_a_pause_of_ours_makes_up_for_nothing() -> None:
-    pressed = armed()
-    pressed.command("drop", 1.0)
-    pressed.still_held(1.9)
-    assert strokes(pressed) == "+space -space +space"
+    words = ", ".join(f"{hundredth / 100}: word" for hundredth in range(101, 145))
+    assert told(pressed, f"1.0: drop, {words}") == "+space -space +space -space +space"
+    assert told(pressed, "1.445: []") == "-space"
 
 
 def test_toggle_stays_down_until_the_next_time() -> None:
     pressed = armed()
-    pressed.command("hold", 1.0)
-    for second in range(2, 60):
-        pressed.state((), second - 0.1)
-    assert strokes(pressed) == "+shift"
-    pressed.command("hold", 59.0)
-    assert strokes(pressed) == "-shift"
-
-
-def test_toggle_goes_up_when_the_orb_falls_silent() -> None:
-    pressed = armed()
-    pressed.command("hold", 1.0)
-    pressed.tick(1.0 + SILENCE_S)
-    assert strokes(pressed) == "+shift -shift"
-
-
-def test_key_that_two_commands_hold_goes_up_with_the_later_one() -> None:
-    pressed = armed()
-    pressed.command("hold", 1.0)
-    pressed.command("right", 1.1)
-    pressed.tick(1.2)
-    assert strokes(pressed) == "+shift +left -left"
-    pressed.command("hold", 1.3)
-    assert strokes(pressed) == "-shift"
+    snapshots = ", ".join(f"{second - 0.1}: []" for second in range(2, 60))
+    assert told(pressed, f"1.0: hold, {snapshots}") == "+shift"
+    assert told(pressed, "59.0: hold") == "-shift"
 
 
 def test_text_is_typed_letter_by_letter_with_nothing_else_down() -> None:
@@ -220,13 +201,6 @@ def test_two_commands_cannot_make_a_chord_that_neither_may() -> None:
     pressed.command("rotate_ccw", 1.5)
     assert strokes(pressed) == "+alt"
     assert pressed.notes[-1] == "rotate_ccw was dropped: with what is down it would make alt+f4"
-
-
-def test_allowed_chord_allows_no_other_key_beside_it() -> None:
-    pressed = armed()
-    pressed.command("desk", 1.0)
-    pressed.command("left", 1.1)
-    assert strokes(pressed) == "+meta +d"
 
 
 def test_disarming_and_another_profile_lift_everything() -> None:

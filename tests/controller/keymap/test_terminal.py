@@ -187,7 +187,7 @@ def test_a_terminal_that_can_tell_releases_is_asked_to(kitty: Terminal) -> None:
     assert kitty.attributes() == kitty.before
 
 
-def test_ctrl_c_ends_the_program_even_where_the_terminal_tells_it_as_a_key(
+def test_ctrl_c_ends_the_program_where_the_terminal_sends_a_key(
     kitty: Terminal,
 ) -> None:
     kitty.types(b"\x1b[99;5u")
@@ -196,7 +196,7 @@ def test_ctrl_c_ends_the_program_even_where_the_terminal_tells_it_as_a_key(
     kitty.wait()
 
 
-def test_a_terminal_that_never_answers_delays_nothing_but_the_end_a_little(
+def test_a_terminal_that_never_answers_delays_only_the_end(
     terminal: Terminal,
 ) -> None:
     assert terminal.line() == "ready"

@@ -6,10 +6,13 @@ import logging
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
-from tests.support.fake_bluez import HOST, FakeBluez, missing, until
+from tests.support.fake_bluez import HOST, FakeBluez, bus, fake, missing, until
+
+__all__ = ["bus", "fake"]
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HandMadeHost
 
@@ -17,7 +20,6 @@ if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
 
 from controller.links import LinkError, open_link
-from controller.links.bluetooth import registration
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
 from controller.links.bluetooth.identifiers import SERIAL_PATH, SERVICE_UUID
 from controller.links.rfcomm import RfcommLink
@@ -25,21 +27,6 @@ from controller.protocol.messages import Bye, Command, Hello, State, Welcome
 
 DEVICE_PATH = "/org/bluez/hci0/dev_" + HOST.replace(":", "_")
 PROFILES = "org.bluez.ProfileManager1"
-
-
-@pytest.fixture(scope="module")
-def bus() -> Iterator[FakeBluez]:
-    fake = FakeBluez()
-    yield fake
-    fake.close()
-
-
-@pytest.fixture
-def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
-    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
-    monkeypatch.setattr(registration, "RETRY_S", 0.02)
-    bus.fresh()
-    return bus
 
 
 @pytest.fixture
@@ -56,7 +43,24 @@ def owner(link: RfcommLink) -> str:
     return str(service._bus.raw.unique_name)  # type: ignore[attr-defined]
 
 
-def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
+@contextmanager
+def host_of(fake: FakeBluez, link: RfcommLink) -> Iterator[HandMadeHost]:
+    """Let BlueZ hand a bonded host's connection over, and play that host."""
+    near, far = socket.socketpair()
+    with near:
+        with far:
+            assert fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far) == ""
+        near.settimeout(10.0)
+        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+        host.close = lambda: near.shutdown(socket.SHUT_RDWR)
+        yield host
+
+
+def is_greeted(link: RfcommLink) -> None:
+    until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+
+
+def test_the_service_has_our_uuid_is_serial_and_wants_pairing(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
     ((path, uuid, options),) = fake.calls("RegisterProfile")
@@ -72,14 +76,10 @@ def test_the_service_has_our_uuid_and_is_a_serial_port_and_wants_pairing(
 def test_a_bonded_host_plays_over_the_socket_that_bluez_hands_over(
     fake: FakeBluez, link: RfcommLink
 ) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        assert fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far) == ""
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         assert isinstance(host.greet(), Welcome)
         assert host.message() == State(())
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         link.send(Command("drop", "pinch", 0.9, None, 1), 10)
         heard = host.message()
         assert isinstance(heard, Command)
@@ -108,14 +108,9 @@ def test_a_connection_on_another_adapter_is_refused(fake: FakeBluez, link: Rfcom
 
 
 def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLink) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        far.close()
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         link._leave(DEVICE_PATH)
         (bye,) = until(link.poll)
         assert isinstance(bye, Bye)
@@ -124,18 +119,13 @@ def test_a_host_that_bluez_disconnects_has_gone(fake: FakeBluez, link: RfcommLin
 def test_a_host_hears_bye_when_the_orb_is_switched_off(fake: FakeBluez) -> None:
     link = open_link("rfcomm:", welcome())
     assert isinstance(link, RfcommLink)
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        far.close()
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
         assert host.message() == State(())
         closing = threading.Thread(target=link.close)
         closing.start()
         assert isinstance(host.message(), Bye)
-        near.shutdown(socket.SHUT_RDWR)
+        host.close()
         closing.join()
 
 
@@ -150,14 +140,10 @@ def test_it_is_registered_anew_after_bluetoothd_has_restarted(
 
 
 def test_a_host_keeps_playing_while_bluetoothd_restarts(fake: FakeBluez, link: RfcommLink) -> None:
-    near, far = socket.socketpair()
-    with near, far:
-        fake.hand_over(owner(link), SERIAL_PATH, DEVICE_PATH, far)
-        near.settimeout(10.0)
-        host = HandMadeHost(lambda: near.recv(4096), near.sendall)
+    with host_of(fake, link) as host:
         host.greet()
         assert host.message() == State(())
-        until(lambda: any(isinstance(request, Hello) for request in link.poll()))
+        is_greeted(link)
         fake.stop()
         until(lambda: link.state != "ready")
         link.send(State(("down",)), 10)
@@ -177,9 +163,7 @@ def test_it_is_registered_anew_when_the_adapter_is_plugged_in_again(
     assert sum("there is no Bluetooth adapter" in line for line in told) == 1  # said once
 
 
-def test_an_adapter_that_was_switched_off_stays_off_until_it_is_switched_on(
-    fake: FakeBluez, link: RfcommLink
-) -> None:
+def test_an_adapter_that_is_switched_off_stays_off(fake: FakeBluez, link: RfcommLink) -> None:
     def power(on: bool) -> None:
         fake.ask(lambda bus: bus.set("/org/bluez/hci0", ADAPTER, "Powered", "b", on))
 
@@ -239,21 +223,17 @@ def test_a_second_controller_is_told_that_another_program_has_it(fake: FakeBluez
         open_link("rfcomm:", welcome())
 
 
-def test_without_bluetoothd_it_says_how_to_start_it(fake: FakeBluez) -> None:
+def test_without_bluetoothd_or_adapter_the_error_has_the_remedy(fake: FakeBluez) -> None:
     fake.stop()
     with pytest.raises(LinkError, match="systemctl enable --now bluetooth"):
         open_link("rfcomm:", welcome())
-
-
-def test_without_an_adapter_it_says_what_to_do(fake: FakeBluez) -> None:
-    fake.stop()
     fake.start(adapter=False)
     with pytest.raises(LinkError, match="there is no Bluetooth adapter; plug one in"):
         open_link("rfcomm:", welcome())
     fake.stop()
 
 
-def test_an_adapter_that_is_not_there_is_told_with_those_that_are(fake: FakeBluez) -> None:
+def test_a_missing_adapter_is_reported_with_those_there_are(fake: FakeBluez) -> None:
     with pytest.raises(LinkError, match="no Bluetooth adapter hci7; there is hci0"):
         open_link("rfcomm:hci7", welcome())
 

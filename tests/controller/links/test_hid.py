@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
-
-from tests.support.fake_device import welcome
-
-pytest.importorskip("dbus_fast", reason="the link hid: needs dbus-fast: the extra [bluetooth]")
-if shutil.which("dbus-daemon") is None:
-    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 
 from controller.errors import UserError
 from controller.links import LinkError, open_link
@@ -22,17 +15,14 @@ from controller.links.bluetooth.hid.host_selection import StoredHosts
 from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from controller.links.hid import HidLink
 from controller.protocol.messages import VERSION, Bye, Command, Hello, Message, State
-from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
+from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, address, scene
+from tests.support.fake_device import welcome
+
+__all__ = ["address"]
 
 LAPTOP, PHONE = "AA:00:00:00:00:01", "AA:00:00:00:00:02"
 RELEASE = [report.data for report in RELEASED]
 Scene = Callable[[HidLink, FakeBluez], Awaitable[None]]
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with private_bus(tmp_path_factory.mktemp("bus")) as found:
-        yield found
 
 
 @pytest.fixture
@@ -82,62 +72,44 @@ def press(link: HidLink, name: str) -> None:
     link.send(State((name,)), 100)
 
 
-def test_a_gesture_reaches_a_host(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        await come(bluez, link)
-        press(link, "rotate_cw")
-        tap = [gamepad({"a"}).data, gamepad(()).data]
-        await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
-
-    play(scene)
-
-
-def test_closing_says_that_nothing_is_down_and_lets_the_host_go(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        await come(bluez, link)
-        press(link, "down")
-        await bluez.until(lambda: bluez.heard[-1:] == [(LAPTOP, "2a4d", gamepad({"down"}).data)])
-        bluez.heard.clear()
-        await asyncio.to_thread(link.close)
-        assert [value for _, _, value in bluez.heard] == RELEASE
-        assert bluez.disconnected == [LAPTOP]
-
-    play(scene)
+@scene()
+async def test_closing_releases_everything_and_disconnects(link: HidLink, bluez: FakeBluez) -> None:
+    await come(bluez, link)
+    press(link, "down")
+    await bluez.until(lambda: bluez.heard[-1:] == [(LAPTOP, "2a4d", gamepad({"down"}).data)])
+    bluez.heard.clear()
+    await asyncio.to_thread(link.close)
+    assert [value for _, _, value in bluez.heard] == RELEASE
+    assert bluez.disconnected == [LAPTOP]
 
 
-def test_the_loop_is_told_who_comes_and_goes(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        link.send(State(()), 0)
-        assert (link.connected, link.dropped) == (False, 1)
-        await come(bluez, link)
-        assert link.connected
-        await bluez.disconnect(LAPTOP)
-        heard: list[Message] = []
-        while not any(isinstance(message, Bye) for message in heard):
-            heard += await told(link)
-        assert not link.connected
-
-    play(scene)
+@scene()
+async def test_the_loop_is_told_who_comes_and_goes(link: HidLink, bluez: FakeBluez) -> None:
+    link.send(State(()), 0)
+    assert (link.connected, link.dropped) == (False, 1)
+    await come(bluez, link)
+    assert link.connected
+    await bluez.disconnect(LAPTOP)
+    heard: list[Message] = []
+    while not any(isinstance(message, Bye) for message in heard):
+        heard += await told(link)
+    assert not link.connected
 
 
-def test_keys_are_pressed_where_the_url_asks_for_them(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        await come(bluez, link)
-        press(link, "drop")
-        tap = [keyboard(("space",)).data, keyboard(()).data]
-        await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
-
-    play(scene, "hid:?keys=keyboard")
+@scene("hid:?keys=keyboard")
+async def test_keys_are_pressed_where_the_url_wants_them(link: HidLink, bluez: FakeBluez) -> None:
+    await come(bluez, link)
+    press(link, "drop")
+    tap = [keyboard(("space",)).data, keyboard(()).data]
+    await bluez.until(lambda: [value for _, _, value in bluez.heard[-2:]] == tap)
 
 
-def test_an_orb_for_one_host_sends_the_others_away(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        bluez.connect(PHONE)
-        await bluez.read(PHONE, 0x2A4B)
-        await bluez.until(lambda: bluez.disconnected == [PHONE])
-        await come(bluez, link)
-
-    play(scene, f"hid:?host={LAPTOP.lower()}")
+@scene(f"hid:?host={LAPTOP.lower()}")
+async def test_an_orb_for_one_host_sends_the_others_away(link: HidLink, bluez: FakeBluez) -> None:
+    bluez.connect(PHONE)
+    await bluez.read(PHONE, 0x2A4B)
+    await bluez.until(lambda: bluez.disconnected == [PHONE])
+    await come(bluez, link)
 
 
 def test_the_host_that_had_the_orb_last_is_remembered(
@@ -171,17 +143,15 @@ def test_a_bluetoothd_that_is_restarted_finds_the_orb_again(
     play(scene)
 
 
-def test_a_bluetoothd_that_refuses_is_told_in_one_sentence(play: Callable[..., None]) -> None:
-    async def scene(link: HidLink, bluez: FakeBluez) -> None:
-        await asyncio.to_thread(link.close)
-        bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
-        with pytest.raises(LinkError, match=r"cannot be a Bluetooth gamepad: .*another program"):
-            await asyncio.to_thread(open_link, "hid:", welcome())
-        del bluez.objects[ADAPTER]
-        with pytest.raises(LinkError, match="there is no Bluetooth adapter"):
-            await asyncio.to_thread(open_link, "hid:", welcome())
-
-    play(scene)
+@scene()
+async def test_a_refusal_of_bluetoothd_is_one_sentence(link: HidLink, bluez: FakeBluez) -> None:
+    await asyncio.to_thread(link.close)
+    bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
+    with pytest.raises(LinkError, match=r"cannot be a Bluetooth gamepad: .*another program"):
+        await asyncio.to_thread(open_link, "hid:", welcome())
+    del bluez.objects[ADAPTER]
+    with pytest.raises(LinkError, match="there is no Bluetooth adapter"):
+        await asyncio.to_thread(open_link, "hid:", welcome())
 
 
 def test_without_a_bus_the_user_is_told_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import shutil
 import socket
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
 
-pytest.importorskip("dbus_fast", reason="classic HID needs dbus-fast: the extra [bluetooth]")
-if shutil.which("dbus-daemon") is None:
-    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
 if not hasattr(socket, "AF_UNIX") or not hasattr(socket, "SOCK_SEQPACKET"):
     pytest.skip("the played radio needs local packet sockets", allow_module_level=True)
 
-from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import classic
 from controller.links.bluetooth.hid.classic import ClassicTransport, L2capSockets
-from controller.links.bluetooth.hid.hid_device import HidDevice
-from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.host_selection import StoredHosts
 from controller.links.bluetooth.hid.l2cap import CONTROL, INTERRUPT, UUID
-from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad
-from controller.protocol.messages import Command, State
-from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
+from controller.links.bluetooth.hid.reports import RELEASED, gamepad
+from controller.protocol.messages import State
+from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, HidTable, RefusedError, address, scene
+
+__all__ = ["address"]
 
 LAPTOP, PHONE, STRANGER = (f"AA:00:00:00:00:0{n}" for n in (1, 2, 9))
 RELEASE = [bytes([0xA1, report.id]) + report.data for report in RELEASED]
@@ -69,20 +65,12 @@ class PlayedRadio(L2capSockets):
         return listener
 
 
-class Table:
-    """A fake bluetoothd, a played radio, and the orb's part."""
+class Table(HidTable):
+    """The orb's channels registered with a fake bluetoothd, on a played radio."""
 
     def __init__(self, bluez: FakeBluez, bus: Bus, air: Path, known: StoredHosts) -> None:
-        self.bluez, self.bus = bluez, bus
+        super().__init__(bluez, bus, known, "gamepad")
         self.radio = PlayedRadio(air)
-        self.told: asyncio.Queue[str] = asyncio.Queue()
-        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
-        self.pad = HidDevice(
-            load(Path("gamepad"), OUTPUTS),
-            hosts,
-            notify=self.told.put_nowait,
-            store=lambda known: None,
-        )
         self.part = ClassicTransport(self.pad, "OrbTouch", self.radio)
         self.open: list[socket.socket] = []
 
@@ -98,15 +86,6 @@ class Table:
             ends.append(end)
         self.open += ends
         return ends[0], ends[1]
-
-    async def who(self) -> str:
-        """Return who has the orb, as soon as that changes."""
-        return await asyncio.wait_for(self.told.get(), 10.0)
-
-    def press(self, name: str) -> None:
-        """Let the player make a gesture, and go on holding the orb."""
-        self.pad.take(Command(name, "press", 1.0, None, 1))
-        self.pad.take(State((name,)))
 
 
 async def heard(end: socket.socket, count: int = 1) -> list[bytes]:
@@ -136,12 +115,6 @@ async def table(address: str, air: Path, known: StoredHosts) -> AsyncIterator[Ta
         await bluez.stop()
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with private_bus(tmp_path_factory.mktemp("bus")) as found:
-        yield found
-
-
 Play = Callable[..., None]
 
 
@@ -161,149 +134,124 @@ def play(address: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Play:
     return run
 
 
-def test_bluez_gets_a_record_that_demands_pairing(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        options = it.bluez.profiles[UUID]
-        assert options["RequireAuthentication"] is True
-        assert 'uuid value="0x1124"' in options["ServiceRecord"]
-
-    play(scene)
+@scene()
+async def test_bluez_gets_a_record_that_demands_pairing(it: Table) -> None:
+    options = it.bluez.profiles[UUID]
+    assert options["RequireAuthentication"] is True
+    assert 'uuid value="0x1124"' in options["ServiceRecord"]
 
 
-def test_a_host_that_opens_both_channels_hears_that_nothing_is_down(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        _, interrupt = await it.connect(LAPTOP)
-        assert await it.who() == LAPTOP
-        assert await heard(interrupt, 2) == RELEASE
-        it.press("rotate_cw")
-        assert await heard(interrupt, 2) == [
-            b"\xa1\x02" + gamepad(names).data for names in ({"a"}, ())
+@scene()
+async def test_a_host_that_opens_both_channels_hears_that_nothing_is_down(it: Table) -> None:
+    _, interrupt = await it.connect(LAPTOP)
+    assert await it.who() == LAPTOP
+    assert await heard(interrupt, 2) == RELEASE
+    it.press("rotate_cw")
+    assert await heard(interrupt, 2) == [b"\xa1\x02" + gamepad(names).data for names in ({"a"}, ())]
+
+
+@scene()
+async def test_the_control_channel_answers(it: Table) -> None:
+    control, _ = await it.connect(LAPTOP)
+    await it.who()
+    it.press("down")
+    for question, answer in (
+        (b"\x41\x02", b"\xa1\x02" + gamepad({"down"}).data),  # GET_REPORT, input, pad
+        (b"\x49\x02\x02\x00", b"\xa1\x02\x00"),  # the same, with room for two bytes
+        (b"\x41\x07", b"\x02"),  # no such report
+        (b"\x41", b"\x02"),
+        (b"\x43\x01", b"\x03"),  # no feature reports
+        (b"\x52\x01\x1f", b"\x00"),  # SET_REPORT, the keyboard's lights
+        (b"\x52\x02\x00", b"\x02"),
+        (b"\x52\x01", b"\x04"),
+        (b"\x60", b"\xa0\x01"),  # GET_PROTOCOL
+        (b"\x71", b"\x00"),  # SET_PROTOCOL
+        (b"\x75", b"\x04"),
+        (b"\x90", b"\x03"),  # GET_IDLE is no longer part of the profile
+    ):
+        await asyncio.get_running_loop().sock_sendall(control, question)
+        assert await heard(control) == [answer], question.hex()
+
+
+@scene()
+async def test_a_host_that_is_not_paired_is_refused(it: Table) -> None:
+    control, interrupt = await it.connect(STRANGER)
+    assert await heard(control) == await heard(interrupt) == [b""]  # closed
+    assert it.told == []
+
+
+@scene()
+async def test_a_host_may_come_as_soon_as_it_is_paired(it: Table) -> None:
+    it.bluez.pair(STRANGER)
+    await it.bus.objects()  # behind the signal
+    _, interrupt = await it.connect(STRANGER)
+    assert await it.who() == STRANGER
+    assert await heard(interrupt, 2) == RELEASE
+
+
+@scene()
+async def test_a_host_that_closes_a_channel_has_gone(it: Table) -> None:
+    control, interrupt = await it.connect(LAPTOP)
+    await it.who()
+    await heard(interrupt, 2)
+    control.close()
+    assert await it.who() == ""
+    assert await heard(interrupt) == [b""]
+
+
+@scene()
+async def test_a_host_that_unplugs_is_let_go(it: Table) -> None:
+    control, _ = await it.connect(LAPTOP)
+    await it.who()
+    await asyncio.get_running_loop().sock_sendall(control, b"\x15")
+    assert await it.who() == ""
+
+
+@scene(known=StoredHosts((LAPTOP,), LAPTOP))
+async def test_the_orb_calls_the_last_host_five_times_of_five(it: Table) -> None:
+    loop = asyncio.get_running_loop()
+    listeners = [it.radio.wait_at(f"{LAPTOP}-{port}") for port in (CONTROL, INTERRUPT)]
+    it.open += listeners
+    for _ in range(5):
+        ends = [
+            (await asyncio.wait_for(loop.sock_accept(listener), 10.0))[0] for listener in listeners
         ]
-
-    play(scene)
-
-
-def test_the_control_channel_answers(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        control, _ = await it.connect(LAPTOP)
-        await it.who()
+        assert await it.who() == LAPTOP
+        assert await heard(ends[1], 2) == RELEASE
         it.press("down")
-        for question, answer in (
-            (b"\x41\x02", b"\xa1\x02" + gamepad({"down"}).data),  # GET_REPORT, input, pad
-            (b"\x49\x02\x02\x00", b"\xa1\x02\x00"),  # the same, with room for two bytes
-            (b"\x41\x07", b"\x02"),  # no such report
-            (b"\x41", b"\x02"),
-            (b"\x43\x01", b"\x03"),  # no feature reports
-            (b"\x52\x01\x1f", b"\x00"),  # SET_REPORT, the keyboard's lights
-            (b"\x52\x02\x00", b"\x02"),
-            (b"\x52\x01", b"\x04"),
-            (b"\x60", b"\xa0\x01"),  # GET_PROTOCOL
-            (b"\x71", b"\x00"),  # SET_PROTOCOL
-            (b"\x75", b"\x04"),
-            (b"\x90", b"\x03"),  # GET_IDLE is no longer part of the profile
-        ):
-            await asyncio.get_running_loop().sock_sendall(control, question)
-            assert await heard(control) == [answer], question.hex()
-
-    play(scene)
-
-
-def test_a_host_that_is_not_paired_is_refused(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        control, interrupt = await it.connect(STRANGER)
-        assert await heard(control) == await heard(interrupt) == [b""]  # closed
-        assert it.told.empty()
-
-    play(scene)
-
-
-def test_a_host_may_come_as_soon_as_it_is_paired(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        it.bluez.pair(STRANGER)
-        await it.bus.objects()  # behind the signal
-        _, interrupt = await it.connect(STRANGER)
-        assert await it.who() == STRANGER
-        assert await heard(interrupt, 2) == RELEASE
-
-    play(scene)
-
-
-def test_a_host_that_closes_a_channel_has_gone(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        control, interrupt = await it.connect(LAPTOP)
-        await it.who()
-        await heard(interrupt, 2)
-        control.close()
-        assert await it.who() == ""
-        assert await heard(interrupt) == [b""]
-
-    play(scene)
-
-
-def test_a_host_that_unplugs_is_let_go(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        control, _ = await it.connect(LAPTOP)
-        await it.who()
-        await asyncio.get_running_loop().sock_sendall(control, b"\x15")
+        assert await heard(ends[1]) == [b"\xa1\x02" + gamepad({"down"}).data]
+        for end in ends:
+            end.close()
         assert await it.who() == ""
 
-    play(scene)
+
+@scene()
+async def test_a_second_host_is_sent_away(it: Table) -> None:
+    await it.connect(LAPTOP)
+    await it.who()
+    control, interrupt = await it.connect(PHONE)
+    assert await heard(control) == await heard(interrupt) == [b""]
 
 
-def test_the_orb_calls_the_host_that_had_it_last_five_times_of_five(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        loop = asyncio.get_running_loop()
-        listeners = [it.radio.wait_at(f"{LAPTOP}-{port}") for port in (CONTROL, INTERRUPT)]
-        it.open += listeners
-        for _ in range(5):
-            ends = [
-                (await asyncio.wait_for(loop.sock_accept(listener), 10.0))[0]
-                for listener in listeners
-            ]
-            assert await it.who() == LAPTOP
-            assert await heard(ends[1], 2) == RELEASE
-            it.press("down")
-            assert await heard(ends[1]) == [b"\xa1\x02" + gamepad({"down"}).data]
-            for end in ends:
-                end.close()
-            assert await it.who() == ""
-
-    play(scene, known=StoredHosts((LAPTOP,), LAPTOP))
+@scene()
+async def test_before_the_orb_goes_it_says_that_nothing_is_down(it: Table) -> None:
+    _, interrupt = await it.connect(LAPTOP)
+    await it.who()
+    await heard(interrupt, 2)
+    it.press("down")
+    await heard(interrupt)
+    await it.part.end()
+    assert await heard(interrupt, 3) == [*RELEASE, b""]
 
 
-def test_a_second_host_is_sent_away(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.connect(LAPTOP)
-        await it.who()
-        control, interrupt = await it.connect(PHONE)
-        assert await heard(control) == await heard(interrupt) == [b""]
-
-    play(scene)
-
-
-def test_before_the_orb_goes_it_says_that_nothing_is_down(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        _, interrupt = await it.connect(LAPTOP)
-        await it.who()
-        await heard(interrupt, 2)
+@scene()
+async def test_a_host_that_takes_no_reports_is_let_go(it: Table) -> None:
+    await it.connect(LAPTOP)
+    await it.who()
+    while len(it.told) == 1:
         it.press("down")
-        await heard(interrupt)
-        await it.part.end()
-        assert await heard(interrupt, 3) == [*RELEASE, b""]
-
-    play(scene)
-
-
-def test_a_host_that_takes_no_reports_is_let_go(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.connect(LAPTOP)
-        await it.who()
-        while it.told.empty():
-            it.press("down")
-            it.pad.take(State(()))
-        assert await it.who() == ""
-
-    play(scene)
+        it.pad.take(State(()))
+    assert await it.who() == ""
 
 
 @pytest.mark.parametrize(
@@ -328,17 +276,15 @@ def test_channels_that_cannot_be_had_are_told_in_one_sentence(
     play(scene)
 
 
-def test_a_record_that_another_program_has_is_told_in_one_sentence(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.part.end()
-        it.bus.unexport(classic.PROFILE)
-        it.bluez.refuse["RegisterProfile"] = RefusedError(
-            "org.bluez.Error.NotPermitted", "UUID already registered"
-        )
-        with pytest.raises(BluetoothError, match="another program may have it"):
-            await it.part.begin(it.bus, ADAPTER)
-
-    play(scene)
+@scene()
+async def test_a_record_that_another_program_has_is_told_in_one_sentence(it: Table) -> None:
+    await it.part.end()
+    it.bus.unexport(classic.PROFILE)
+    it.bluez.refuse["RegisterProfile"] = RefusedError(
+        "org.bluez.Error.NotPermitted", "UUID already registered"
+    )
+    with pytest.raises(BluetoothError, match="another program may have it"):
+        await it.part.begin(it.bus, ADAPTER)
 
 
 def test_a_python_without_bluetooth_sockets_is_told_what_to_do(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -11,21 +10,16 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("dbus_fast", reason="HID over GATT needs dbus-fast: the extra [bluetooth]")
-if shutil.which("dbus-daemon") is None:
-    pytest.skip("a private bus needs dbus-daemon (Debian: dbus)", allow_module_level=True)
-
-from controller.keymap.keymap_file import load
 from controller.links.bluetooth.bluez import BluetoothError, Bus
 from controller.links.bluetooth.hid import gatt
 from controller.links.bluetooth.hid.gatt import GattTransport
-from controller.links.bluetooth.hid.hid_device import HidDevice
-from controller.links.bluetooth.hid.host_selection import HostSelection, StoredHosts
+from controller.links.bluetooth.hid.host_selection import StoredHosts
 from controller.links.bluetooth.hid.report_map import PNP_ID, REPORT_MAP
-from controller.links.bluetooth.hid.reports import OUTPUTS, RELEASED, gamepad, keyboard
-from controller.protocol.messages import Command, State
+from controller.links.bluetooth.hid.reports import RELEASED, gamepad, keyboard
 from tests.reference import hid
-from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, RefusedError, private_bus
+from tests.support.fake_bluez_gatt import ADAPTER, FakeBluez, HidTable, RefusedError, address, scene
+
+__all__ = ["address"]
 
 NOBODY = StoredHosts()
 LAPTOP, PHONE = "AA:00:00:00:00:01", "AA:00:00:00:00:02"
@@ -33,20 +27,11 @@ REPORT, BOOT_KEYBOARD, BATTERY, MODE = 0x2A4D, 0x2A22, 0x2A19, 0x2A4E
 KEYBOARD, PAD, LIGHTS = 0, 1, 2  # instances of the characteristic Report
 
 
-class Table:
-    """A fake bluetoothd, and the orb's part registered with it."""
+class Table(HidTable):
+    """The orb's GATT services registered with a fake bluetoothd."""
 
     def __init__(self, bluez: FakeBluez, bus: Bus, known: StoredHosts, mapping: str) -> None:
-        self.bluez, self.bus = bluez, bus
-        self.told: list[str] = []
-        self.remembered: list[StoredHosts] = []
-        hosts = HostSelection(known, now_s=asyncio.get_running_loop().time())
-        self.pad = HidDevice(
-            load(Path(mapping), OUTPUTS),
-            hosts,
-            notify=self.told.append,
-            store=self.remembered.append,
-        )
+        super().__init__(bluez, bus, known, mapping)
         self.percent = 87
         self.part = GattTransport(self.pad, "OrbTouch", lambda: self.percent)
 
@@ -75,11 +60,6 @@ class Table:
             await self.bluez.listen(address, REPORT, instance)
         await self.settle()
 
-    def press(self, name: str) -> None:
-        """Let the player make a gesture, and go on holding the orb."""
-        self.pad.take(Command(name, "press", 1.0, None, 1))
-        self.pad.take(State((name,)))
-
     def values(self, address: str) -> list[bytes]:
         """Return what a host has heard, and forget it."""
         heard = [value for who, _, value in self.bluez.heard if who == address]
@@ -107,12 +87,6 @@ async def table(
         await bluez.stop()
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    with private_bus(tmp_path_factory.mktemp("bus")) as found:
-        yield found
-
-
 @pytest.fixture
 def play(address: str, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Return what plays a scene: play(scene, **options of `table`)."""
@@ -131,133 +105,117 @@ def play(address: str, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 Play = Callable[..., None]
 
 
-def test_bluez_is_offered_hid_battery_and_device_information(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        services = [
-            properties["org.bluez.GattService1"]["UUID"]
-            for properties in it.bluez.application.values()
-            if "org.bluez.GattService1" in properties
-        ]
-        assert sorted(services) == ["180a", "180f", "1812"]
-        assert len(it.bluez.find(REPORT)) == 3
-
-    play(scene)
+@scene()
+async def test_bluez_is_offered_hid_battery_and_device_information(it: Table) -> None:
+    services = [
+        properties["org.bluez.GattService1"]["UUID"]
+        for properties in it.bluez.application.values()
+        if "org.bluez.GattService1" in properties
+    ]
+    assert sorted(services) == ["180a", "180f", "1812"]
+    assert len(it.bluez.find(REPORT)) == 3
 
 
-def test_a_paired_host_reads_what_it_needs_to_know(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        it.bluez.connect(LAPTOP)
-        report_map = await it.bluez.read(LAPTOP, 0x2A4B)
-        assert report_map == REPORT_MAP
-        assert hid.parse(report_map).ids(hid.INPUT) == {1, 2}
-        assert await it.bluez.read(LAPTOP, 0x2A50) == PNP_ID
-        assert await it.bluez.read(LAPTOP, BATTERY) == bytes([87])
-        assert await it.bluez.read(LAPTOP, MODE) == b"\1"
-        for instance, reference in enumerate((b"\1\1", b"\2\1", b"\1\2")):
-            path = it.bluez.reference(it.bluez.find(REPORT)[instance])[0]
-            assert bytes(await it.bluez._call(path, "ReadValue", "a{sv}", {})) == reference
-
-    play(scene)
+@scene()
+async def test_a_paired_host_reads_what_it_needs_to_know(it: Table) -> None:
+    it.bluez.connect(LAPTOP)
+    report_map = await it.bluez.read(LAPTOP, 0x2A4B)
+    assert report_map == REPORT_MAP
+    assert hid.parse(report_map).ids(hid.INPUT) == {1, 2}
+    assert await it.bluez.read(LAPTOP, 0x2A50) == PNP_ID
+    assert await it.bluez.read(LAPTOP, BATTERY) == bytes([87])
+    assert await it.bluez.read(LAPTOP, MODE) == b"\1"
+    for instance, reference in enumerate((b"\1\1", b"\2\1", b"\1\2")):
+        path = it.bluez.reference(it.bluez.find(REPORT)[instance])[0]
+        assert bytes(await it.bluez._call(path, "ReadValue", "a{sv}", {})) == reference
 
 
-def test_a_host_that_is_not_paired_learns_nothing(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        stranger = "AA:00:00:00:00:09"
-        it.bluez.know(stranger, paired=False)
-        it.bluez.connect(stranger)
-        for uuid in (0x2A4B, REPORT, BATTERY, 0x2A50, 0x2A29, 0x2A4A, MODE):
-            with pytest.raises(RefusedError, match="insufficient encryption"):
-                await it.bluez.read(stranger, uuid)
-        for uuid in (REPORT, BOOT_KEYBOARD, BATTERY):
-            with pytest.raises(RefusedError, match="insufficient encryption"):
-                await it.bluez.listen(stranger, uuid)
-        await it.settle()
-        assert it.told == []
-
-    play(scene)
+@scene()
+async def test_a_host_that_is_not_paired_learns_nothing(it: Table) -> None:
+    stranger = "AA:00:00:00:00:09"
+    it.bluez.know(stranger, paired=False)
+    it.bluez.connect(stranger)
+    for uuid in (0x2A4B, REPORT, BATTERY, 0x2A50, 0x2A29, 0x2A4A, MODE):
+        with pytest.raises(RefusedError, match="insufficient encryption"):
+            await it.bluez.read(stranger, uuid)
+    for uuid in (REPORT, BOOT_KEYBOARD, BATTERY):
+        with pytest.raises(RefusedError, match="insufficient encryption"):
+            await it.bluez.listen(stranger, uuid)
+    await it.settle()
+    assert it.told == []
 
 
-def test_the_first_thing_a_host_hears_is_that_nothing_is_down(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        assert it.told == [LAPTOP]
-        heard = it.values(LAPTOP)
-        assert heard
-        assert set(heard) == {report.data for report in RELEASED}
-
-    play(scene)
+@scene()
+async def test_the_first_thing_a_host_hears_is_that_nothing_is_down(it: Table) -> None:
+    await it.play(LAPTOP)
+    assert it.told == [LAPTOP]
+    heard = it.values(LAPTOP)
+    assert heard
+    assert set(heard) == {report.data for report in RELEASED}
 
 
-def test_commands_become_reports(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        it.values(LAPTOP)
+@scene()
+async def test_commands_become_reports(it: Table) -> None:
+    await it.play(LAPTOP)
+    it.values(LAPTOP)
+    it.press("down")
+    it.press("rotate_cw")
+    await it.settle()
+    assert it.values(LAPTOP)[:2] == [gamepad({"down"}).data, gamepad({"down", "a"}).data]
+    await it.bluez.until(lambda: len(it.bluez.heard) == 1)  # the tap ends by itself
+    assert it.values(LAPTOP) == [gamepad(()).data]
+    assert await it.bluez.read(LAPTOP, REPORT, PAD) == gamepad(()).data
+
+
+@scene(mapping="keyboard")
+async def test_a_host_that_wants_the_boot_protocol_gets_keys_by_it(it: Table) -> None:
+    await it.play(LAPTOP)
+    await it.bluez.listen(LAPTOP, BOOT_KEYBOARD)
+    await it.bluez.write(LAPTOP, MODE, b"\0")
+    await it.settle()
+    it.bluez.heard.clear()
+    it.press("down")
+    await it.settle()
+    assert it.bluez.heard == [(LAPTOP, "2a22", keyboard(("down",)).data)]
+
+
+@scene()
+async def test_what_a_host_may_not_write_is_refused(it: Table) -> None:
+    it.bluez.connect(LAPTOP)
+    with pytest.raises(RefusedError, match=r"org\.bluez\.Error\.Failed"):
+        await it.bluez.write(LAPTOP, MODE, b"\7")
+    with pytest.raises(RefusedError, match=r"org\.bluez\.Error\.InvalidValueLength"):
+        await it.bluez.write(LAPTOP, 0x2A4C, b"\0\0")
+    await it.bluez.write(LAPTOP, 0x2A4C, b"\0")  # suspend
+
+
+@scene()
+async def test_a_host_that_comes_back_hears_that_nothing_is_down(
+    it: Table,
+) -> None:
+    await it.play(LAPTOP)
+    for _ in range(5):
         it.press("down")
-        it.press("rotate_cw")
         await it.settle()
-        assert it.values(LAPTOP)[:2] == [gamepad({"down"}).data, gamepad({"down", "a"}).data]
-        await it.bluez.until(lambda: len(it.bluez.heard) == 1)  # the tap ends by itself
-        assert it.values(LAPTOP) == [gamepad(()).data]
-        assert await it.bluez.read(LAPTOP, REPORT, PAD) == gamepad(()).data
-
-    play(scene)
-
-
-def test_a_host_that_wants_the_boot_protocol_gets_keys_by_it(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        await it.bluez.listen(LAPTOP, BOOT_KEYBOARD)
-        await it.bluez.write(LAPTOP, MODE, b"\0")
+        await it.bluez.disconnect(LAPTOP)
         await it.settle()
         it.bluez.heard.clear()
-        it.press("down")
-        await it.settle()
-        assert it.bluez.heard == [(LAPTOP, "2a22", keyboard(("down",)).data)]
-
-    play(scene, mapping="keyboard")
-
-
-def test_what_a_host_may_not_write_is_refused(play: Play) -> None:
-    async def scene(it: Table) -> None:
         it.bluez.connect(LAPTOP)
-        with pytest.raises(RefusedError, match=r"org\.bluez\.Error\.Failed"):
-            await it.bluez.write(LAPTOP, MODE, b"\7")
-        with pytest.raises(RefusedError, match=r"org\.bluez\.Error\.InvalidValueLength"):
-            await it.bluez.write(LAPTOP, 0x2A4C, b"\0\0")
-        await it.bluez.write(LAPTOP, 0x2A4C, b"\0")  # suspend
-
-    play(scene)
-
-
-def test_a_host_that_comes_back_hears_that_nothing_is_down_five_times_of_five(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        for _ in range(5):
-            it.press("down")
-            await it.settle()
-            await it.bluez.disconnect(LAPTOP)
-            await it.settle()
-            it.bluez.heard.clear()
-            it.bluez.connect(LAPTOP)
-            for instance in (KEYBOARD, PAD):
-                await it.bluez.listen(LAPTOP, REPORT, instance)
-            await it.settle()
-            assert set(it.values(LAPTOP)) == {report.data for report in RELEASED}
-        assert it.told == [LAPTOP, *["", LAPTOP] * 5]
-
-    play(scene)
-
-
-def test_a_second_host_is_sent_away_and_hears_nothing(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        it.bluez.connect(PHONE)
-        await it.bluez.until(lambda: it.bluez.disconnected == [PHONE])
-        it.press("left")
+        for instance in (KEYBOARD, PAD):
+            await it.bluez.listen(LAPTOP, REPORT, instance)
         await it.settle()
-        assert it.values(PHONE) == []
+        assert set(it.values(LAPTOP)) == {report.data for report in RELEASED}
+    assert it.told == [LAPTOP, *["", LAPTOP] * 5]
 
-    play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP))
+
+@scene(known=StoredHosts((LAPTOP, PHONE), LAPTOP))
+async def test_a_second_host_is_sent_away_and_hears_nothing(it: Table) -> None:
+    await it.play(LAPTOP)
+    it.bluez.connect(PHONE)
+    await it.bluez.until(lambda: it.bluez.disconnected == [PHONE])
+    it.press("left")
+    await it.settle()
+    assert it.values(PHONE) == []
 
 
 def test_the_player_gives_the_orb_to_another_host(play: Play, tmp_path: Path) -> None:
@@ -281,39 +239,33 @@ def test_the_player_gives_the_orb_to_another_host(play: Play, tmp_path: Path) ->
     play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP), mapping=str(mapping))
 
 
-def test_the_orb_says_that_it_is_a_gamepad(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        assert it.bluez.advertisement["ServiceUUIDs"] == ["1812"]
-        assert it.bluez.advertisement["Appearance"] == 0x03C4
-        assert it.bluez.advertisement["LocalName"] == "OrbTouch"
-
-    play(scene)
+@scene()
+async def test_the_orb_says_that_it_is_a_gamepad(it: Table) -> None:
+    assert it.bluez.advertisement["ServiceUUIDs"] == ["1812"]
+    assert it.bluez.advertisement["Appearance"] == 0x03C4
+    assert it.bluez.advertisement["LocalName"] == "OrbTouch"
 
 
-def test_strangers_are_told_to_look_only_while_pairing_is_asked_for(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        assert it.bluez.advertisement["Discoverable"] is False
-        it.bluez._change(ADAPTER, "org.bluez.Adapter1", {"Discoverable": True})
-        await it.bluez.until(lambda: it.bluez.advertisement.get("Discoverable"))
-        it.bluez._change(ADAPTER, "org.bluez.Adapter1", {"Discoverable": False})
-        await it.bluez.until(lambda: it.bluez.advertisement.get("Discoverable") is False)
-
-    play(scene)
+@scene()
+async def test_strangers_are_told_to_look_only_while_pairing_is_asked_for(it: Table) -> None:
+    assert it.bluez.advertisement["Discoverable"] is False
+    it.bluez._change(ADAPTER, "org.bluez.Adapter1", {"Discoverable": True})
+    await it.bluez.until(lambda: it.bluez.advertisement.get("Discoverable"))
+    it.bluez._change(ADAPTER, "org.bluez.Adapter1", {"Discoverable": False})
+    await it.bluez.until(lambda: it.bluez.advertisement.get("Discoverable") is False)
 
 
-def test_before_the_orb_goes_it_says_that_nothing_is_down_and_disconnects(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.play(LAPTOP)
-        it.press("down")
-        await it.settle()
-        it.bluez.heard.clear()
-        await it.part.end()
-        await it.settle()
-        assert it.values(LAPTOP) == [report.data for report in RELEASED]
-        assert it.bluez.disconnected == [LAPTOP]
-        assert it.bluez.application == {}
-
-    play(scene)
+@scene()
+async def test_the_end_releases_everything_and_disconnects(it: Table) -> None:
+    await it.play(LAPTOP)
+    it.press("down")
+    await it.settle()
+    it.bluez.heard.clear()
+    await it.part.end()
+    await it.settle()
+    assert it.values(LAPTOP) == [report.data for report in RELEASED]
+    assert it.bluez.disconnected == [LAPTOP]
+    assert it.bluez.application == {}
 
 
 def test_the_battery_is_told_when_it_changes(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -341,23 +293,19 @@ def test_an_adapter_without_low_energy_is_told_in_one_sentence(address: str, pla
     play(scene)
 
 
-def test_a_bluetoothd_that_does_not_want_us_is_told_in_one_sentence(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        await it.part.end()
-        it.bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
-        with pytest.raises(BluetoothError, match="another program has registered it already"):
-            await it.part.begin(await it.again(), ADAPTER)
-
-    play(scene)
+@scene()
+async def test_a_bluetoothd_that_refuses_is_one_sentence(it: Table) -> None:
+    await it.part.end()
+    it.bluez.refuse["RegisterApplication"] = RefusedError("org.bluez.Error.AlreadyExists")
+    with pytest.raises(BluetoothError, match="another program has registered it already"):
+        await it.part.begin(await it.again(), ADAPTER)
 
 
-def test_hosts_of_another_adapter_are_none_of_ours(play: Play) -> None:
-    async def scene(it: Table) -> None:
-        path = it.bluez.know(PHONE, adapter="/org/bluez/hci1")
-        await it.play(LAPTOP)
-        it.bluez._change(path, "org.bluez.Device1", {"Connected": True})
-        await it.settle()
-        assert it.told == [LAPTOP]
-        assert it.bluez.disconnected == []
-
-    play(scene, known=StoredHosts((LAPTOP, PHONE), LAPTOP))
+@scene(known=StoredHosts((LAPTOP, PHONE), LAPTOP))
+async def test_hosts_of_another_adapter_are_none_of_ours(it: Table) -> None:
+    path = it.bluez.know(PHONE, adapter="/org/bluez/hci1")
+    await it.play(LAPTOP)
+    it.bluez._change(path, "org.bluez.Device1", {"Connected": True})
+    await it.settle()
+    assert it.told == [LAPTOP]
+    assert it.bluez.disconnected == []

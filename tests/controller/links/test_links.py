@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import io
 import json
@@ -10,7 +11,6 @@ import pty
 import select
 import socket
 import threading
-import time
 import tty
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -41,20 +41,13 @@ from controller.protocol.messages import (
 )
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, HandMadeHost, plain
+from tests.support.waiting import until
 
 PRESS = Command("left", "press", 0.123456, (1.23456, 2.0), 9)
 FRAME = Telemetry(1, bytes(25), (1.0,), None, "", True, 10.0)
 DEADLINE_S = 10.0
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """Return the first true value of a condition; fail after the deadline."""
-    end = time.monotonic() + DEADLINE_S
-    while time.monotonic() < end:
-        if value := condition():
-            return value
-        time.sleep(0.001)
-    raise AssertionError("it did not come true")
+Connect = Callable[[], HandMadeHost]
+Open = Callable[..., HandMadeHost]
 
 
 def request(link: Link) -> list[Message]:
@@ -72,18 +65,24 @@ def link() -> Iterator[ListenLink]:
 
 
 @pytest.fixture
-def connect(link: ListenLink) -> Iterator[Callable[[], HandMadeHost]]:
-    sockets = []
+def to() -> Iterator[Open]:
+    """Connect a hand-made host to a link."""
+    with contextlib.ExitStack() as stack:
 
-    def connect() -> HandMadeHost:
-        parts = urlsplit(link.url)
-        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
-        sockets.append(connection)
-        return HandMadeHost(lambda: connection.recv(4096), connection.sendall)
+        def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
+            parts = urlsplit(link.url)
+            connection = socket.create_connection((parts.hostname, parts.port), DEADLINE_S)
+            stack.enter_context(connection)
+            host = HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
+            host.close = connection.close
+            return host
 
-    yield connect
-    for connection in sockets:
-        connection.close()
+        yield connect
+
+
+@pytest.fixture
+def connect(link: ListenLink, to: Open) -> Connect:
+    return lambda: to(link)
 
 
 # --- the standard output ---
@@ -106,7 +105,7 @@ def test_commands_are_printed_as_json_lines_and_nothing_else_is() -> None:
     assert link.dropped == 0
 
 
-def test_a_command_says_how_sure_its_place_is_if_that_is_known_of_its_frame() -> None:
+def test_a_command_carries_the_uncertainty_of_its_own_frame() -> None:
     out = io.StringIO()
     link = StdoutLink(out)
     link.send(PositionUncertainty(PRESS.frame - 1, 0.3), 1_100)
@@ -198,9 +197,7 @@ def test_localhost_is_this_machine() -> None:
     link.close()
 
 
-def test_a_host_is_welcomed_and_heard(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
-) -> None:
+def test_a_host_is_welcomed_and_heard(link: ListenLink, connect: Connect) -> None:
     host = connect()
     assert not link.connected
     assert host.greet() == welcome()
@@ -216,9 +213,7 @@ def test_a_host_is_welcomed_and_heard(
     assert packet.message.name == "left"
 
 
-def test_nothing_is_sent_to_a_host_that_the_loop_has_not_heard_of(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
-) -> None:
+def test_nothing_is_sent_before_the_loop_has_the_hello(link: ListenLink, connect: Connect) -> None:
     host = connect()
     host.greet()
     assert host.message() == State(())
@@ -229,8 +224,8 @@ def test_nothing_is_sent_to_a_host_that_the_loop_has_not_heard_of(
     assert link.dropped == 1
 
 
-def test_a_second_host_is_refused_and_the_first_one_does_not_notice(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
+def test_a_second_host_is_refused_without_harm_to_the_first(
+    link: ListenLink, connect: Connect
 ) -> None:
     first, second = connect(), connect()
     first.greet()
@@ -242,31 +237,29 @@ def test_a_second_host_is_refused_and_the_first_one_does_not_notice(
     assert request(link) == [Perform(1, "press", 0.0, 0.0)]
 
 
-def test_when_the_host_has_gone_the_loop_hears_bye_and_the_next_one_is_welcome(
-    link: ListenLink,
+def test_when_the_host_has_gone_bye_comes_and_the_next_is_welcome(
+    link: ListenLink, connect: Connect
 ) -> None:
-    parts = urlsplit(link.url)
-    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
-        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
-        host.greet()
-        number = host.session
-        assert request(link) == [HELLO]
+    host = connect()
+    host.greet()
+    number = host.session
+    assert request(link) == [HELLO]
+    host.close()
     [bye] = request(link)
     assert isinstance(bye, Bye)
     assert not link.connected
     link.send(PRESS, 0)
-    with socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S) as connection:
-        host = HandMadeHost(lambda: connection.recv(4096), connection.sendall)
-        host.greet()
-        assert host.session == number + 1
-        assert host.message() == State(())
-        assert request(link) == [HELLO]
-        link.send(State(("down",)), 0)
-        assert host.message() == State(("down",))  # and not the press of the time between
+    host = connect()
+    host.greet()
+    assert host.session == number + 1
+    assert host.message() == State(())
+    assert request(link) == [HELLO]
+    link.send(State(("down",)), 0)
+    assert host.message() == State(("down",))  # and not the press of the time between
 
 
-def test_a_peer_that_says_nothing_or_nonsense_is_let_go_and_blocks_nobody(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
+def test_a_silent_or_babbling_peer_is_let_go_and_blocks_none(
+    link: ListenLink, connect: Connect
 ) -> None:
     mute, babbling, host = connect(), connect(), connect()
     babbling.write(b"GET / HTTP/1.1\r\n\r\n\0" * 1000)
@@ -278,9 +271,7 @@ def test_a_peer_that_says_nothing_or_nonsense_is_let_go_and_blocks_nobody(
     assert link.connected
 
 
-def test_only_so_many_may_knock_at_a_time(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
-) -> None:
+def test_only_so_many_may_knock_at_a_time(link: ListenLink, connect: Connect) -> None:
     peers = [connect() for _ in range(PEERS)]
     until(lambda: len(link._peers) == PEERS)
     with pytest.raises((EOFError, ConnectionResetError)):
@@ -288,9 +279,7 @@ def test_only_so_many_may_knock_at_a_time(
     assert isinstance(peers[-1].greet(), Welcome)
 
 
-def test_a_host_that_floods_is_cut_off(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
-) -> None:
+def test_a_host_that_floods_is_cut_off(link: ListenLink, connect: Connect) -> None:
     host = connect()
     host.greet()
 
@@ -307,7 +296,7 @@ def test_a_host_that_floods_is_cut_off(
 
 
 def test_a_host_that_does_not_read_never_makes_the_loop_wait(
-    link: ListenLink, connect: Callable[[], HandMadeHost]
+    link: ListenLink, connect: Connect
 ) -> None:
     connect().greet()
     assert request(link) == [HELLO]
@@ -319,7 +308,7 @@ def test_a_host_that_does_not_read_never_makes_the_loop_wait(
 
 
 def test_closing_says_bye_after_everything_that_was_sent(
-    connect: Callable[[], HandMadeHost], link: ListenLink
+    connect: Connect, link: ListenLink
 ) -> None:
     host = connect()
     host.greet()
@@ -437,7 +426,7 @@ def test_a_port_without_a_name_is_explained_in_one_sentence() -> None:
         open_link("", welcome())
 
 
-def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects() -> None:
+def test_a_handshake_that_fits_in_no_packet_is_refused_first() -> None:
     chatty = dataclasses.replace(welcome(), commands=tuple(f"wish_{k}" for k in range(65)))
     with pytest.raises(LinkError, match="cannot send Welcome: 65 values, where at most 64 fit; "):
         open_link("listen://127.0.0.1:0", chatty)
@@ -448,31 +437,13 @@ def test_a_handshake_that_fits_in_no_packet_is_refused_before_anybody_connects()
 KEY = bytes(range(32))
 
 
-@pytest.fixture
-def to(request: pytest.FixtureRequest) -> Iterator[Callable[..., HandMadeHost]]:
-    """Connect a hand-made host to a link."""
-    sockets = []
-
-    def connect(link: ListenLink, key: bytes = b"") -> HandMadeHost:
-        parts = urlsplit(link.url)
-        connection = socket.create_connection((parts.hostname, parts.port), timeout=DEADLINE_S)
-        sockets.append(connection)
-        return HandMadeHost(lambda: connection.recv(4096), connection.sendall, key)
-
-    yield connect
-    for connection in sockets:
-        connection.close()
-
-
 def listening(url: str = "listen://127.0.0.1:0", **access: Any) -> ListenLink:
     link = open_link(url, welcome(), **access)
     assert isinstance(link, ListenLink)
     return link
 
 
-def test_a_host_with_the_key_is_welcomed_and_one_with_another_is_told(
-    to: Callable[..., HandMadeHost], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_host_needs_the_right_key(to: Open, caplog: pytest.LogCaptureFixture) -> None:
     link = listening(key=KEY)
     for wrong in (bytes(32), b""):
         assert to(link, wrong).greet() == Refuse(WRONG_KEY)
@@ -496,9 +467,9 @@ def test_a_host_with_the_key_is_welcomed_and_one_with_another_is_told(
         ({"exposed": True}, "without a key: everybody who reaches this address sees what the orb"),
     ],
 )
-def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
+def test_other_machines_need_a_key_or_an_explicit_option(
     access: dict[str, Any], warning: str, caplog: pytest.LogCaptureFixture,
-    to: Callable[..., HandMadeHost],
+    to: Open,
 ) -> None:  # fmt: skip
     link = listening("listen://0.0.0.0:0", **access)
     assert link.url.startswith("socket://127.0.0.1:")
@@ -507,8 +478,8 @@ def test_other_machines_are_let_in_with_a_key_or_with_open_eyes(
     link.close()
 
 
-def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
-    link: ListenLink, connect: Callable[[], HandMadeHost], monkeypatch: pytest.MonkeyPatch
+def test_a_host_that_reconnects_replaces_its_half_open_line(
+    link: ListenLink, connect: Connect, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     gone, again = connect(), connect()
@@ -526,8 +497,8 @@ def test_a_host_that_comes_anew_takes_the_place_of_its_own_half_open_line(
     assert request(link) == [Contacts(())]
 
 
-def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
-    link: ListenLink, to: Callable[..., HandMadeHost], monkeypatch: pytest.MonkeyPatch
+def test_a_command_given_meanwhile_comes_when_the_host_is_back(
+    link: ListenLink, to: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(retransmit, "LATE_MS", 60_000)  # however slow this machine is
     first = to(link)
@@ -552,9 +523,7 @@ def test_a_command_given_while_the_host_was_away_comes_when_it_is_back(
     assert link.outbox.posted == ()
 
 
-def test_a_host_may_greet_again_on_its_old_line_however_old_that_is(
-    link: ListenLink, to: Callable[..., HandMadeHost]
-) -> None:
+def test_a_host_may_greet_again_on_an_old_line(link: ListenLink, to: Open) -> None:
     host = to(link)
     host.greet()
     assert request(link) == [HELLO]

@@ -88,7 +88,7 @@ def test_the_first_host_begins_and_the_last_one_ends(both: Both) -> None:
     assert not fan.connected
 
 
-def test_a_second_host_does_not_hide_from_the_first_that_the_orb_was_let_go(both: Both) -> None:
+def test_a_second_host_does_not_hide_a_release_from_the_first(both: Both) -> None:
     port, pad, fan = both
     port.asked = [HELLO]
     fan.poll()

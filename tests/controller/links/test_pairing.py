@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
 
 import pytest
 
-from tests.support.fake_bluez import HOST, MOCK, FakeBluez, missing, until
+from tests.support.fake_bluez import HOST, MOCK, FakeBluez, bus, fake, missing, until
+
+__all__ = ["bus", "fake"]
 
 if missing():
     pytest.skip(f"needs {missing()}", allow_module_level=True)
@@ -25,20 +26,6 @@ from host.discovery import ports
 
 ORB = "00:AA:01:01:00:01"
 ORB_PATH = "/org/bluez/hci0/dev_" + ORB.replace(":", "_")
-
-
-@pytest.fixture(scope="module")
-def bus() -> Iterator[FakeBluez]:
-    fake = FakeBluez()
-    yield fake
-    fake.close()
-
-
-@pytest.fixture
-def fake(bus: FakeBluez, monkeypatch: pytest.MonkeyPatch) -> FakeBluez:
-    monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bus.address)
-    bus.fresh()
-    return bus
 
 
 def test_the_orb_waits_for_a_time_and_says_who_has_paired(

@@ -1,4 +1,4 @@
-"""Our reports, read by a host's parser that was written from the specification."""
+"""HID reports, read by a parser that was written from the specification."""
 
 import hashlib
 
@@ -113,7 +113,7 @@ def test_the_keyboards_report_is_the_one_of_the_boot_protocol() -> None:
     assert keyboard(("ctrl", "rshift", "left", "a")).data == bytes([0x21, 0, 0x50, 4, 0, 0, 0, 0])
 
 
-def test_the_version_that_a_host_is_told_follows_from_the_report_map() -> None:
+def test_the_version_follows_from_the_report_map() -> None:
     source, vendor, product = PNP_ID[0], PNP_ID[1:3], PNP_ID[3:5]
     assert (source, int.from_bytes(vendor, "little")) == (2, VENDOR)
     assert int.from_bytes(product, "little") == 1

@@ -55,7 +55,7 @@ def test_a_label_without_letters_is_not_taken_for_an_unknown_one() -> None:
     assert [line.split(",")[2] for line in lines[1:]] == ["??", "", "?"]
 
 
-def test_a_number_is_as_short_as_can_be_and_still_the_same() -> None:
+def test_a_number_is_short_and_still_the_same() -> None:
     rng = np.random.default_rng(5)
     frames = rng.integers(0, 2**32, (200, 2, 2), dtype=np.uint32).view(np.float32)
     frames = np.where(np.abs(frames) < 1e5, frames, np.float32(0.1))

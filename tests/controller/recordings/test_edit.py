@@ -50,7 +50,7 @@ def test_a_piece_remembers_the_pipeline_only_from_the_first_frame_on() -> None:
     assert edit.trim(session(), 0.0, 2.0, CHANGE).state.keys() == {"mean"}
 
 
-def test_a_new_recording_has_an_id_of_its_own_and_names_its_source() -> None:
+def test_a_new_recording_has_its_own_id_and_names_its_source() -> None:
     whole = replace(session(), origin=replace(session().origin, id="cd" * 16))
     piece = edit.trim(whole, -np.inf, np.inf, CHANGE)
     assert piece.origin.id == "ab" * 16
@@ -79,7 +79,7 @@ def test_frames_are_excluded_and_included_again() -> None:
     assert [mark.t_s for mark in partly.marks] == sorted(mark.t_s for mark in partly.marks)
 
 
-def test_a_recording_of_an_older_form_is_written_in_the_present_one() -> None:
+def test_a_recording_of_an_older_form_is_rewritten_in_the_present() -> None:
     old = replace(session(), origin=replace(session().origin, schema=2), marks=())
     changed = edit.relabel(old, 1.0, 2.0, CHANGE, label="press", column="key")
     read = reader.parse(npz.unpack(edit.sealed(changed), reader.MAX_BYTES))

@@ -87,7 +87,7 @@ def test_a_healthy_file_is_read_within_the_same_bounds(tmp_path: Path) -> None:
 
 
 @linux
-def test_the_largest_file_that_is_read_needs_little_more_memory_than_it_holds(
+def test_the_largest_file_needs_little_more_memory_than_it_holds(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "large.npz"
@@ -125,7 +125,7 @@ def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
 
 
 @linux
-def test_a_pipe_that_takes_a_file_s_place_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_pipe_in_a_file_s_place_is_not_waited_for(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.npz"
     os.mkfifo(pipe)
     with pytest.raises(OSError, match="it is a pipe, expected is a file"):
@@ -133,7 +133,7 @@ def test_a_pipe_that_takes_a_file_s_place_is_not_waited_for(tmp_path: Path) -> N
 
 
 @given(text=st.text(max_size=100) | st.from_regex(r"\{'descr': '.*', 'fortran_order': .*\(.*\}"))
-def test_whatever_stands_in_an_array_s_header_is_refused_or_an_array(text: str) -> None:
+def test_any_array_header_is_refused_or_an_array(text: str) -> None:
     data = one(headed(text.encode(errors="replace")[:4000], bytes(100)))
     try:
         arrays = npz.unpack(data, 10_000)

@@ -68,7 +68,7 @@ def test_labels_begin_with_null_and_leave_out_what_nobody_did() -> None:
     assert (first.label == -1).all()  # they were asked to, and nobody knows what they did
 
 
-def test_a_class_can_be_the_null_one_and_minus_one_is_unknown() -> None:
+def test_a_class_can_be_null_and_minus_one_is_unknown() -> None:
     task = np.array([0, 1, -1, 3, 2, 1] * 2)
     first, _ = imported(CAPFINGERID.replace("time =", "#").replace("gap_s =", "rate_hz = 10 #")
                         .replace("drop_repeated", "#"), task=task)  # fmt: skip
@@ -123,7 +123,7 @@ def test_the_same_arrays_have_the_same_ids_and_others_have_others() -> None:
         ('frames = "x"\nrows = = 2', "wrong.toml, line 2: invalid value"),
     ],
 )
-def test_a_description_with_a_mistake_is_refused_with_the_key_or_the_line(
+def test_a_wrong_description_is_refused_with_its_key_or_line(
     tmp_path: Path, text: str, complaint: str
 ) -> None:
     path = tmp_path / "wrong.toml"

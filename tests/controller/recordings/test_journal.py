@@ -1,4 +1,4 @@
-"""The journal: whatever a crash or a bad disk leaves of one, nothing wrong is read out of it."""
+"""Journals that a crash or a bad disk has cut, changed or mixed: only whole frames are read."""
 
 import tempfile
 from collections.abc import Iterator
@@ -157,9 +157,7 @@ def test_what_a_journal_takes_can_be_sealed_and_loaded_again(
         ({"labels": (3, -1, -1, -1)}, "has a label that the recording does not name"),
     ],
 )
-def test_a_frame_that_could_not_be_read_again_is_refused_at_once(
-    change: dict[str, Any], complaint: str
-) -> None:
+def test_a_frame_that_could_not_be_read_is_refused(change: dict[str, Any], complaint: str) -> None:
     journal = written(1)
     good = {"frame": image(2), "t_s": 0.2, "number": 2, "labels": UNLABELLED}
     with pytest.raises(RecordingError, match=complaint):
@@ -167,7 +165,7 @@ def test_a_frame_that_could_not_be_read_again_is_refused_at_once(
     assert numbers(decode(bytes(journal.data))) == [1]
 
 
-def test_an_origin_or_state_that_no_recording_can_have_is_refused_before_the_first_frame() -> None:
+def test_an_impossible_origin_or_state_is_refused_before_the_first_frame() -> None:
     with pytest.raises(RecordingError, match="impossible things about its origin"):
         Journal(replace(ORIGIN, rows=0), {}, ID)
     with pytest.raises(RecordingError, match="state is not all numbers"):
@@ -368,7 +366,7 @@ def record(session: Recorder, number: int) -> None:
     session.add(image(number), number / 10, number)
 
 
-def test_a_frame_that_comes_while_the_disk_works_waits_for_the_next_sync(place: Path) -> None:
+def test_a_frame_during_a_sync_waits_for_the_next_sync(place: Path) -> None:
     file = FakeFile()
     session = Threadless(place, ORIGIN, {}, create=lambda path: file)
     record(session, 1)
@@ -397,7 +395,7 @@ steps = st.lists(
 
 @settings(deadline=None, max_examples=150)
 @given(steps, st.integers(0, 2**32))
-def test_whatever_the_disk_does_a_power_cut_leaves_all_that_was_confirmed(
+def test_a_power_cut_leaves_all_that_was_confirmed(
     place: Path, plan: list[tuple[str, int]], seed: int
 ) -> None:
     file = FakeFile()

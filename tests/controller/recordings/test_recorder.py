@@ -1,4 +1,4 @@
-"""The recorder: the loop never waits for the disk, and whatever that does, the session stays."""
+"""The recorder: the loop never waits for the disk, and no failure of it loses a session."""
 
 import contextlib
 import logging
@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -28,6 +27,7 @@ from controller.recordings.recording import Mark, RecordingError
 from tests.support import ROOT
 from tests.support.fake_disk import FakeFile
 from tests.support.small_journal import ORIGIN, image, numbers
+from tests.support.waiting import until
 
 COMMAND = CommandRecord(0.2, 2, "press", 0.98, (0.5, 3.0), "left")
 
@@ -77,7 +77,7 @@ def test_a_closed_session_is_one_file_that_says_everything(tmp_path: Path) -> No
     assert loaded.rest is not None
 
 
-def test_the_journal_and_its_name_are_on_the_disk_before_the_first_frame(
+def test_the_journal_is_on_the_disk_before_the_first_frame(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     synced: list[Path] = []
@@ -152,7 +152,7 @@ def test_the_loop_never_waits_for_a_disk_that_hangs(tmp_path: Path) -> None:
     assert len(reader.load(tmp_path / "one.npz").frames) == 500
 
 
-def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
+def test_a_full_disk_is_reported_once_and_written_later(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, "controller")
@@ -160,12 +160,12 @@ def test_a_full_disk_is_told_once_and_all_is_written_when_there_is_room(
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.room = len(file.seen) + 1000  # in the middle of a record
     add(session, 1, 100)
-    wait(lambda: session.problem != "")
+    until(lambda: session.problem != "")
     assert "no space left on device; make room: what is recorded waits" in session.problem
     add(session, 101, 120)
     file.room = 1 << 40
     file.until(lambda: on_disk(file) == list(range(1, 121)))
-    wait(lambda: session.problem == "")
+    until(lambda: session.problem == "")
     session.close()
     told = [r.message for r in caplog.records]
     assert len(told) == 2
@@ -179,7 +179,7 @@ def test_what_a_failed_sync_may_have_lost_is_written_again(tmp_path: Path) -> No
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.fails = True
     add(session, 1, 30)
-    wait(lambda: "input/output error; look at the disk" in session.problem)
+    until(lambda: "input/output error; look at the disk" in session.problem)
     file.fails = False
     file.until(lambda: on_disk(file) == list(range(1, 31)))
     session.close()
@@ -205,23 +205,16 @@ def test_a_disk_too_slow_to_keep_the_promise_is_told(
     monkeypatch.setattr(recorder, "monotonic", lambda: float(next(ticks)))
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})
     add(session, 1, 3)
-    wait(lambda: "the disk took 3.0 s" in session.problem)
+    until(lambda: "the disk took 3.0 s" in session.problem)
     session.close()
 
 
-def test_a_disk_that_is_full_from_the_start_is_told_before_anything_runs(tmp_path: Path) -> None:
+def test_a_disk_that_is_full_from_the_start_is_refused(tmp_path: Path) -> None:
     file = FakeFile()
     file.room = 100
     with pytest.raises(RecordingError, match=r"cannot write .*one\.journal: no space left"):
         Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     assert file.removed
-
-
-def wait(done: Callable[[], bool]) -> None:
-    """Wait until the recorder's thread has done something."""
-    end = time.monotonic() + 20.0
-    while not done():
-        assert time.monotonic() < end
 
 
 # --- places that are taken, gone or full ----------------------------------------------------------
@@ -258,7 +251,7 @@ def test_five_programs_that_begin_at_once_get_a_file_each(tmp_path: Path) -> Non
     assert sorted(len(reader.load(tmp_path / name).t) for name in names) == [1, 2, 3, 4, 5]
 
 
-def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: Path) -> None:
+def test_a_file_that_was_named_comes_first(tmp_path: Path) -> None:
     runs = RunFiles(tmp_path / "mine.npz", "", "20200101")
     (tmp_path / "mine-2.npz").write_text("precious")
 
@@ -276,7 +269,7 @@ def test_a_file_that_was_named_is_the_first_and_others_come_after_it(tmp_path: P
         RunFiles(tmp_path / "mine.npz", "", "20200101")
 
 
-def test_a_name_that_was_taken_meanwhile_is_left_and_the_next_one_used(tmp_path: Path) -> None:
+def test_a_name_that_was_taken_meanwhile_is_left(tmp_path: Path) -> None:
     path = tmp_path / "sub-ab_ses-20200101_run-01.npz"
     session = Recorder(path, ORIGIN, {})
     add(session, 1, 3)
@@ -303,6 +296,15 @@ def spoil(
     monkeypatch.setattr(writer, "atomic_write", write)
 
 
+@pytest.fixture
+def rescue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where temporary files go."""
+    folder = tmp_path / "rescue"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    return folder
+
+
 def rescued(folder: Path) -> int:
     """Return the frames of the one session in a temporary folder, which is private."""
     (file,) = folder.glob("orbtouch-*/one.npz")
@@ -310,17 +312,23 @@ def rescued(folder: Path) -> int:
     return len(reader.load(file).frames)
 
 
-def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journal_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rescue = tmp_path / "rescue"
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
+@pytest.mark.parametrize(
+    ("becomes", "complaint"),
+    [
+        (lambda data: None, "no space left on device; the session is kept in"),
+        (lambda data: data[:-1], "cannot be read again; the session is kept in"),
+    ],
+    ids=["a full disk", "a file that is read back short"],
+)
+def test_a_session_that_cannot_be_sealed_is_kept_elsewhere(
+    becomes: Callable[[bytes], bytes | None], complaint: str,
+    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     add(session, 1, 5)
-    spoil(monkeypatch, tmp_path, lambda data: None)
-    with pytest.raises(RecordingError, match=r"no space left on device; the session is kept in"):
+    spoil(monkeypatch, tmp_path, becomes)
+    with pytest.raises(RecordingError, match=complaint):
         session.close()
     assert rescued(rescue) == 5
     assert on_disk(file) == [1, 2, 3, 4, 5]
@@ -328,29 +336,9 @@ def test_a_session_whose_disk_is_full_at_the_end_is_kept_elsewhere_and_its_journ
     assert not file.removed
 
 
-def test_a_sealed_file_is_read_again_before_the_journal_goes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rescue = tmp_path / "rescue"
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
-    file = FakeFile()
-    spoil(monkeypatch, tmp_path, lambda data: data[:-1])
-    session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
-    add(session, 1, 5)
-    with pytest.raises(RecordingError, match="cannot be read again; the session is kept in"):
-        session.close()
-    assert rescued(rescue) == 5
-    assert not file.removed
-
-
-def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stick, rescue = tmp_path / "stick", tmp_path / "rescue"
+def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(tmp_path: Path, rescue: Path) -> None:
+    stick = tmp_path / "stick"
     stick.mkdir()
-    rescue.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(rescue))
     session = Recorder(stick / "one.npz", ORIGIN, {})
     add(session, 1, 5)
     shutil.rmtree(stick)
@@ -359,7 +347,7 @@ def test_a_session_that_has_lost_its_folder_is_kept_elsewhere(
     assert rescued(rescue) == 5
 
 
-def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
+def test_where_no_place_is_left_the_message_names_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object, **__: object) -> None:
@@ -375,11 +363,10 @@ def test_where_no_place_is_left_the_message_says_what_the_journal_holds(
     assert len(reader.load(tmp_path / "one.npz").frames) == 5
 
 
-def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_disk_that_hangs_is_not_waited_for_at_the_end(
+    tmp_path: Path, rescue: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "HANG_S", 0.01)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     file = FakeFile()
     session = Recorder(tmp_path / "one.npz", ORIGIN, {}, create=lambda path: file)
     file.answers.clear()
@@ -387,10 +374,10 @@ def test_a_disk_that_does_not_answer_is_not_waited_for_at_the_end(
     with pytest.raises(RecordingError, match="does not answer; the session is kept in"):
         session.close()
     file.answers.set()
-    assert rescued(tmp_path) == 5
+    assert rescued(rescue) == 5
 
 
-def test_a_frame_that_cannot_be_kept_ends_the_session_and_loses_nothing_before_it(
+def test_a_frame_that_cannot_be_kept_loses_nothing_before_it(
     tmp_path: Path,
 ) -> None:
     session = Recorder(tmp_path / "one.npz", ORIGIN, {})

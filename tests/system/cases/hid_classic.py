@@ -3,10 +3,10 @@
 from controller.links import LinkError
 
 from ..guest import CaseError, Guest
-from ..hid import come_back, game, killed, measure, orb, pair, tap, there
+from ..hid import orb, play
 from ..input import ClassicDesktop
 
-URL, WHAT = "hid:classic,hci1", "classic HID"
+URL = "hid:classic,hci1"
 
 
 def run(guest: Guest) -> None:
@@ -21,19 +21,4 @@ def run(guest: Guest) -> None:
         raise CaseError("bluetoothd's input plugin did not hold the channels")
     guest.bluez_off()
     guest.bluez_on("--noplugin=input")
-    link, desktop = orb(URL), ClassicDesktop(guest)
-    pair(guest, link, desktop)
-    pad = there(guest, link, desktop)["pad"]
-    tap(link, pad)
-    measure(guest, link, pad, WHAT)
-    game(guest, link)
-    come_back(guest, link, desktop, WHAT)
-    link.close()
-    guest.until(lambda: not desktop.inputs(), "the input devices to go with the orb")
-    link = orb(URL)
-    tap(link, there(guest, link, desktop)["pad"])
-    guest.saw("back after a new start of the orb")
-    link.close()
-    guest.until(lambda: not desktop.inputs(), "the input devices to go with the orb")
-    killed(guest, desktop, URL, WHAT)
-    desktop.close()
+    play(guest, ClassicDesktop(guest), URL, "classic HID")

@@ -1,4 +1,4 @@
-"""Keys and buttons that an orb presses over Bluetooth, seen by evdev, and let go whoever dies."""
+"""Keys and buttons pressed over Bluetooth, read by evdev, and released when either side dies."""
 
 import select
 import signal
@@ -36,7 +36,7 @@ def run(guest: Guest) -> None:
 def one(guest: Guest, kind: str, victim: str) -> None:
     """Hold something down, kill the victim, and wait for it to be let go."""
     near, far = guest.addresses
-    orb = guest.start("orb", [sys.executable, "tests/played_device.py", f"rfcomm:{far}"])
+    orb = guest.start("orb", [sys.executable, "tests/support/scripted_device.py", f"rfcomm:{far}"])
     orb.expect('"listening"')
     keys = Path(f"/tmp/{kind}.toml")
     keys.write_text(MAPPINGS[kind])

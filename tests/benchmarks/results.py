@@ -1,0 +1,118 @@
+"""Command lines, figures and the last line of JSON, as all benchmarks have them."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import hashlib
+import json
+import math
+import sys
+from collections.abc import Iterable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from models.results.figure import Figure
+
+Row = dict[str, Any]
+
+
+def command_line(doc: str | None, **defaults: Any) -> argparse.ArgumentParser:
+    """Return a parser with --json and an option for each default; False makes it a flag."""
+    spec = sys.modules["__main__"].__spec__
+    parser = argparse.ArgumentParser(
+        prog=f"python -m {spec.name}" if spec else None, description=(doc or "").splitlines()[0]
+    )
+    for name, default in {**defaults, "json": False}.items():
+        option = f"--{name.replace('_', '-')}"
+        if default is False:
+            parser.add_argument(option, action="store_true")
+        else:
+            kind = Path if isinstance(default, Path) else type(default)
+            words = "default: %(default)s"
+            parser.add_argument(option, type=kind, default=default, help=words)
+    return parser
+
+
+def say(line: str) -> None:
+    """Print a line of progress on standard error."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def row(
+    name: str, value: float | str | None, unit: str = "", *, preset: str = "",
+    goal: float | None = None, **more: Any,
+) -> Row:  # fmt: skip
+    """Return a result."""
+    return {
+        "name": name, "preset": preset, "value": value, **more, "unit": unit, "goal": goal,
+    }  # fmt: skip
+
+
+def figure_row(
+    name: str, figure: Figure, unit: str = "1", *, preset: str = "", goal: float | None = None
+) -> Row:
+    """Return a result with its interval; what is not known is None."""
+    value, low, high = (
+        round(one, 6) if math.isfinite(one) else None
+        for one in (figure.value, figure.low, figure.high)
+    )
+    return row(name, value, unit, preset=preset, goal=goal, low=low, high=high)
+
+
+def show(result: Row) -> None:
+    """Print a result: its name, value, interval and goal."""
+    value = result["value"]
+    text = value if isinstance(value, str) else "–" if value is None else f"{value:,.5g}"
+    low, high, goal = (result.get(name) for name in ("low", "high", "goal"))
+    span = "" if low is None or high is None else f"  {low:.4f} – {high:.4f}"
+    aim = "" if goal is None else f"   goal {goal:g}"
+    print(
+        f"{result['name']:36} {result['preset']:10}{text:>12} {result['unit']}{span}{aim}",
+        flush=True,
+    )
+
+
+class Results:
+    """The results of a benchmark, printed as they come."""
+
+    def __init__(self, benchmark: str) -> None:
+        self.rows: list[Row] = []
+        self._benchmark = benchmark
+
+    def note(self, name: str, value: float | str | None, unit: str = "", **more: Any) -> None:
+        """Print and keep a result; `more` is what `row` takes."""
+        self.rows.append(row(name, value, unit, **more))
+        show(self.rows[-1])
+
+    def finish(self, as_json: bool, **more: Any) -> None:
+        """Print the last line, JSON, if it is asked for."""
+        if as_json:
+            print(json.dumps({"benchmark": self._benchmark, **more, "results": self.rows}))
+
+
+def show_figures(figures: dict[str, float], as_json: bool) -> None:
+    """Print figures by name, as a table or as JSON."""
+    if as_json:
+        print(json.dumps(figures))
+        return
+    for name, value in figures.items():
+        print(f"{name:24} {value:10,.3f}")
+
+
+def code_hash(modules: Iterable[str]) -> bytes:
+    """Return a hash of the code of modules; comments, docstrings and layout are no part of it."""
+    digest = hashlib.sha256()
+    for name in modules:
+        spec = find_spec(name)
+        if spec is None or spec.origin is None:
+            raise ImportError(f"{name} is missing")
+        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            body = getattr(node, "body", None)
+            if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
+                del body[0]  # a docstring
+        digest.update(ast.dump(tree).encode())
+    return digest.digest()

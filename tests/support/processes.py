@@ -1,0 +1,53 @@
+"""Processes: their memory, as Linux counts it, and their lines."""
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+
+def memory_mib(field: str = "VmRSS", pid: int | str = "self") -> float:
+    """Return one of the sizes in /proc/PID/status, MiB.
+
+    Raises:
+        LookupError: The process has ended, or has no such size.
+        OSError: There is no such process.
+    """
+    for line in Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines():
+        if line.startswith(f"{field}:"):
+            return int(line.split()[1]) / 1024
+    raise LookupError(field)
+
+
+class LineProcess:
+    """A process that is spoken to line by line.
+
+    Attributes:
+        process: The process itself.
+    """
+
+    def __init__(self, command: Sequence[str], **options: Any) -> None:
+        self.process: subprocess.Popen[str] = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1, **options
+        )
+
+    def say(self, line: object) -> None:
+        """Write one line."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+
+    def line(self) -> str:
+        """Return its next line, waiting for it.
+
+        Raises:
+            RuntimeError: It has ended.
+        """
+        assert self.process.stdout is not None
+        if line := self.process.stdout.readline():
+            return line.strip()
+        raise RuntimeError(f"{self.process.args!r} has ended; see its message above")
+
+    def close(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.communicate()

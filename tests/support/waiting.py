@@ -1,0 +1,25 @@
+"""Waiting for something that another thread or process does."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+PATIENCE_S = 30.0  # an upper bound; what is waited for takes milliseconds
+
+
+def until(condition: Callable[[], Any], *, passing: tuple[type[Exception], ...] = ()) -> Any:
+    """Return the first true value of a condition; fail after `PATIENCE_S`.
+
+    Args:
+        condition: What is asked again and again.
+        passing: Errors that mean no more than "not yet".
+    """
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        try:
+            if value := condition():
+                return value
+        except passing:
+            pass
+        time.sleep(0.001)
+    raise AssertionError("it did not come true")
