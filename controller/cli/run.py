@@ -314,7 +314,7 @@ def parser() -> argparse.ArgumentParser:
 def check(options: argparse.Namespace) -> argparse.Namespace:
     """Return the options; refuse those that have no meaning together."""
     replay, printing, key = options.replay is not None, options.link == PRINT, options.key
-    virtual = options.sensor == "virtual" and not replay
+    virtual = options.sensor.partition(":")[0] == "virtual" and not replay
     refused = {
         "a replay is a recording already; leave out --record":
             replay and options.record is not None,

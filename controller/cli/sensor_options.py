@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorOptions
+from controller.sensors.base import Sensor
 
 PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
 
@@ -21,9 +21,9 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     add = grammar.add_argument
     add(
         "--sensor",
-        metavar="NAME",
+        metavar="NAME[:KEY=VALUE,...]",
         default="virtual",
-        help=f"{sensor}: {', '.join(sensors.names())} (default: virtual)",
+        help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)",
     )
     add(
         "--wiring",
@@ -55,12 +55,17 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     )
 
 
-def chosen(options: argparse.Namespace) -> SensorOptions:
-    """Return the settings of the sensor that `add_sensor`'s options choose."""
-    return SensorOptions(
+def load(options: argparse.Namespace) -> Sensor:
+    """Return the sensor that `add_sensor`'s options choose.
+
+    Raises:
+        SensorError: It cannot be used.
+    """
+    return sensors.load(
+        options.sensor,
         seed=options.seed,
         preset=options.preset,
-        faults=tuple(options.fault),
+        fault=tuple(options.fault),
         wiring=options.wiring,
     )
 

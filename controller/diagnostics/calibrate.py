@@ -33,7 +33,7 @@ _LINE: Final = 0.15
 def judge(
     frames: Frames, rate_hz: float, last: Frame | None = None, *, anyway: bool = False
 ) -> tuple[list[Row], Frame | None, float]:
-    """Return what is to be said of a calibration, its rest image (None: refused) and its noise.
+    """Return the rows on a calibration, its rest image (None: refused) and its noise.
 
     Args:
         frames: Of a sensor that nobody should have touched, (n, rows, columns), pF.
@@ -73,7 +73,7 @@ def _refused(why: str) -> Row:
 
 
 def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[float, str]:
-    """Return how sure something lies on the skin since the first frame, and where.
+    """Return how sure something lies on the skin, and where, from rest images (rows, columns).
 
     Where the sensor was calibrated before, the change since then shows it. Where not, taxels that
     differ by 7 % from the start have to look like a simulated press (standard deviations).
@@ -103,11 +103,12 @@ def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[flo
 
 
 def _filled(change: Change, lost: NDArray[np.bool_]) -> Change:
+    """Return a change, (rows, columns), with lost taxels interpolated."""
     return TaxelInterpolator(*change.shape).fill(change, lost) if lost.any() else change
 
 
 def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -> list[Row]:
-    """Return what is wrong with the sensor, though it can be played on."""
+    """Return doubts about a usable sensor from `frames`, (n, rows, columns)."""
     rows = []
     if lost.any():
         words = f"{taxel_names(lost)}: no signal; play goes on without"
@@ -127,7 +128,7 @@ def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -
 
 
 def _changes(rest: Frame, last: Frame | None, lost: NDArray[np.bool_]) -> list[Row]:
-    """Return how rest has changed since the last time, by cause; information, no complaint."""
+    """Return how rest, (rows, columns), has changed since the last time, by cause."""
     if last is None or last.shape != rest.shape or lost.any() or not (last > 0.0).all():
         return []
     why, rows = drift.causes(last, np.maximum(rest, 0.01)), []

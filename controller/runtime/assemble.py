@@ -34,7 +34,7 @@ from controller.runtime.realtime import IdleCollector
 from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors import calibration_store
-from controller.sensors.base import RecordedSensor, Sensor, SensorError, SensorOptions
+from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
     from controller.capture.cue_plan import CuePlan
@@ -203,20 +203,17 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
         )
     sensor = sensors.load(
         options.sensor if options.replay is None else sensors.REPLAY,
-        SensorOptions(
-            wanted_hz,
-            options.seed,
-            options.replay,
-            options.preset,
-            tuple(options.fault),
-            _gestures(options),
-            user=options.hand_of[0],
-            day=_day(*options.hand_of),
-            wiring=options.wiring,
-        ),
+        wanted_hz,
+        seed=options.seed,
+        path=options.replay,
+        preset=options.preset,
+        fault=tuple(options.fault),
+        gestures=_gestures(options),
+        user=options.hand_of[0],
+        day=_day(*options.hand_of),
+        wiring=options.wiring,
     )
-    if isinstance(sensor, RecordedSensor):
-        sensor.refuse_misfit(bundle)
+    sensor.refuse_misfit(bundle)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -275,7 +272,7 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
-    if isinstance(sensor, RecordedSensor):
+    if sensor.source is not None:
         return Device(sensor, pipeline, link, schedule=sensor.schedule())
     recorder = None
     if parts.runs is not None:
@@ -320,12 +317,11 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    settings = bundle.settings
-    if not isinstance(sensor, RecordedSensor):
+    settings, source = bundle.settings, sensor.source
+    if source is None:
         kept = calibration_store.load(sensor.device_id)
         fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
         return Pipeline(settings, recognizer, mapping, kept.known if kept and fits else None, user)
-    source = sensor.source
     if source.origin.bundle != bundle.hash:
         return Pipeline(settings, recognizer, mapping, None, user)
     pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user)

@@ -27,7 +27,7 @@ from controller.recordings.recording import UNKNOWN
 from controller.runtime.latency import LatencyReporter
 from controller.runtime.long_press import WINDOW_S, LongPress
 from controller.runtime.virtual_hand import VirtualHand
-from controller.sensors.base import Sensor, SensorAwayError, SensorError, VirtualSensor
+from controller.sensors.base import Sensor, SensorAwayError, SensorError
 
 if TYPE_CHECKING:
     from controller.capture.session_recorder import SessionRecorder
@@ -106,7 +106,7 @@ class Device:
         self._hand = hand
         if latency is not None:
             pipeline.mark = latency.mark
-        self._virtual = sensor if isinstance(sensor, VirtualSensor) else None
+        self._virtual = sensor if sensor.virtual else None
         self.due = next(self._schedule, None)
         self.now_s = 0.0
         self.log_limit = LogLimit()

@@ -89,8 +89,8 @@ def _origin(parts: Parts, sensor: Sensor) -> Provenance:
         user=options.user,
         session=options.session,
         protocol=FREE if parts.plan is None else parts.plan.name,
-        preset=options.preset if sensor.virtual else "",
-        seed=options.seed if sensor.virtual else None,
+        preset=sensor.preset,
+        seed=sensor.seed,
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+        hardware=sensor.hardware,
     )

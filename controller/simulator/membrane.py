@@ -1,7 +1,7 @@
 """The inflated dome: a clamped neo-Hookean disc, solved for its apex stretch or its pressure.
 
 Source: the axisymmetric membrane equations of Yang and Feng (1970), in the reference radius. The
-paper's own, homogeneous model stands beside it in `paper.py`.
+paper's own, homogeneous model is `tests/reference/paper_model.py`.
 """
 
 from collections.abc import Sequence

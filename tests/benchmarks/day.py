@@ -30,13 +30,14 @@ from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES, draw_mood, draw_style
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session_script import SessionScript
+from controller.simulator.user_style import draw_mood, draw_style
 from tests.support.processes import memory_mib
 
 from .results import Results, command_line, row, say
@@ -79,10 +80,9 @@ def orb(seed: int, preset: str, hours: int, out: Connection) -> None:
     out.close()
 
 
-class Skin:
+class Skin(Sensor):
     """The sensor: frames from the orb's process, in order."""
 
-    virtual = False
     device_id = "virtual-day"
     rate_hz = RATE_HZ
 

@@ -32,7 +32,7 @@ from controller.runtime.device import Device
 from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
 from controller.runtime.realtime import IdleCollector, real_time
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 
@@ -41,10 +41,9 @@ from .results import Results, command_line
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 
 
-class Recorded:
+class Recorded(Sensor):
     """A sensor that gives a recording's frames, over and over, without waiting."""
 
-    virtual = False
     device_id = "recorded"
 
     def __init__(self, geometry: Geometry, rate_hz: float) -> None:

@@ -27,9 +27,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from tests.reference.tetris_kernel import Kernel
 from tests.support.processes import LineProcess
 from tetris.bots.greedy import plan
-from tetris.bots.kernel import Kernel
 from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece

@@ -33,7 +33,7 @@ import pygame
 from tests.support.processes import memory_mib
 from tetris.window.app import App, Start
 from tetris.window.display import open_window, set_size
-from tetris.window.menu_navigation import OF_CODE
+from tetris.window.menu import OF_CODE
 
 from .results import command_line, show_figures
 

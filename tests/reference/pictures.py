@@ -14,10 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
-from controller.simulator import membrane, paper_model
+from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, FingerGroup, Fingers, Skin
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import simulate
+from tests.reference import paper_model
 
 from .dome import Dome
 from .paint import BLUE, CORAL, DIM, HUES, INK, LINE, SIGNED, STYLE, image, save

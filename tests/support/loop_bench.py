@@ -19,7 +19,7 @@ from controller.recordings.recording import Provenance
 from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.runtime.virtual_hand import VirtualHand, Wish
-from controller.sensors.base import Geometry, SensorError
+from controller.sensors.base import Geometry, Sensor, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
 HELLO = Hello(2, 2, "", "test", granted=False)
@@ -58,7 +58,7 @@ class World:
         return lambda: self.now_s - self.start_s >= seconds - 1e-9
 
 
-class Slab:
+class Slab(Sensor):
     """A sensor that a finger makes thinner where it lies; nothing else happens."""
 
     virtual = True

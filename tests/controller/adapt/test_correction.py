@@ -247,7 +247,7 @@ def run_of_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator
 
 def test_networks_are_exchanged_while_the_orb_runs(run_of_a_bundle: Run, tmp_path: Path) -> None:
     parts, device, shelf = run_of_a_bundle
-    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)  # type: ignore[attr-defined]
+    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)
     seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
     before = np.concatenate([np.ones((20, 5, 5), np.float32), seen])
     correction.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))

@@ -72,7 +72,7 @@ class Basket:
 def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
     """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
     shipped = bundle.read(BUNDLE)
-    sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
+    sensor = sensors.load("virtual", rate_hz, seed=3)
     pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
     origin = Provenance(
         sensor.device_id,

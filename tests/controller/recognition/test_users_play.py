@@ -24,7 +24,6 @@ from controller.runtime import assemble
 from controller.runtime.device import Device
 from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorOptions
 from controller.sensors.virtual import Virtual, show
 from tests.support import user_bundles as enrolled
 
@@ -47,8 +46,8 @@ def felt(*words: str) -> list[Frame]:
 def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    as_taught = SensorOptions(10.0, user="ada", day="sub-ada_ses-6_run-01")  # `teach` names it so
-    taught = sensors.load("virtual", as_taught)
+    day = "sub-ada_ses-6_run-01"  # `teach` names it so
+    taught = sensors.load("virtual", 10.0, user="ada", day=day)
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     frames = [taught.read(k / 10) for k in range(1, 25)]
@@ -247,7 +246,7 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     two = bundle.read(path)
-    sensor = sensors.load("virtual", sensors.SensorOptions(10.0, seed=3))
+    sensor = sensors.load("virtual", 10.0, seed=3)
     pipeline = Pipeline(two.settings, Recognizer(two), two.mapping)
     origin = Provenance(
         sensor.device_id, 5, 5, 10.0, 10.0, two.labels, two.hash, "onnxruntime", "test"

@@ -22,12 +22,12 @@ from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
-from controller.sensors.base import VirtualSensor
+from controller.sensors.base import Sensor
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
 
 def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:
-    assert isinstance(Slab(World()), VirtualSensor)
+    assert isinstance(Slab(World()), Sensor)
 
 
 # --- paced by the clock ---------------------------------------------------------------------------

@@ -9,21 +9,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.protocol.messages import Contact
-from controller.simulator import membrane, paper_model
+from controller.simulator import membrane
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.electronics import ElectronicsModel
-from controller.simulator.hand import (
-    DISTRACTORS,
-    GESTURES,
-    ONSET_SHARE,
-    draw_mood,
-    draw_style,
-    perform,
-)
+from controller.simulator.hand import DISTRACTORS, GESTURES, ONSET_SHARE, perform
 from controller.simulator.orb import OrbModel, OrbSimulator
 from controller.simulator.readout import ReadoutModel, read, scan_times
 from controller.simulator.session import LABELS, simulate
+from controller.simulator.user_style import draw_mood, draw_style
 from controller.simulator.virtual_orb import VirtualOrb
+from tests.reference import paper_model
 
 SKIN = Skin(membrane.inflate(), 5, 5, 10.0, ContactModel())
 

@@ -117,16 +117,13 @@ class Circuit:
 
     def drive(self, pin: int, high: bool) -> None:
         """Let a pin drive its electrode."""
-        if pin in self._node and self._high.get(pin) is not high:
+        if self._high.get(pin) is not high:
             self._pass()
             self._high[pin] = high
 
     def release(self, pin: int) -> None:
         """Let a pin float."""
         if pin not in self._high:
-            return
-        if pin not in self._node:
-            del self._high[pin]
             return
         self._pass()  # what is due has passed while it still drove
         del self._high[pin]
@@ -192,7 +189,7 @@ class Circuit:
 
     def _driven(self) -> dict[int, bool]:
         """Return the nodes whose pins drive, and whether to the supply."""
-        driven = {self._node[pin]: high for pin, high in self._high.items() if pin in self._node}
+        driven = {self._node[pin]: high for pin, high in self._high.items()}
         for fault in self._faults:
             if fault.kind == "stuck_row":
                 driven[self._row_node[fault.row]] = False
@@ -201,7 +198,7 @@ class Circuit:
         return driven
 
     def _current(self) -> Array:
-        """Return what flows into each node, V/MOhm."""
+        """Return the current into each node, (nodes,), V/MOhm."""
         current = self._source.copy()
         for node, high in self._driven().items():
             current[node] += self.supply_v / self._model.pin_mohm if high else 0.0
@@ -280,7 +277,7 @@ class Circuit:
 
     @staticmethod
     def _join(matrix: Array, one: int, other: int, value: float) -> None:
-        """Put a part of this value between two nodes."""
+        """Put a part of this value between two nodes of a matrix, (nodes, nodes)."""
         matrix[one, one] += value
         matrix[other, other] += value
         matrix[one, other] -= value

@@ -1,7 +1,7 @@
 """The paper's own model of the inflated orb, equations (1) to (3) of section 3.3.
 
-It takes the stretch to be the same everywhere and the orb for a hemispheroid; `membrane.py` solves
-what a clamped rubber disc does instead, and docs/simulator.md draws both.
+It takes the stretch to be the same everywhere and the orb for a hemispheroid;
+`controller/simulator/membrane.py` solves a clamped rubber disc, and docs/simulator.md draws both.
 """
 
 import numpy as np
