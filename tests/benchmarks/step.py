@@ -308,7 +308,7 @@ def main() -> None:
                 {"name": f"inference_{label}@{name}", "preset": "", "value": float(value),
                  "unit": "us", "goal": None}
             )  # fmt: skip
-    chosen = selftest.prove(bundles.default_path())[0].engine
+    chosen = selftest.run(bundles.default_path())[0].engine
     ours = medians[f"shipped@{chosen}"]
     print(f"the engine that `controller install` chooses here: {chosen}")
     for name, peer in (("ort", "paper@onnxruntime"), ("torch", "paper@torch")):
