@@ -172,7 +172,7 @@ def test_an_origin_or_state_that_no_recording_can_have_is_refused_before_the_fir
         Journal(replace(ORIGIN, rows=0), {}, ID)
     with pytest.raises(RecordingError, match="state is not all numbers"):
         Journal(ORIGIN, {"mean": np.array([np.inf])}, ID)
-    with pytest.raises(RecordingError, match="remembers too much"):
+    with pytest.raises(RecordingError, match="state is too large"):
         Journal(ORIGIN, {"mean": np.zeros(2 << 20)}, ID)
 
 
