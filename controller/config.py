@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Final, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from controller.errors import UserError, reason
 from controller.files import read_text
@@ -45,7 +45,16 @@ _PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$
 
 
 class ConfigError(UserError, ValueError):
-    """A text is not valid TOML or JSON, or exceeds a limit; the message begins with the line."""
+    """A text is not valid TOML or JSON, or exceeds a limit; the message begins with the line.
+
+    Attributes:
+        table: The table whose entry cannot be used; "" for the whole file.
+        key: The key of that entry; "" if none is known.
+    """
+
+    def __init__(self, message: str, table: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.table, self.key = table, key
 
 
 def read_toml(path: Path, limit_bytes: int = MAX_BYTES) -> dict[str, Any]:
@@ -103,10 +112,10 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
     """Return the settings in a table: a dataclass with a field for each key.
 
     A missing key takes the default of its field; an unknown one is refused. Fields of the types
-    bool, int, float, str, dict, tuple[str, ...] and of dataclasses, which are tables themselves,
-    are checked. Their metadata may have the "key" if it is not the field's name, the "range" of a
-    number, the "choices" or the "pattern" of a text, the "count" of a list of texts, and what is
-    "expected".
+    bool, int, float, str, Literal, dict, tuple[str, ...], tuple[int, ...] and of dataclasses, which
+    are tables themselves, are checked. Their metadata may have the "key" if it is not the field's
+    name, the "range" of a number, its "divisor" if the field has another unit, the "choices" or
+    the "pattern" of a text, the "count" of a list, and what is "expected".
 
     Args:
         kind: The dataclass.
@@ -118,22 +127,23 @@ def settings(kind: type[_Settings], table: Any, name: str = "") -> _Settings:
     """
     under = f" under [{name}]" if name else ""
     if not isinstance(table, dict):
-        raise ConfigError(f"has {name} = {table!r}; expected is a table [{name}]")
+        raise ConfigError(f"has {name} = {table!r}; expected is a table [{name}]", "", name)
     fields = {
         field.metadata.get("key", field.name): field
         for field in dataclasses.fields(kind)  # type: ignore[arg-type]
     }
     if odd := sorted(set(table) - set(fields)):
-        raise ConfigError(f"has the unknown key {odd[0]!r}{under}; known are {', '.join(fields)}")
+        known = ", ".join(fields)
+        raise ConfigError(f"has the unknown key {odd[0]!r}{under}; known are {known}", name, odd[0])
     hints, values = get_type_hints(kind), {}
     for key, field in fields.items():
         if key in table or (field.default, field.default_factory) == _REQUIRED:
             wanted = _without_none(hints[field.name])
-            values[field.name] = _value(wanted, table.get(key), key, under, field.metadata)
+            values[field.name] = _value(wanted, table.get(key), key, name, field.metadata)
     try:
         return kind(**values)
     except ValueError as error:
-        raise ConfigError(f"has{under} {error}") from None
+        raise ConfigError(f"has{under} {error}", name) from None
 
 
 def _without_none(hint: Any) -> Any:
@@ -142,32 +152,37 @@ def _without_none(hint: Any) -> Any:
     return kinds[0] if isinstance(hint, UnionType) and len(kinds) == 1 else hint
 
 
-def _value(kind: Any, value: Any, key: str, under: str, limits: Mapping[str, Any]) -> Any:
+def _value(kind: Any, value: Any, key: str, name: str, limits: Mapping[str, Any]) -> Any:
     """Return the value of a field, checked."""
     if dataclasses.is_dataclass(kind):
         return settings(kind, value, key)  # type: ignore[arg-type]
     if kind is float and type(value) is int:
         value = float(value)
-    if kind == tuple[str, ...] and isinstance(value, list):
+    if get_origin(kind) is tuple and isinstance(value, list):
         value = tuple(value)
-    plain = tuple if kind == tuple[str, ...] else dict if get_origin(kind) is dict else kind
-    if plain in _EXPECTED and (type(value) is not plain or not _within(value, limits)):
+    plain = get_origin(kind) or kind
+    if plain is Literal:
+        plain, limits = str, {"choices": get_args(kind), **limits}
+    item = (*get_args(kind), None)[0]
+    if plain in _EXPECTED and (type(value) is not plain or not _within(value, limits, item)):
         low, high = limits.get("range", _ANY_NUMBER)
         words = {"low": low, "high": high, "choices": ", ".join(limits.get("choices", ()))}
         wanted = "one of {choices}" if "choices" in limits else _EXPECTED[plain]
         expected = limits.get("expected") or wanted.format(**words)
-        raise ConfigError(f"has {key} = {value!r}{under}; expected is {expected}")
-    return value
+        found = list(value) if isinstance(value, tuple) else value
+        under = f" under [{name}]" if name else ""
+        raise ConfigError(f"has {key} = {found!r}{under}; expected is {expected}", name, key)
+    return value / limits["divisor"] if "divisor" in limits else value
 
 
-def _within(value: Any, limits: Mapping[str, Any]) -> bool:
-    """Return whether a value of the right type is within the limits of its field."""
+def _within(value: Any, limits: Mapping[str, Any], item: Any = None) -> bool:
+    """Return whether a value of the right type, a list of `item`, is within its field's limits."""
     if isinstance(value, str):
         pattern = limits.get("pattern", r"(?s).*")
         return value in limits.get("choices", (value,)) and bool(re.fullmatch(pattern, value))
     if isinstance(value, tuple):
         low, high = limits.get("count", (0, MAX_BYTES))
-        different = all(type(one) is str for one in value) and len(set(value)) == len(value)
+        different = all(type(one) is item for one in value) and len(set(value)) == len(value)
         return low <= len(value) <= high and different and all(_within(v, limits) for v in value)
     if isinstance(value, int | float) and not isinstance(value, bool):
         low, high = limits.get("range", _ANY_NUMBER)

@@ -1,21 +1,18 @@
-"""The window's loop in real time: events and messages in, pictures and contacts out."""
+"""Window loop in real time: events and messages in, pictures and contacts out."""
 
 import io
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
 
 import pygame
 
 from controller.errors import TroubleError, reason
 from controller.files import atomic_write
-from controller.protocol.messages import Message
-from host.connection.receiver import Connected, Received, Refused
-from host.connection.transport import LinkError
+from host.connection.receiver import MessageLink, ever_connected
 from host.targets import Target
-from tetris.window.display import DisplayError, open_window
+from tetris.window.display import DisplayError, open_window, set_fullscreen
 
 FRAMES_PER_S = 60
 TICK_S = 0.01  # without a window, what comes over the link is taken at once
@@ -30,26 +27,9 @@ class WindowError(TroubleError, RuntimeError):
     """No window can be opened; the message is one sentence for the user."""
 
 
-class Orb(Protocol):
-    """What the loop needs of a `host.connection.receiver.Receiver`."""
-
-    def poll(self) -> list[Received]:
-        """Return what is new, oldest first, without waiting."""
-
-    def send(self, message: Message) -> object:
-        """Send without waiting."""
-
-
-class WakeupReceiver(Orb, Protocol):
-    """One that also tells when there is something to poll."""
-
-    def wait(self, timeout_s: float) -> None:
-        """Return when there is, or after the timeout."""
-
-
 def play(
     target: Target,
-    orb: Orb,
+    orb: MessageLink,
     surface: pygame.Surface,
     *,
     seconds: float | None = None,
@@ -81,14 +61,10 @@ def play(
             if event.type == pygame.QUIT:
                 playing = False
             elif event.type == pygame.KEYDOWN and event.key == pygame.K_F11:
-                surface = _toggle_fullscreen()
+                surface = set_fullscreen(not pygame.display.is_fullscreen(), SIZE)
             else:
                 target.handle(event, now_s)
-        received = orb.poll()
-        connected = _connected(received, connected)
-        target.tick(now_s, received)
-        for message in target.outgoing(now_s):
-            orb.send(message)
+        connected = _exchange(target, orb, now_s, connected)
         target.draw(surface)
         pygame.display.flip()
         drawn()
@@ -100,7 +76,7 @@ def play(
 
 def serve(
     target: Target,
-    orb: WakeupReceiver,
+    orb: MessageLink,
     *,
     seconds: float | None = None,
     clock: Callable[[], float] = time.monotonic,
@@ -115,31 +91,21 @@ def serve(
     while seconds is None or now_s < seconds:
         orb.wait(TICK_S)
         now_s = clock() - began_s
-        received = orb.poll()
-        connected = _connected(received, connected)
-        target.tick(now_s, received)
-        for message in target.outgoing(now_s):
-            orb.send(message)
+        connected = _exchange(target, orb, now_s, connected)
 
 
-def _connected(received: Sequence[Received], before: bool) -> bool:
-    """Return whether there ever was a connection; raise if the first one failed."""
-    for item in received:
-        if isinstance(item, Refused) and not before:
-            raise LinkError(item.reason)
-        before = before or isinstance(item, Connected)
-    return before
-
-
-def _toggle_fullscreen() -> pygame.Surface:
-    """Fill the screen, or go back to a window; pygame's own toggle does nothing on Wayland."""
-    if pygame.display.is_fullscreen():
-        return pygame.display.set_mode(SIZE, pygame.RESIZABLE)
-    return pygame.display.set_mode((0, 0), pygame.FULLSCREEN)
+def _exchange(target: Target, orb: MessageLink, now_s: float, connected: bool) -> bool:
+    """Pass messages between target and link; return whether there ever was a connection."""
+    received = orb.poll()
+    connected = ever_connected(received, connected)
+    target.tick(now_s, received)
+    for message in target.outgoing(now_s):
+        orb.send(message)
+    return connected
 
 
 def window(*, headless: bool = False, size: tuple[int, int] = SIZE) -> pygame.Surface:
-    """Open the window; headless, a surface of the same size that nobody sees.
+    """Open the window; headless, an invisible surface of the same size.
 
     Raises:
         WindowError: There is no display; the sentence says what to do.

@@ -50,7 +50,7 @@ def pool(workers: int, *, hasty: bool = False) -> Iterator[ProcessPoolExecutor]:
     """Processes of one thread each; Ctrl-C is their parent's.
 
     Args:
-        workers: How many.
+        workers: Number of them.
         hasty: When something happens to us they end at once; else what is under way is finished.
     """
     spare()

@@ -1,20 +1,21 @@
-"""The command line: Tetris in a window, and bots and replays with or without one."""
+"""Command line of Tetris: a window, and bots and replays with or without one."""
 
 import argparse
+import errno
 import json
+import os
 import secrets
 import sys
 from collections.abc import Callable
+from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 from typing import Final, NoReturn
 
-from tetris import console
 from tetris.bots import registry as bots
-from tetris.console import complain, printable, say
 from tetris.engine.game import Game, Phase
 from tetris.engine.modes import LAST_START_LEVEL, MODES
-from tetris.history import bot_game
-from tetris.history.replay import Player, Recorder
+from tetris.history.replay import Player, Recorder, play_bot
 from tetris.history.replay_file import ReplayError, load, save
 from tetris.history.video import SUFFIXES, VideoError
 
@@ -27,40 +28,46 @@ _MOST_SPEED: Final = 100
 
 def run(argv: list[str] | None = None) -> int:
     """Play, and return the exit status: 0 success, 1 trouble, 2 wrong usage."""
-    console.adapt()
+    for stream in (sys.stdout, sys.stderr):
+        if (change := getattr(stream, "reconfigure", None)) is not None:
+            change(errors="backslashreplace")  # characters that the terminal does not know
     try:
         return _play(_options(argv))
     except ReplayError as error:
-        return complain("tetris", error, 2)
+        return complain(error, 2)
     except VideoError as error:
-        return complain("tetris", error, 1)
+        return complain(error, 1)
 
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
-    """Read the options, and refuse those that do not go together."""
+    """Parse the options, and refuse those that exclude each other."""
     parser = _parser()
     options = parser.parse_args(argv)
-    if options.headless and not (options.bot or options.replay):
-        parser.error("--headless leaves nobody to press keys; add --bot or --replay FILE")
-    if options.replay and (options.bot or options.mode):
-        parser.error("--replay plays what was played; leave --bot and --mode out")
-    if options.replay and (options.seed is not None or options.level):
-        parser.error("--replay plays what was played; leave --seed and --level out")
-    if options.level and options.mode and not MODES[options.mode].levels:
-        leveled = ", ".join(mode.name for mode in MODES.values() if mode.levels)
-        parser.error(f"--mode {options.mode} has no levels; leave --level out, or play {leveled}")
-    if options.film and not options.replay:
-        parser.error("--film shows a recorded game; add --replay FILE")
-    if options.film and options.film.suffix.lower() not in SUFFIXES:
-        parser.error(f"--film {options.film} must end in {' or '.join(SUFFIXES)}")
-    if options.record and not options.headless:
-        parser.error("--record is for --headless; the window keeps its games by itself")
+    levels = options.level and options.mode and not MODES[options.mode].levels
+    refusals = {
+        "--headless plays without a keyboard; add --bot or --replay FILE": options.headless
+        and not (options.bot or options.replay),
+        "--replay plays what was played; leave --bot and --mode out": options.replay
+        and (options.bot or options.mode),
+        "--replay plays what was played; leave --seed and --level out": options.replay
+        and (options.seed is not None or options.level),
+        f"--mode {options.mode} has no levels; leave --level out, or play "
+        + ", ".join(mode.name for mode in MODES.values() if mode.levels): levels,
+        "--film shows a recorded game; add --replay FILE": options.film and not options.replay,
+        f"--film {options.film} must end in {' or '.join(SUFFIXES)}": options.film
+        and options.film.suffix.lower() not in SUFFIXES,
+        "--record is for --headless; the window keeps its games by itself": options.record
+        and not options.headless,
+    }
+    for sentence, refused in refusals.items():
+        if refused:
+            parser.error(sentence)
     return options
 
 
 def _play(options: argparse.Namespace) -> int:
     if options.version:
-        return say("tetris", f"tetris {_version()}")
+        return say(f"tetris {_version()}")
     if options.film:
         return _film(options)
     if options.headless:
@@ -81,7 +88,7 @@ def _play(options: argparse.Namespace) -> int:
     try:
         game = play(start)
     except DisplayError as error:
-        return complain("tetris", f"{error}; without one, play with --headless --bot", 1)
+        return complain(f"{error}; without one, play with --headless --bot", 1)
     return 0 if game is None else _report(game, options.json)
 
 
@@ -93,7 +100,7 @@ def _play_unseen(options: argparse.Namespace) -> int:
     rate_hz = options.rate or (_BOT_RATE_HZ if config.time_limit_s else 0)
     recorder = Recorder(seed, config, mode.name)
     action_s = 1 / rate_hz if rate_hz else 0.0
-    bot_game.play(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
+    play_bot(recorder, bots.BOTS[options.bot], pieces=options.pieces, action_s=action_s)
     if options.record:
         try:
             save(options.record, recorder.replay())
@@ -103,12 +110,11 @@ def _play_unseen(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Play a replay to its end without a window, and say whether it is what it says."""
+    """Play a replay to its end without a window, and compare its end with the recorded outcome."""
     player = Player(load(options.replay))
     player.advance(player.end_s)
     if player.differs:
         return complain(
-            "tetris",
             f"{options.replay}: the replay ends otherwise than it was recorded; "
             "it was made by another program, or altered",
             1,
@@ -131,17 +137,43 @@ def _film(options: argparse.Namespace) -> int:
                 print(f"\r{shown} %", end="", file=sys.stderr, flush=True)
     except OSError as error:
         return _unwritten(options.film, error)
-    return say("tetris", ("\r" if shown >= 0 else "") + printable(str(options.film)))
+    return say(("\r" if shown >= 0 else "") + printable(str(options.film)))
+
+
+def say(line: str) -> int:
+    """Print a result; return the exit status: 0, or 1 if it cannot be printed."""
+    try:
+        if sys.stdout is None:  # the program was started without one
+            raise OSError(errno.EBADF, "standard output is closed")
+        print(line, flush=True)
+    except OSError as error:  # a full disk, or the reader of the pipe has ended
+        with suppress(OSError, ValueError, AttributeError):
+            # Python flushes the stream once more at exit: point it at nothing.
+            nothing = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nothing, sys.stdout.fileno())
+            os.close(nothing)
+        return complain(f"cannot print the result: {error.strerror}", 1)
+    return 0
+
+
+def complain(problem: Exception | str, status: int) -> int:
+    """Print an error message on standard error; return the exit status."""
+    with suppress(OSError, ValueError):  # standard error may be closed; the status remains
+        print(f"tetris: {printable(str(problem))}", file=sys.stderr)
+    return status
+
+
+def printable(text: str) -> str:
+    """Return a text with escapes in place of characters that would control a terminal."""
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 def _unwritten(path: Path, error: OSError | ReplayError) -> int:
     reason = getattr(error, "strerror", None) or error
-    return complain("tetris", f"cannot write {path}: {reason}", 1)
+    return complain(f"cannot write {path}: {reason}", 1)
 
 
 def _version() -> str:
-    from importlib import metadata  # dear, and seldom asked for
-
     try:
         return metadata.version("orbtouch")
     except metadata.PackageNotFoundError:  # unpacked, not installed
@@ -160,9 +192,8 @@ def _report(game: Game, as_json: bool) -> int:
         "result": game.result.value if game.result else None,
     }
     if as_json:
-        return say("tetris", json.dumps(result))
+        return say(json.dumps(result))
     return say(
-        "tetris",
         f"{_count(game.score, 'point')}, {_count(game.lines, 'line')}, level {game.level}, "
         f"{_count(game.pieces_placed, 'piece')} (seed {game.seed})",
     )
@@ -176,38 +207,39 @@ class _Parser(argparse.ArgumentParser):
     """A parser that answers wrong usage in one printable sentence, whatever was typed."""
 
     def print_help(self, file: object = None) -> NoReturn:
-        sys.exit(say(self.prog, self.format_help().rstrip()))
+        sys.exit(say(self.format_help().rstrip()))
 
     def error(self, message: str) -> NoReturn:
-        sys.exit(complain(self.prog, message, 2))
+        sys.exit(complain(message, 2))
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="tetris",
         description="Play Tetris. Arrows shift, turn and lower a piece, Z turns it the other way, "
-        "space drops it, C holds it, P pauses, R begins anew.",
+        "space drops it, C holds it, P pauses, R restarts.",
         epilog="Try it: tetris --bot",
     )
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "--mode",
         choices=MODES,
         metavar="NAME",
         help=f"begin at once with {', '.join(MODES)} (default: the menu)",
     )
-    parser.add_argument(
+    add(
         "--seed",
         type=_whole(_LAST_SEED, least=0),
         metavar="N",
         help="which game; the same again (default: a new one)",
     )
-    parser.add_argument(
+    add(
         "--level",
         type=_whole(LAST_START_LEVEL),
         metavar="N",
         help=f"level to start with, 1 to {LAST_START_LEVEL}, where the mode has levels",
     )
-    parser.add_argument(
+    add(
         "--bot",
         nargs="?",
         choices=bots.BOTS,
@@ -215,42 +247,40 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help=f"watch a bot play: {', '.join(bots.BOTS)} (default: {bots.STRONGEST})",
     )
-    parser.add_argument(
-        "--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it"
-    )
-    parser.add_argument(
+    add("--replay", type=Path, metavar="FILE", help="watch a recorded game; headless: check it")
+    add(
         "--headless", action="store_true", help="no window, as fast as it can; with --bot, --replay"
     )
-    parser.add_argument(
+    add(
         "--pieces",
         type=_whole(_MOST_PIECES),
         default=1000,
         metavar="N",
         help="pieces of a bot's headless game (default: %(default)s)",
     )
-    parser.add_argument(
+    add(
         "--rate",
         type=_whole(_MOST_RATE_HZ),
         metavar="HZ",
         help="the bot's actions a second in a headless game (default: as fast as the rules "
         f"allow, and {_BOT_RATE_HZ} in modes with a time limit)",
     )
-    parser.add_argument("--record", type=Path, metavar="FILE", help="keep a headless game")
-    parser.add_argument(
+    add("--record", type=Path, metavar="FILE", help="keep a headless game")
+    add(
         "--film",
         type=Path,
         metavar="FILE",
         help="save --replay as a .gif or .mp4 (needs the film extra)",
     )
-    parser.add_argument(
+    add(
         "--speed",
         type=_whole(_MOST_SPEED),
         default=1,
         metavar="N",
         help="how many times faster the film is than the game (default: %(default)s)",
     )
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
-    parser.add_argument("--version", action="store_true", help="print the version")
+    add("--json", action="store_true", help="print the result as JSON")
+    add("--version", action="store_true", help="print the version")
     return parser
 
 

@@ -10,10 +10,13 @@ import re
 import stat
 import tempfile
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import platformdirs
+
+Content = TypeVar("Content")
 
 _PROGRAM: Final = "orbtouch"
 _ROOM: Final = "tetris"
@@ -26,7 +29,7 @@ _KINDS: Final = (
     (stat.S_ISBLK, errno.EINVAL, "a device"),
 )
 # A file with one of these has what this program never wrote; it can be put aside.
-DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
+_DAMAGES: Final = (errno.EINVAL, errno.EFBIG, errno.EILSEQ)
 
 _MOST_TOML_BYTES: Final = 64 << 10
 _MOST_PARTS: Final = 16  # of a key, between dots
@@ -157,16 +160,31 @@ def check_replaceable(path: Path) -> None:
     _check_regular(mode, path)
 
 
-def put_aside(path: Path) -> Path:
-    """Rename a damaged file, so that a new one can take its place; return where it is now.
+def load(path: Path, read: Callable[[Path], Content], usual: Content) -> tuple[Content, str]:
+    """Return what a file of the player holds, and a sentence, "" when all is well.
 
-    Raises:
-        OSError: It cannot be renamed.
+    A damaged file is renamed, so that a new one can take its place.
+
+    Args:
+        path: The file.
+        read: Reads it; raises OSError, ValueError or RecursionError.
+        usual: What stands for a file that is not there, or cannot be read.
     """
+    try:
+        return read(path), ""
+    except FileNotFoundError:
+        return usual, ""
+    except (OSError, ValueError, RecursionError) as error:
+        if isinstance(error, OSError) and error.errno not in _DAMAGES:
+            return usual, f"cannot read {path}: {error.strerror or error}"
     number = 1
     while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
         number += 1
-    return path.rename(aside)
+    try:
+        path.rename(aside)
+    except OSError as error:
+        return usual, f"{path} is damaged and stays: {error.strerror or error}"
+    return usual, f"{path.name} is damaged and was put aside as {aside.name}"
 
 
 def _check_regular(mode: int, path: Path) -> None:

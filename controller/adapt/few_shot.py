@@ -15,10 +15,10 @@ from controller.adapt.examples import EVERYBODY, NULL_LABEL, Example, vary
 from controller.adapt.head import FormError
 from controller.adapt.rehearsal import Rehearsal, RehearsalError
 from controller.bundles import bundle as bundles
+from controller.bundles import users_table
 from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader
 from controller.errors import TroubleError
-from controller.recognition import users
 
 GESTURE: Final = bundles.CONTENT[0]
 MOST_EXAMPLES: Final = 200  # in a bundle, all lessons together
@@ -106,7 +106,7 @@ def teach(
     heads = list(dict.fromkeys((*loaded.users.heads, *sorted(learners))))
     shares = []
     for user in (EVERYBODY, *heads):
-        part = GESTURE if user == EVERYBODY else users.head_part(user)
+        part = GESTURE if user == EVERYBODY else users_table.head_part(user)
         source = part if part in parts else GESTURE  # a user's first network starts as the common
         model = parts[source]
         if for_all or user in learners:
@@ -125,7 +125,7 @@ def teach(
     if heads:
         people = _people(content, len(table["users"]["names"]), inputs)
         golden = replace(golden, people=people)
-        content.setdefault(users.NETWORK, b"")
+        content.setdefault(users_table.NETWORK, b"")
     content[bundles.GOLDEN] = golden.pack()
     content[rehearsal.PART] = replace(known, base=base).pack()
     return AdaptedBundle(
@@ -258,7 +258,7 @@ def _people(
     Raises:
         AdaptError: It has no output for a user with a network.
     """
-    model = content.get(users.NETWORK, b"")
+    model = content.get(users_table.NETWORK, b"")
     if not model:
         return np.zeros((0, 1 + names), dtype=np.float32)
     outputs = _run(model, inputs)

@@ -21,13 +21,13 @@ from controller.config import ConfigError
 from controller.console import one_line
 from controller.errors import UserError, reason
 from controller.files import atomic_write, read_bytes
-from controller.recognition import users
 from controller.recognition.debounce import DebounceSettings
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
+from controller.recognition.pipeline import PipelineSettings
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recognition.touch_position import PositionSpread
-from controller.recognition.users import NOBODY, Users
+from controller.recognition.user_id import NOBODY, Users
 
 FORMAT = 4  # of bundle.toml and of the list of parts
 READABLE = (1, 2, 3, FORMAT)  # the older ones have fewer settings and no users
@@ -100,6 +100,14 @@ class Bundle(BundleSettings):
     users: Users = NOBODY
     user_onnx: bytes = b""
     heads: AbstractMapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> PipelineSettings:
+        """Settings of the pipeline's stages."""
+        return PipelineSettings(
+            self.labels, self.rows, self.columns, self.preprocess, self.debounce, self.spread,
+            self.users, self.identifies,
+        )  # fmt: skip
 
     @property
     def locates(self) -> bool:
@@ -194,7 +202,7 @@ def write(path: Path, *, manifest: bytes, parts: AbstractMapping[str, bytes]) ->
         path: The file, `NAME.orb`.
         manifest: The text of bundle.toml, UTF-8.
         parts: The bytes of each name in `CONTENT`, and of the networks of the users in the
-            manifest, named as in `controller/recognition/users.py`.
+            manifest, named as in `controller/bundles/users_table.py`.
 
     Raises:
         BundleError: `read` would refuse the result.
@@ -226,7 +234,7 @@ def _cut(problem: str) -> str:
 def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
     """Return the bundle in checked parts, with every field checked."""
     table = manifest(parts[MANIFEST])
-    located, identified = bool(parts["location.onnx"]), bool(parts.get(users.NETWORK))
+    located, identified = bool(parts["location.onnx"]), bool(parts.get(users_table.NETWORK))
     try:
         plain = _settings(table)
         mapping = parse_mapping(_rules(table.get("mapping")), plain.labels)
@@ -250,8 +258,8 @@ def _parse(parts: AbstractMapping[str, bytes], digest: str) -> Bundle:
         golden=golden,
         hash=digest,
         users=known,
-        user_onnx=parts.get(users.NETWORK, b""),
-        heads={name: parts[users.head_part(name)] for name in known.heads},
+        user_onnx=parts.get(users_table.NETWORK, b""),
+        heads={name: parts[users_table.head_part(name)] for name in known.heads},
     )
 
 
@@ -286,14 +294,14 @@ def _everywhere(mapping: Mapping) -> bool:
 
 def _check_parts(given: set[str], known: Users) -> None:
     """Refuse parts that the manifest does not name, and missing ones."""
-    wanted = {*CONTENT, *(users.head_part(name) for name in known.heads)}
+    wanted = {*CONTENT, *(users_table.head_part(name) for name in known.heads)}
     if known.names:
-        wanted.add(users.NETWORK)
+        wanted.add(users_table.NETWORK)
     if odd := ", ".join(sorted((wanted ^ given) - {REHEARSAL})):
         raise BundleError(f"has other parts than its manifest names ({odd}); write it again")
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
     """Return the names of parts in the order of the file."""
-    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users.NETWORK, name))
+    own = sorted(set(names) - set(PARTS), key=lambda name: (name != users_table.NETWORK, name))
     return (MANIFEST, *CONTENT, *own, SUMS)

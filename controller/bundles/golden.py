@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 
 _HEAD = "head."  # before a user's name: outputs of that user's own gesture network
 _PEOPLE = "people"  # output of the user network

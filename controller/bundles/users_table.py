@@ -18,13 +18,20 @@ names them. Identification is a convenience, not authentication: docs/users.md.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from controller import config
 from controller.config import ConfigError
 from controller.recognition.mapping import Mapping, MappingError
 from controller.recognition.mapping import parse as parse_mapping
-from controller.recognition.users import NOBODY, Users
+from controller.recognition.user_id import NOBODY, Users
+
+NETWORK: Final = "user.onnx"  # a part of the bundle
+
+
+def head_part(name: str) -> str:
+    """Return the part of a bundle that holds a user's own gesture network."""
+    return f"gesture-{name}.onnx"
 
 
 def parse(table: Any, labels: Sequence[str]) -> Users:

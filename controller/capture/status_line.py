@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from math import ceil
 from typing import Final, TextIO
 
@@ -9,8 +10,8 @@ from controller.capture.cues import Cue, Phase
 from controller.capture.labels import FrameLabels
 from controller.recognition.pipeline import Step
 
-_WIDTH: Final = 80  # if that of the terminal is unknown
-_NARROWEST: Final = 20
+_SIZE: Final = (80, 24)  # columns and lines of a terminal of unknown size
+_SMALLEST: Final = (20, 4)
 _WAITING: Final = {
     Phase.WAIT: "hands off: the sensor finds its rest",
     Phase.DONE: "done",
@@ -28,12 +29,40 @@ class Display:
         """Clear the display before other output."""
 
 
-class StatusLine(Display):
+class TerminalDisplay(Display):
+    """A display on a terminal, which may go away."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        """Write to `stream`, if there is one."""
+        self._stream = stream
+
+    def size(self) -> tuple[int, int]:
+        """Return columns and lines of the terminal."""
+        found = (0, 0)
+        if self._stream is not None:
+            with suppress(OSError, ValueError):
+                found = os.get_terminal_size(self._stream.fileno())
+        sizes = zip(found, _SIZE, _SMALLEST, strict=True)
+        width, height = (max(size or usual, least) for size, usual, least in sizes)
+        return width, height
+
+    def emit(self, text: str) -> None:
+        """Write a text at once; if the terminal has gone, the session goes on."""
+        if self._stream is None:
+            return
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except OSError:
+            self._stream = None
+
+
+class StatusLine(TerminalDisplay):
     """A line of a terminal that is overwritten; silent where there is no terminal."""
 
     def __init__(self, stream: TextIO | None, labels: Sequence[str], *, keyboard: bool) -> None:
         """Write to `stream` if that is a terminal; explain the keys if there is a keyboard."""
-        self._stream = stream if stream is not None and stream.isatty() else None
+        super().__init__(stream if stream is not None and stream.isatty() else None)
         self._labels, self._keyboard = labels, keyboard
         self._shown = ""
 
@@ -50,18 +79,10 @@ class StatusLine(Display):
         """Overwrite the last text; the cursor returns to the beginning of the line."""
         if self._stream is None or text == self._shown:
             return
-        try:
-            width = os.get_terminal_size(self._stream.fileno()).columns or _WIDTH
-        except (OSError, ValueError):
-            width = _WIDTH
-        width = max(width - 1, _NARROWEST)
+        width = max(self.size()[0] - 1, _SMALLEST[0])
         blank = " " * max(min(len(self._shown), width) - len(text), 0)
         self._shown = text
-        try:
-            self._stream.write(f"\r{text[:width]}{blank}\r")
-            self._stream.flush()
-        except OSError:  # the terminal is closed; the session continues
-            self._stream = None
+        self.emit(f"\r{text[:width]}{blank}\r")
 
 
 def describe(said: FrameLabels, t_s: float, labels: Sequence[str], *, keyboard: bool) -> str:

@@ -9,15 +9,11 @@ from typing import Any
 from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, InstalledRecord, shown_name, summary
-from controller.console import TROUBLE, complain, one_line, run
+from controller.console import TROUBLE, complain, one_line
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller models` and return its exit status."""
-    return run("controller", lambda: _models(argv))
-
-
-def _models(argv: Sequence[str]) -> int:
     grammar = argparse.ArgumentParser(
         prog="controller models", description="List the bundles of this device with their cards."
     )
@@ -38,7 +34,7 @@ def _models(argv: Sequence[str]) -> int:
 
 
 def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, Any]:
-    """Return what is known of one bundle."""
+    """Return the entries of one bundle."""
     entry, path = record.entry(name), shelf.path(name)
     row: dict[str, Any] = {
         "name": shown_name(name),
@@ -59,7 +55,7 @@ def _row(shelf: BundleStore, record: InstalledRecord, name: str) -> dict[str, An
 
 
 def _lines(row: dict[str, Any]) -> Iterator[str]:
-    """Yield what people are told of one bundle."""
+    """Yield the lines about one bundle."""
     mark = "in use" if row["in_use"] else "before" if row["previous"] else ""
     yield f"{row['name']:18}  {mark:6}  {row['problem'] or row['about']}"
     if row["installed"]:

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from controller.cli.sensor_options import add_sensor, chosen
+from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics.calibrate import SECONDS, judge
 from controller.diagnostics.frame_source import FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.recognition.preprocess import Frame
-from controller.sensors import base as sensors
 from controller.sensors import calibration_store
 from controller.sensors.calibration_store import Calibration
 
@@ -22,7 +21,7 @@ def main(argv: Sequence[str]) -> int:
     """Run `controller calibrate`; exit status 0: kept, 1: not kept, 2: wrong usage."""
     options = _parser().parse_args(argv)
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
-    sensor = sensors.load(options.sensor, chosen(options))
+    sensor = load(options)
     try:
         if options.forget:
             there = calibration_store.forget(sensor.device_id)

@@ -17,7 +17,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "measure the untouched sensor and keep the result",
     ),
     "doctor": ("controller.cli.doctor", "check computer, wiring, sensor and link"),
-    "key": ("controller.protocol.psk", "make a key that this orb and its host share"),
+    "key": ("controller.cli.key", "make a key that this orb and its host share"),
     "pair": ("controller.cli.pair", "pair with a host over Bluetooth"),
     "service": ("controller.cli.service", "print a systemd unit for this installation"),
     "status": ("controller.cli.status", "show service, Bluetooth and latency"),

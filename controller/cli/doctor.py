@@ -13,7 +13,7 @@ import numpy as np
 
 from controller import files
 from controller.bundles import bundle as bundles
-from controller.cli.sensor_options import add_sensor, chosen
+from controller.cli.sensor_options import add_sensor, load
 from controller.diagnostics import (
     link_check,
     measurements,
@@ -22,12 +22,12 @@ from controller.diagnostics import (
     touch_checks,
     wiring_checks,
 )
-from controller.diagnostics.frame_source import Finger, FrameReader, PromptedFinger, VirtualFinger
+from controller.diagnostics.frame_source import Finger, FrameReader, VirtualFinger
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.links import PRINT
-from controller.recognition.preprocess import LEAST_REST
+from controller.recognition.dead_taxels import without_lead
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorError, VirtualSensor
+from controller.sensors.base import Sensor, SensorError
 
 REAL: Final = "orb"  # the sensor that needs the libraries and devices of a Raspberry Pi
 _BLUETOOTH: Final = "controller.diagnostics.bluetooth"
@@ -37,9 +37,7 @@ RATE_HZ: Final = 10.0  # paper, section 4.1
 def main(argv: Sequence[str]) -> int:
     """Run `controller doctor` and return its exit status: 0 sound, 1 faults, 2 wrong usage."""
     options = parser().parse_args(argv)
-    if options.sensor not in sensors.names():
-        known = ", ".join(sensors.names())
-        raise SensorError(f"there is no sensor {options.sensor!r}; there are {known}")
+    sensors.name_of(options.sensor)  # a wrong name is refused before anything is measured
     rows = list(examine(options))
     if options.json:
         plain = {"healthy": not faulty(rows), "rows": [row.plain() for row in rows]}
@@ -77,7 +75,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     Raises:
         SensorError: The command line asks for what does not exist.
     """
-    real = options.sensor == REAL
+    real = sensors.name_of(options.sensor) == REAL
     yield from system_checks.libraries(options.bundle, pi=real)
     yield system_checks.disk(files.state_folder())
     yield system_checks.clock()
@@ -87,7 +85,7 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
     if options.bluetooth:
         yield from _bluetooth()
     try:
-        sensor = sensors.load(options.sensor, chosen(options))
+        sensor = load(options)
     except SensorError as error:
         if not real:
             raise
@@ -103,10 +101,10 @@ def examine(options: argparse.Namespace) -> Iterator[Row]:
 def _board_alone(wiring: Path | None) -> Iterator[Row]:
     """Yield what can be measured on a board on which no orb answers."""
     from controller.sensors.hardware.raspberry_pi import open_board
-    from controller.sensors.hardware.wiring_file import read, shipped
+    from controller.sensors.hardware.wiring_file import read
 
     try:
-        board = open_board(shipped() if wiring is None else read(wiring))
+        board = open_board(read(wiring))
     except SensorError:
         return  # nobody can even open it, which has been said
     try:
@@ -124,33 +122,31 @@ def _bluetooth() -> Iterator[Row]:
 
 def find_hand(watch: FrameReader) -> Finger | None:
     """Return whoever can press this sensor; None: nobody."""
-    if isinstance(watch.sensor, VirtualSensor):
-        return VirtualFinger(watch, watch.sensor)
-    return PromptedFinger() if sys.stdin is not None and sys.stdin.isatty() else None
+    if watch.sensor.virtual:
+        return VirtualFinger(watch)
+    return Finger() if sys.stdin is not None and sys.stdin.isatty() else None
 
 
 def sensor_rows(
     sensor: Sensor, find: Callable[[FrameReader], Finger | None] | None
 ) -> Iterator[Row]:
     """Yield what measurements, rest and touches say."""
-    board = getattr(getattr(sensor, "driver", None), "board", None)
-    grid = sensor.geometry
+    driver, grid = sensor.driver, sensor.geometry
     bad = np.zeros((grid.rows, grid.columns), dtype=np.bool_)
-    if board is not None:
-        measured = measurements.measure(board)
-        faults = wiring_checks.judge(measured, sensor.rate_hz)
-        yield from faults
+    if driver is not None:
+        measured = measurements.measure(driver.board)
         if isinstance(measured, measurements.UnresponsiveBoard):
+            yield from wiring_checks.judge(measured, sensor.rate_hz)
             return  # nothing else can be read
         found = wiring_checks.WiringChecks(measured, sensor.rate_hz)
-        yield from wiring_checks.sound(measured, faults)
+        yield from found.faults
+        yield from found.sound()
         bad |= found.bad
     watch = FrameReader(sensor)
     try:
         yield from _skin(watch, bad, find)
-        if watch.air:
-            pump = getattr(sensor, "driver").pump  # noqa: B009  # a driver is no part of a Sensor
-            yield from skin_checks.air(watch.air, pump.problem)
+        if driver is not None and driver.pump is not None and watch.air:
+            yield from skin_checks.air(watch.air, driver.pump.problem)
     except SensorError as error:
         yield Row("sensor", Verdict.FAULT, str(error), "See docs/hardware.md.", "sensor")
 
@@ -178,7 +174,7 @@ def _skin(
         yield Row("touches", Verdict.UNKNOWN, "nobody pressed: leads that are swapped stay unseen")
         return
     level = idle.mean(axis=0).astype(np.float64)
-    bad |= level < LEAST_REST * np.median(level)
+    bad |= without_lead(level)
     means = np.array([frames.mean(axis=0) for frames in pressed])
     changes = means / np.where(level > 0.0, level, 1.0) - 1.0
     if any(touch_checks.unfelt(np.where(bad, 0.0, change)) for change in changes):

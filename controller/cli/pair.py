@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--yes",
         action="store_true",
-        help="ask nobody: the first host that asks is let in, without digits",
+        help="let the first host in without digits or a question",
     )
     return parser
 
@@ -68,7 +68,7 @@ def _seconds(words: str) -> int:
 
 
 async def _pair(options: argparse.Namespace) -> int:
-    """Open the window, and close it when somebody has paired or the time is up."""
+    """Open the window, and close it when a host has paired or the time is up."""
     from controller.links.bluetooth.pairing_agent import NO_SCREEN, SCREEN, PairingAgent, accept_all
     from controller.links.bluetooth.prompt import Prompt
 
@@ -91,12 +91,12 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
     """Return when a host has bonded, or after the time."""
     bonds: asyncio.Queue[str] = asyncio.Queue()
 
-    def hear(path: str, interface: str, changes: Properties | None) -> None:
+    def note(path: str, interface: str, changes: Properties | None) -> None:
         ours = path.startswith(adapter + "/") and interface == DEVICE
         if ours and changes and (changes.get("Bonded") or changes.get("Paired")):
             bonds.put_nowait(path)
 
-    bus.listen(hear)
+    bus.listen(note)
     await agent.open_window(adapter, seconds)
     name = await bus.get(adapter, ADAPTER, "Alias")
     address = await bus.get(adapter, ADAPTER, "Address")
@@ -104,7 +104,7 @@ async def _wait(bus: Bus, adapter: str, agent: PairingAgent, seconds: int) -> in
     try:
         path = await asyncio.wait_for(bonds.get(), seconds)
     except TimeoutError:
-        print("nobody paired", flush=True)
+        print("no host paired", flush=True)
         return 1
     finally:
         await agent.close_window(adapter)

@@ -5,16 +5,12 @@ from collections.abc import Sequence
 
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, shown_name
-from controller.console import TROUBLE, complain, run
+from controller.console import TROUBLE, complain
 from controller.errors import reason
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `controller rollback` and return its exit status."""
-    return run("controller", lambda: _rollback(argv))
-
-
-def _rollback(argv: Sequence[str]) -> int:
     argparse.ArgumentParser(
         prog="controller rollback",
         description="Take the bundle of before into use; run again, it brings the newer one back.",

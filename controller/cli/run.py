@@ -1,7 +1,8 @@
-"""A plain run: read what the user asks for, and run the loop."""
+"""A plain run: parse and check the options, assemble the parts, and run the loop."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import logging
 import os
@@ -12,15 +13,17 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from controller import console
-from controller.cli.options import parser
+from controller import __version__, console
+from controller.bundles.inference import engines
+from controller.cli.commands import COMMANDS
+from controller.cli.sensor_options import add_sensor, hand_of, rate
 from controller.console import TROUBLE, complain, let_go
 from controller.errors import UserError
 from controller.links import PRINT, LinkAwayError
 from controller.runtime.assemble import Parts, exchange, open_device, prepare, refreshed, renew
-from controller.runtime.assemble import clerk as parts_clerk
 from controller.runtime.device import Device
 from controller.runtime.loop import ORPHAN_S, Loop
 from controller.runtime.realtime import IdleCollector, real_time, reserve
@@ -29,13 +32,14 @@ from controller.shutdown import ShutdownSignals, signals
 
 if TYPE_CHECKING:
     from controller.keymap.terminal import Keyboard
+    from controller.runtime.bundle_updates import BundleUpdater
 
 _log = logging.getLogger("controller")
 
 
 def main(words: Sequence[str]) -> int:
     """Run the device and return its exit status: 0 success, 1 trouble, 2 wrong usage."""
-    options = parser().parse_args(words)
+    options = check(parser().parse_args(words))
     logging.basicConfig(format="%(message)s", level=logging.INFO, stream=sys.stderr)
     with signals() as ends:
         ends.at_once = True
@@ -55,7 +59,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _keyboard(parts: Parts) -> AbstractContextManager[Keyboard | None]:
-    """Return the keys, which label what is recorded."""
+    """Return the keyboard, which labels what is recorded."""
     if parts.runs is None:
         return nullcontext()
     from controller.keymap.terminal import keyboard
@@ -77,7 +81,7 @@ def _run(parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None) -> None
     heart = WatchdogHeartbeat()
     heart.ready()
     sweeper = IdleCollector()
-    parts = replace(parts, sweeper=sweeper)
+    parts = replace(parts, collector=sweeper)
     try:
         while _sessions(parts, ends, keyboard, heart):
             ends.renew = False
@@ -88,10 +92,6 @@ def _run(parts: Parts, ends: ShutdownSignals, keyboard: Keyboard | None) -> None
     finally:
         heart.stopping()
         sweeper.close()
-        if parts.ledger is not None:
-            from controller.runtime.latency_report import close_ledger
-
-            close_ledger(parts.ledger)
 
 
 def _sessions(
@@ -100,7 +100,7 @@ def _sessions(
     """Run with these parts; return whether to go on with new ones."""
     printing, replaying = parts.options.link == PRINT, parts.options.replay is not None
     sessions = count(1)
-    clerk = parts_clerk(parts)
+    updater = _updater(parts)
 
     def exchanged(device: Device) -> bool:
         """Go on with the networks of the bundle now in use, if nothing else has changed."""
@@ -119,25 +119,34 @@ def _sessions(
         parts.link,
         lambda: open_device(parts, next(sessions), keyboard),
         time.monotonic,
-        # What is simulated or recorded has no time of its own: it begins when somebody looks.
+        # What is simulated or recorded has no time of its own: it begins with a host.
         await_host=not printing and (parts.sensor.virtual or replaying),
         orphan_s=ORPHAN_S if parts.owned else None,
-        clerk=clerk,
+        updater=updater,
         exchange=exchanged,
     )
 
     def over() -> bool:
-        """Show systemd that the loop turns; say whether it shall go on."""
+        """Send the watchdog heartbeat; return whether to stop."""
         heart.beat()
-        heart.tell(_state(parts))
-        # Whoever read the lines has gone (`controller | head`): that is an end as well.
+        heart.status(_state(parts))
+        # The reader of the lines has gone (`controller | head`): that is an end as well.
         return bool(ends) or ends.renew or (printing and not parts.link.connected)
 
     loop.run(over)
     if loop.missed:
         missed = console.count(loop.missed, "frame")
         _log.info("missed %s; is the machine too busy?", missed)
-    return not ends and (ends.renew or (clerk is not None and clerk.switched))
+    return not ends and (ends.renew or (updater is not None and updater.switched))
+
+
+def _updater(parts: Parts) -> BundleUpdater | None:
+    """Return the handler of bundles over the link; only a run with a link imports it."""
+    if parts.options.link == PRINT:
+        return None
+    from controller.runtime.bundle_updates import updater
+
+    return updater(parts)
 
 
 def _state(parts: Parts) -> str:
@@ -149,7 +158,7 @@ def _state(parts: Parts) -> str:
 
 
 def _announce(url: str) -> None:
-    """Print where a host finds us, the first line of all."""
+    """Print the address for hosts, the first line of all."""
     try:
         print(json.dumps({"listening": url}), flush=True)
     except OSError as error:
@@ -158,7 +167,7 @@ def _announce(url: str) -> None:
 
 
 def _watch_host(ends: list[str]) -> None:
-    """Note the host's end: it holds the other end of our standard input, however it dies."""
+    """Stop when the parent host exits: standard input reaches end of file."""
     with suppress(OSError):
         while os.read(0, 4096):
             pass
@@ -170,3 +179,156 @@ def _replay(device: Device, stopped: Callable[[], bool]) -> None:
     while device.due is not None and device.link.connected and not stopped():
         device.advance(device.sensor.rate_hz)
     device.close()
+
+
+# --- options --------------------------------------------------------------------------------------
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line's grammar."""
+    grammar = argparse.ArgumentParser(
+        prog="controller",
+        usage="controller [OPTION ...]\n       controller COMMAND [-h] ...",
+        description="Recognise gestures on the soft sensor and send them as commands, until Ctrl-C."
+        "\n\ncommands:\n"
+        + "".join(f"  {name:12}  {purpose}\n" for name, (_, purpose) in COMMANDS.items()),
+        epilog="Try it without hardware: controller --sensor virtual --link -",
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(
+            prog, max_help_position=18
+        ),
+    )
+    add = grammar.add_argument
+    add("--version", action="version", version=f"controller {__version__}")
+    add_sensor(grammar, "where frames come from")
+    add(
+        "--hand-of",
+        metavar="NAME[:DAY]",
+        type=hand_of,
+        default=("", ""),
+        help="simulate the hand of user NAME on day DAY, as `controller teach --user NAME "
+        "--session DAY` does (default: a generic hand)",
+    )
+    add(
+        "--bundle",
+        metavar="FILE",
+        type=Path,
+        help="the trained networks and their settings (default: the one that `controller install` "
+        "took into use, else the one that ships)",
+    )
+    add(
+        "--engine",
+        metavar="NAME",
+        choices=engines.NAMES,
+        default="",
+        help=f"what runs the networks: {', '.join(engines.NAMES)} (default: what `controller "
+        f"install` measured to be the faster one here, else {engines.STANDARD})",
+    )
+    add(
+        "--labels",
+        metavar="FILE",
+        type=Path,
+        help="a vocabulary, whose gestures the virtual orb's own hand then knows: docs/teach.md",
+    )
+    add(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="gestures to commands, in place of the bundle's: docs/mapping.md",
+    )
+    add(
+        "--link",
+        metavar="URL",
+        default=PRINT,
+        help="where commands go: - prints them, listen://127.0.0.1:PORT waits for a host, rfcomm: "
+        "waits for paired ones over Bluetooth (controller pair --help, docs/bluetooth.md), "
+        "else a serial port or a pyserial URL (default: -)",
+    )
+    add(
+        "--key",
+        metavar="FILE",
+        type=Path,
+        help="the key that this orb and its host share, for --link; `controller key FILE` makes "
+        "one: docs/link.md",
+    )
+    add(
+        "--unprotected",
+        action="store_true",
+        help="let listen:// take hosts of other machines without a key: every program that reaches "
+        "the port can connect",
+    )
+    add(
+        "--record",
+        metavar="PATH",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        help="keep the session in a new .npz file, or in a folder (default: here), where it is "
+        "named sub-USER_ses-SESSION_run-01.npz; what a crash left unfinished there is recovered",
+    )
+    add(
+        "--user",
+        metavar="ID",
+        default="",
+        help="the user who touches the sensor, for --record: letters and digits; and the player, "
+        "if enrolled (docs/users.md; default: as identified)",
+    )
+    add(
+        "--session",
+        metavar="ID",
+        default=time.strftime("%Y%m%d"),
+        help="name of the user's session, for --record (default: today's date)",
+    )
+    add(
+        "--label",
+        metavar="NAME",
+        default="",
+        help="what the sensor's label button means, for --record, where it has no label itself",
+    )
+    add(
+        "--cues",
+        metavar="FILE",
+        type=Path,
+        help="a plan of what to record, for --record: get ready, go, rest, until there is enough "
+        "of all: docs/recording.md",
+    )
+    add(
+        "--replay",
+        metavar="FILE",
+        type=Path,
+        help="a recording in place of a sensor: as fast as it can, or, over a link, as recorded",
+    )
+    add(
+        "--rate",
+        metavar="HZ",
+        type=rate,
+        help="sensor scans per second, within 2 %% of the bundle's (default: the bundle's)",
+    )
+    add(
+        "--realtime",
+        action="store_true",
+        help="ask the system to wake the loop before all ordinary programs",
+    )
+    return grammar  # fmt: skip
+
+
+def check(options: argparse.Namespace) -> argparse.Namespace:
+    """Return the options; refuse those that have no meaning together."""
+    replay, printing, key = options.replay is not None, options.link == PRINT, options.key
+    virtual = options.sensor.partition(":")[0] == "virtual" and not replay
+    refused = {
+        "a replay is a recording already; leave out --record":
+            replay and options.record is not None,
+        "a recording has its own rate; leave out --rate": replay and options.rate is not None,
+        "--hand-of is the virtual orb's own; leave it out, or say --sensor virtual":
+            options.hand_of != ("", "") and not virtual,
+        "--key and --unprotected are for hosts; say with --link where they come":
+            printing and (key is not None or options.unprotected),
+        "an orb with a key is protected; leave out --key or --unprotected":
+            key is not None and options.unprotected,
+        "--label is for recordings; add --record": options.record is None and options.label,
+        "--cues is for recordings; add --record": options.record is None and options.cues,
+    }  # fmt: skip
+    for words, wrong in refused.items():
+        if wrong:
+            raise UserError(words)
+    return options

@@ -1,10 +1,12 @@
 """Options that choose and simulate a sensor, alike in all commands that read one."""
 
 import argparse
+import math
+import re
 from pathlib import Path
 
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorOptions
+from controller.sensors.base import Sensor
 
 PRESETS = ("nominal", "paper-snr")  # names only: to import the simulator takes longer than a start
 
@@ -19,9 +21,9 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     add = grammar.add_argument
     add(
         "--sensor",
-        metavar="NAME",
+        metavar="NAME[:KEY=VALUE,...]",
         default="virtual",
-        help=f"{sensor}: {', '.join(sensors.names())} (default: virtual)",
+        help=f"{sensor}: {', '.join(sensors.names())}, with options of its own (default: virtual)",
     )
     add(
         "--wiring",
@@ -53,12 +55,17 @@ def add_sensor(grammar: argparse.ArgumentParser, sensor: str) -> None:
     )
 
 
-def chosen(options: argparse.Namespace) -> SensorOptions:
-    """Return the settings of the sensor that `add_sensor`'s options choose."""
-    return SensorOptions(
+def load(options: argparse.Namespace) -> Sensor:
+    """Return the sensor that `add_sensor`'s options choose.
+
+    Raises:
+        SensorError: It cannot be used.
+    """
+    return sensors.load(
+        options.sensor,
         seed=options.seed,
         preset=options.preset,
-        faults=tuple(options.fault),
+        fault=tuple(options.fault),
         wiring=options.wiring,
     )
 
@@ -72,3 +79,31 @@ def seed(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and int(words) < 2**32):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 0 to {2**32 - 1}")
     return int(words)
+
+
+def hand_of(words: str) -> tuple[str, str]:
+    """Return the user and the day of a simulated hand, "" without one.
+
+    Raises:
+        argparse.ArgumentTypeError: The words are no NAME or NAME:DAY.
+    """
+    if not re.fullmatch("[A-Za-z0-9]+(:[A-Za-z0-9]+)?", words):
+        raise argparse.ArgumentTypeError(f"{words!r} must be a NAME of letters and digits, or "
+                                         "NAME:DAY")  # fmt: skip
+    name, _, day = words.partition(":")
+    return name, day
+
+
+def rate(words: str) -> float:
+    """Return a rate in hertz.
+
+    Raises:
+        argparse.ArgumentTypeError: The words are no number above 0.
+    """
+    try:
+        value = float(words)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
+    return value

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 NAME: Final = "orbtouch.service"
-# Who may use Bluetooth over D-Bus, the pins and the converter, on Debian and Raspberry Pi OS.
+# Groups that may use Bluetooth over D-Bus, pins and converter, on Debian and Raspberry Pi OS.
 GROUPS: Final = ("bluetooth", "gpio", "spi")
 
 

@@ -1,4 +1,4 @@
-"""`controller status`: whether the service runs, and who is on Bluetooth."""
+"""`controller status`: state of the service, of Bluetooth and of the loop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from controller.errors import how_to_install
 from controller.files import read_bytes
 from controller.links.bluetooth import bluez
 from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, adapters, bonded, devices
-from controller.runtime.latency_report import status_folders
+from controller.runtime.latency import status_folders
 
 ASKED: Final = ("LoadState", "ActiveState", "SubState", "StatusText", "NRestarts", "MainPID",
                 "ActiveEnterTimestamp")  # fmt: skip
@@ -29,8 +29,8 @@ def main(argv: Sequence[str]) -> int:
     """Print how the device is; return 0 if it runs, as a service or not, 1 if not."""
     parser = argparse.ArgumentParser(
         prog="controller status",
-        description="Say whether the device's service runs, who is paired and connected, and where "
-        "the time of its frames goes.",
+        description="Show whether the device's service runs, which hosts are paired and connected, "
+        "and where the time of its frames goes.",
     )
     parser.add_argument("--json", action="store_true", help="as one line of JSON")
     options = parser.parse_args(argv)
@@ -49,7 +49,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def read_running() -> dict[str, Any]:
-    """Return what a running controller says of itself, the service's first; {} if none runs."""
+    """Return the status of a running controller, the service's first; {} if none runs."""
     for folder in status_folders():
         try:
             said = parse_json(read_bytes(folder / "status.json", MAX_BYTES))
@@ -94,7 +94,7 @@ def running_lines(running: dict[str, Any]) -> list[str]:
 
 
 def read_service() -> dict[str, str]:
-    """Return what systemd says of the service; nothing where there is no systemd."""
+    """Return the service's properties in systemd; {} where there is no systemd."""
     if not shutil.which("systemctl"):
         return {}
     command = ["systemctl", "show", NAME, f"--property={','.join(ASKED)}"]

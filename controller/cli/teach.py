@@ -12,8 +12,8 @@ from typing import Final
 from controller.bundles import bundle as bundles
 from controller.bundles.vocabulary import FILE, NO_MIRROR, ROTATIONS, SELF
 from controller.cli import install
-from controller.cli.sensor_options import add_sensor
-from controller.console import INTERRUPTED, TROUBLE, complain
+from controller.cli.sensor_options import add_sensor, rate
+from controller.console import INTERRUPTED, TROUBLE, agreed, ask, complain
 from controller.errors import TroubleError, UserError, reason
 from controller.keymap.terminal import keyboard
 from controller.protocol.messages import COMMANDS
@@ -49,11 +49,11 @@ def main(argv: Sequence[str]) -> int:
     if not taken:
         say("nothing was recorded")
         return 1
-    ask = _ask if sys.stdin.isatty() and sys.stderr.isatty() and not interrupted else None
+    agree = agreed if _interactive() and not interrupted else None
     plan = next_step.course_of_people if options.protocol == protocols.USERS else next_step.course
     try:
         return next_step.offer(
-            plan(options.out, taken), ask=ask, say=say, yes=options.yes and not interrupted
+            plan(options.out, taken), agree=agree, say=say, yes=options.yes and not interrupted
         )
     except KeyboardInterrupt:
         say("interrupted; the same commands go on from here")
@@ -96,12 +96,7 @@ def _add(options: argparse.Namespace) -> int:
 
 def _offer_install(out: Path, *, yes: bool) -> int:
     """Take a bundle into use, if that is wanted, or say how."""
-    if not yes and sys.stdin.isatty() and sys.stderr.isatty():
-        try:
-            yes = _ask("Take it into use now? [y/N] ").strip().lower() in ("y", "yes")
-        except EOFError:
-            say("")
-    if yes:
+    if yes or (_interactive() and agreed("Take it into use now?")):
         return install.main([str(out)])
     say(f"take it into use with: controller install {shlex.quote(str(out))}")
     say(f"or only play with it: host -- --bundle {shlex.quote(str(out))}")
@@ -154,16 +149,21 @@ def _people(options: argparse.Namespace) -> Iterator[str]:
         return iter(names or [""])
     if names:
         return iter(names)
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+    if not _interactive():
         raise TeachError("say who takes turns: --user ada,ben")
     return _asked()
+
+
+def _interactive() -> bool:
+    """Return whether questions can be asked."""
+    return sys.stdin.isatty() and sys.stderr.isatty()
 
 
 def _asked() -> Iterator[str]:
     """Ask who is next until nobody is."""
     while True:
         try:
-            name = _ask("Who is next? (letters and digits; nothing ends) ").strip()
+            name = ask("Who is next? (letters and digits; nothing ends) ").strip()
         except (EOFError, KeyboardInterrupt):
             say("")
             return
@@ -173,12 +173,6 @@ def _asked() -> Iterator[str]:
             yield name
         else:
             say(f"{name!r} names files; use letters (a to z) and digits")
-
-
-def _ask(question: str) -> str:
-    """Ask on standard error, as results go to standard output; return the answer."""
-    print(question, end="", file=sys.stderr, flush=True)
-    return input()
 
 
 def parser() -> argparse.ArgumentParser:
@@ -244,7 +238,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--rate",
         metavar="HZ",
-        type=_number,
+        type=rate,
         help="sensor scans per second (default: the sensor's own)",
     )
     add(
@@ -291,13 +285,6 @@ def _repetitions(words: str) -> int:
     if not (words.isascii() and words.isdecimal() and 1 <= int(words) <= _MOST):
         raise argparse.ArgumentTypeError(f"{words} must be a whole number from 1 to {_MOST}")
     return int(words)
-
-
-def _number(words: str) -> float:
-    value = _speed(words)
-    if value == 0.0:
-        raise argparse.ArgumentTypeError(f"{words} must be a number above 0, in hertz")
-    return value
 
 
 def _speed(words: str) -> float:

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from controller.diagnostics.report import Row, Verdict
 from controller.diagnostics.touch_checks import pressed
 from controller.recognition import drift
-from controller.recognition.dead_taxels import MOST, TaxelInterpolator
-from controller.recognition.preprocess import LEAST_REST, Frame, Preprocessor, PreprocessSettings
-from controller.recognition.taxel_text import names
+from controller.recognition.dead_taxels import MOST, TaxelInterpolator, without_lead
+from controller.recognition.preprocess import Frame, Preprocessor, PreprocessSettings
+from controller.recognition.sensor_health import taxel_names
 
 Frames = NDArray[np.float32]  # (n, rows, columns)
 Change = NDArray[np.float64]
@@ -33,7 +33,7 @@ _LINE: Final = 0.15
 def judge(
     frames: Frames, rate_hz: float, last: Frame | None = None, *, anyway: bool = False
 ) -> tuple[list[Row], Frame | None, float]:
-    """Return what is to be said of a calibration, its rest image (None: refused) and its noise.
+    """Return the rows on a calibration, its rest image (None: refused) and its noise.
 
     Args:
         frames: Of a sensor that nobody should have touched, (n, rows, columns), pF.
@@ -49,9 +49,9 @@ def judge(
     if late or any(all(restless[i : i + run]) for i in range(len(steps) - run + 1)):
         return [_refused("something moved on it")], None, 0.0
     rest = frames.mean(axis=0)
-    lost = rest < LEAST_REST * np.median(rest)
+    lost = without_lead(rest)
     if not (rest > 0.0).any() or lost.mean() > MOST:
-        words = "no taxel reads anything" if lost.all() else f"{names(lost)}: no signal"
+        words = "no taxel reads anything" if lost.all() else f"{taxel_names(lost)}: no signal"
         return [Row("rest", Verdict.FAULT, words, "Run: controller doctor", "leads")], None, 0.0
     sure, place = _lies(rest, lost, last)
     if sure > _SURE and not anyway:
@@ -73,7 +73,7 @@ def _refused(why: str) -> Row:
 
 
 def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[float, str]:
-    """Return how sure something lies on the skin since the first frame, and where.
+    """Return how sure something lies on the skin, and where, from rest images (rows, columns).
 
     Where the sensor was calibrated before, the change since then shows it. Where not, taxels that
     differ by 7 % from the start have to look like a simulated press (standard deviations).
@@ -103,14 +103,15 @@ def _lies(rest: Frame, lost: NDArray[np.bool_], last: Frame | None) -> tuple[flo
 
 
 def _filled(change: Change, lost: NDArray[np.bool_]) -> Change:
+    """Return a change, (rows, columns), with lost taxels interpolated."""
     return TaxelInterpolator(*change.shape).fill(change, lost) if lost.any() else change
 
 
 def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -> list[Row]:
-    """Return what is wrong with the sensor, though it can be played on."""
+    """Return doubts about a usable sensor from `frames`, (n, rows, columns)."""
     rows = []
     if lost.any():
-        words = f"{names(lost)}: no signal; play goes on without"
+        words = f"{taxel_names(lost)}: no signal; play goes on without"
         rows.append(Row("leads", Verdict.DOUBTFUL, words, "Run: controller doctor", "leads"))
     if idle > _NOISY:
         words = f"readings scatter by {100 * idle:.0f} %"
@@ -127,7 +128,7 @@ def _doubts(frames: Frames, rest: Frame, lost: NDArray[np.bool_], idle: float) -
 
 
 def _changes(rest: Frame, last: Frame | None, lost: NDArray[np.bool_]) -> list[Row]:
-    """Return how rest has changed since the last time, by cause; information, no complaint."""
+    """Return how rest, (rows, columns), has changed since the last time, by cause."""
     if last is None or last.shape != rest.shape or lost.any() or not (last > 0.0).all():
         return []
     why, rows = drift.causes(last, np.maximum(rest, 0.01)), []

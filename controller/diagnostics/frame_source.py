@@ -1,17 +1,17 @@
-"""Frames for the doctor: at the sensor's pace where it is real, at once where it is simulated."""
+"""Frames for checks, in real time or simulated, and the fingers that press the sensor."""
 
-import sys
 import time
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller import console
 from controller.diagnostics.skin_checks import PressureReading
 from controller.diagnostics.touch_checks import DEPTH_MM, RADIUS_MM, Place
 from controller.protocol.messages import Contact
-from controller.sensors.base import Sensor, VirtualSensor
+from controller.sensors.base import Sensor
 
 Frames = NDArray[np.float32]  # (n, rows, columns)
 
@@ -50,37 +50,51 @@ class FrameReader:
         return np.array([self._next() for _ in range(max(1, round(seconds * self.sensor.rate_hz)))])
 
     def _next(self) -> NDArray[np.float32]:
+        """Return the next frame, (rows, columns), picofarads."""
         self._number += 1
         if not self.sensor.virtual:
             now_s = self._clock()
             due_s = now_s if self._origin_s is None else self._origin_s + self.now_s
-            if self._origin_s is None or now_s > due_s + 1.0:  # somebody was asked in between
+            if self._origin_s is None or now_s > due_s + 1.0:  # after a question
                 self._origin_s = now_s - self.now_s
             else:
                 self._sleep(max(0.0, due_s - now_s))
         frame = self.sensor.read(self.now_s)
-        driver = getattr(self.sensor, "driver", None)
-        if driver is not None and driver.pressure_kpa is not None:
+        driver = self.sensor.driver
+        if driver is not None and driver.pump is not None and driver.pressure_kpa is not None:
             self.air.append(PressureReading(self.now_s, driver.pressure_kpa, driver.pump.running))
         return frame
 
 
-class Finger(Protocol):
-    """Whoever presses."""
+class Finger:
+    """A user at a terminal, who is asked to press."""
+
+    def __init__(self, ask: Callable[[str], str] = console.ask) -> None:
+        """Ask on the standard error stream, unless another way is given."""
+        self._ask = ask
 
     def press(self, place: Place) -> bool:
-        """Press a taxel, (row, column), and keep it pressed; False: nobody is there."""
+        """Ask for a press on a taxel, (row, column); False: s or the end of input skips it."""
+        row, column = place
+        words = (
+            f"Press the taxel in row {row}, column {column} (from the top left, from 0) firmly, "
+            "keep it pressed, and hit Enter (s Enter: skip all presses) "
+        )
+        try:
+            return not self._ask(words).strip().lower().startswith("s")
+        except EOFError:
+            return False
 
     def lift(self) -> None:
-        """Lift the finger."""
+        """Lift the finger; the next question asks for that."""
 
 
-class VirtualFinger:
-    """The virtual orb's own finger."""
+class VirtualFinger(Finger):
+    """A finger on a virtual orb."""
 
-    def __init__(self, watch: FrameReader, sensor: VirtualSensor) -> None:
+    def __init__(self, watch: FrameReader) -> None:
         """Prepare."""
-        self._watch, self._sensor = watch, sensor
+        self._watch, self._sensor = watch, watch.sensor
 
     def press(self, place: Place) -> bool:
         """Press at once."""
@@ -95,34 +109,3 @@ class VirtualFinger:
         """Lift, and let the skin come to rest."""
         self._sensor.touch((), self._watch.now_s)
         self._watch.frames(_REST_S)
-
-
-class PromptedFinger:
-    """Somebody at a terminal, who is asked."""
-
-    def __init__(self, ask: Callable[[str], str] | None = None) -> None:
-        """Ask on the standard error stream, unless another way is given."""
-        self._ask = _ask if ask is None else ask
-
-    def press(self, place: Place) -> bool:
-        """Ask for it; whoever answers with s skips, and the end of input does, too."""
-        row, column = place
-        words = (
-            f"Press the taxel in row {row}, column {column} (from the top left, from 0) firmly, "
-            "keep it pressed, and hit Enter (s Enter: skip all presses) "
-        )
-        try:
-            return not self._ask(words).strip().lower().startswith("s")
-        except EOFError:
-            return False
-
-    def lift(self) -> None:
-        """Nothing: the next question says it."""
-
-
-def _ask(words: str) -> str:
-    print(words, end="", file=sys.stderr, flush=True)
-    line = sys.stdin.readline()
-    if not line:
-        raise EOFError
-    return line

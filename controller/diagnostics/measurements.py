@@ -1,6 +1,6 @@
-"""Electrical measurements on a board, real or emulated: what the pins and the converter say.
+"""Electrical measurements on a board, real or emulated, by its pins and its converter.
 
-Nobody needs to touch the orb, and nobody may. It takes a second or two.
+The orb must not be touched meanwhile. It takes a second or two.
 """
 
 from dataclasses import dataclass, replace
@@ -28,6 +28,7 @@ _LATE_SCANS: Final = 4
 _RAMP: Final = 100  # conversions of one charge as it leaks away
 _AGAIN: Final = 6  # readings of which a mean is taken
 _BURST: Final = 96  # readings of one taxel, for hum
+_SURE: Final = 4.0  # times the hum that noise alone would show
 _SPAN_S: Final = 0.16  # ... over so long: eight periods of 50 Hz and more of 60
 
 
@@ -38,8 +39,6 @@ class Measurements:
     Attributes:
         wiring: Of the board.
         step: The converter's step, of full scale.
-        failed: Share of conversions that nothing answered.
-        reason: What the last of them said.
         conversion_s: What one conversion takes.
         values: Single conversions of one row's charge as it leaks away, counts, (n,).
         dark: Each row by itself, with no column raised, (rows,).
@@ -61,8 +60,6 @@ class Measurements:
 
     wiring: Wiring
     step: float
-    failed: float
-    reason: str
     conversion_s: float
     values: Array
     dark: Array
@@ -80,6 +77,28 @@ class Measurements:
     late: Array
     late_shares: Array
     burst: tuple[Array, Array]
+
+    def time_constants_s(self) -> Array:
+        """Return the time constant with which each row loses its charge, (rows,), seconds."""
+        before, after = np.diag(self.held), self.held_late - np.maximum(0.0, self.dark_late)
+        ratio = np.maximum(after, self.step) / np.maximum(before, self.step)
+        tau_s = LATE_S / -np.log(np.minimum(ratio, 0.999))
+        return np.where(ratio < 0.999, tau_s, np.inf)
+
+    def hum(self) -> tuple[float, float, bool]:
+        """Return the strongest hum: amplitude (of the reading), hertz, and whether it is sure."""
+        values, times = self.burst
+        mean = float(values.mean())
+        best = (0.0, 0.0, False)
+        for hertz in (50.0, 60.0) if mean > 0.0 else ():
+            turn = 2 * np.pi * hertz * times
+            basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
+            solved, *_ = np.linalg.lstsq(basis, values / mean, rcond=None)
+            left = float((values / mean - basis @ solved).std())
+            amplitude = float(np.hypot(solved[1], solved[2]))
+            sure = amplitude > _SURE * left * np.sqrt(2.0 / len(values))
+            best = max(best, (amplitude, hertz, sure))
+        return best
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +128,7 @@ def measure(board: Board) -> Measurements | UnresponsiveBoard:
 
 
 def _answers(board: Board) -> UnresponsiveBoard:
-    """Say how a converter answers while every row is at the supply: anything but zeros."""
+    """Return how a converter answers while every row is at the supply: anything but zeros."""
     electrodes = board.wiring.electrodes
     failed, reason, most = 0, "", 0
     for pin in electrodes.rows:
@@ -152,8 +171,6 @@ class _Probe:
         return Measurements(
             self._wiring,
             1.0 / self._full,
-            0.0,
-            "",
             self._conversion_s(),
             values,
             dark / self._full,
@@ -174,6 +191,7 @@ class _Probe:
         )
 
     def _picofarads(self, scan: Scan, dark: Array) -> Array:
+        """Return a scan as the driver reads it, (rows, columns), picofarads."""
         return picofarads(self._wiring, scan.counts, scan.age_s, dark, round(self._full))
 
     def _convert(self, row: int) -> float:
@@ -183,7 +201,14 @@ class _Probe:
             self._board.convert(channel - channel % self._board.chip.channels + ground)
         return self._board.convert(channel) / self._full
 
+    def _charge(self, pin: int, up: bool, seconds: float) -> None:
+        """Drive an electrode to the supply or to ground for a time, and let it float."""
+        self._board.pins.drive(pin, up)
+        self._board.wait(seconds)
+        self._board.pins.release(pin)
+
     def _row_tests(self) -> tuple[Array, Array, Array, Flags, Array]:
+        """Return `prompt`, `held`, `held_late`, `held_level` and `row_touch`, (rows, ...)."""
         pins, wait, rows = self._board.pins, self._board.wait, len(self._rows)
         prompt, late = np.zeros(rows), np.zeros(rows)
         level = np.zeros(rows, dtype=np.bool_)
@@ -191,19 +216,13 @@ class _Probe:
         for i, pin in enumerate(self._rows):
             for k in range(rows):
                 for _ in range(_AGAIN if i == k else 1):
-                    pins.drive(pin, True)
-                    wait(_FILL_S if i == k else _CHARGE_S)
-                    pins.release(pin)
+                    self._charge(pin, True, _FILL_S if i == k else _CHARGE_S)
                     held[i, k] += self._convert(k) / (_AGAIN if i == k else 1)
             for _ in range(_AGAIN):
-                pins.drive(pin, True)
-                wait(_FILL_S)
-                pins.release(pin)
+                self._charge(pin, True, _FILL_S)
                 wait(LATE_S)
                 late[i] += self._convert(i) / _AGAIN
-            pins.drive(pin, True)
-            wait(_CHARGE_S)
-            pins.release(pin)
+            self._charge(pin, True, _CHARGE_S)
             level[i] = pins.level(pin)
             pins.drive(pin, True)
             for k, other in enumerate(self._rows):
@@ -212,19 +231,15 @@ class _Probe:
                     wait(_CHARGE_S)
                     touch[i, k] = self._convert(k)
                     pins.drive(other, False)
-            pins.drive(pin, False)
-            wait(_CHARGE_S)
-            pins.release(pin)
+            self._charge(pin, False, _CHARGE_S)
             prompt[i] = self._convert(i)
             pins.drive(pin, False)
         return prompt, held, late, level, touch
 
     def _ramp(self, row: int) -> Array:
-        """Return single conversions on the way down from the supply: stuck bits show."""
+        """Return conversions on the way down from the supply, (n,), counts: stuck bits show."""
         pin, values = self._rows[row], np.zeros(_RAMP)
-        self._board.pins.drive(pin, True)
-        self._board.wait(_CHARGE_S)
-        self._board.pins.release(pin)
+        self._charge(pin, True, _CHARGE_S)
         for i in range(_RAMP):
             values[i] = self._board.convert(self._wiring.electrodes.channels[row])
             self._board.wait(LATE_S / 8)
@@ -232,14 +247,13 @@ class _Probe:
         return values
 
     def _column_tests(self) -> tuple[Flags, Flags, Flags]:
+        """Return `column_high`, `column_low`, (columns,), and `column_touch`."""
         pins, wait, columns = self._board.pins, self._board.wait, len(self._columns)
         high, low = np.zeros(columns, dtype=np.bool_), np.zeros(columns, dtype=np.bool_)
         touch = np.zeros((columns, columns), dtype=np.bool_)
         for i, pin in enumerate(self._columns):
             for up, told in ((True, high), (False, low)):
-                pins.drive(pin, up)
-                wait(_FILL_S)
-                pins.release(pin)
+                self._charge(pin, up, _FILL_S)
                 wait(_CHARGE_S)
                 told[i] = pins.level(pin) is up
                 pins.drive(pin, False)
@@ -262,7 +276,7 @@ class _Probe:
         return (self._board.clock() - before) / _TRIES
 
     def _burst(self, scans: list[Scan]) -> tuple[Array, Array]:
-        """Read the taxel that reads most, but not too much, again and again."""
+        """Return readings, (n,), of the taxel that reads most up to half, and times, (n,)."""
         mean = np.mean([scan.counts for scan in scans], axis=0) / self._full
         row, column = np.unravel_index(int(np.where(mean < 0.5, mean, 0.0).argmax()), mean.shape)
         slot = Slot(int(column), (int(row),))

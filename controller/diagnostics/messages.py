@@ -1,10 +1,12 @@
-"""Faults of the wiring: names and what to do about them, one table."""
+"""Faults of the wiring: names, and advice, in one table."""
 
 from typing import Final, NamedTuple
 
+from controller.diagnostics.report import Row, Verdict
+
 
 class FaultMessage(NamedTuple):
-    """How a fault is told.
+    """The text of a fault.
 
     Attributes:
         found: What was found; `{}` takes the figures.
@@ -15,9 +17,32 @@ class FaultMessage(NamedTuple):
     advice: str
 
 
-_SWAP: Final = "Swap the two leads at the plug, or the two numbers in the wiring file."
+def _both(code: str, found: str, advice: str) -> dict[str, FaultMessage]:
+    """Return a fault that rows and columns have alike; braces in `code` take the electrode."""
+    return {
+        code.format(kind): FaultMessage(found, advice.replace("ELECTRODE", kind))
+        for kind in ("row", "column")
+    }
+
 
 SENTENCES: Final[dict[str, FaultMessage]] = {
+    # --- rows and columns alike
+    **_both("short_{}s", "it touches {}", "Look for a solder bridge, or for film that touches."),
+    **_both(
+        "open_{}",
+        "{} pF a taxel, where the others have {}: the lead is off",
+        "Fasten this ELECTRODE's lead at the membrane.",
+    ),
+    **_both(
+        "weak_{}",
+        "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
+        "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
+    ),
+    **_both(
+        "swapped_{}s",
+        "what touches it is felt in {}",
+        "Swap the two leads at the plug, or the two numbers in the wiring file.",
+    ),
     # --- converter and bus
     "no_converter": FaultMessage(
         "no answer: {}",
@@ -53,9 +78,6 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
         "The computer is too busy: end other programs, or raise the SPI clock.",
     ),
     # --- rows
-    "short_rows": FaultMessage(
-        "it touches {}", "Look for a solder bridge, or for film that touches."
-    ),
     "swapped_channels": FaultMessage(
         "its charge arrives at the input of {}",
         "Swap the two converter inputs, or the two channels in the wiring file.",
@@ -79,14 +101,6 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
     "dead_row_pin": FaultMessage(
         "its pin neither charges nor grounds it",
         "The lead from this row to its pin is off, or the pin is broken.",
-    ),
-    "open_row": FaultMessage(
-        "{} pF a taxel, where the others have {}: the lead is off",
-        "Fasten this row's lead at the membrane.",
-    ),
-    "weak_row": FaultMessage(
-        "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
-        "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
     ),
     "damp": FaultMessage(
         "it charges by itself: {} of full scale after 4 ms",
@@ -113,23 +127,12 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
         "A contact crackles: fasten this row's lead and plug.",
     ),
     # --- columns
-    "short_columns": FaultMessage(
-        "it touches {}", "Look for a solder bridge, or for film that touches."
-    ),
     "high_column": FaultMessage(
         "at the supply, whatever its pin does", "Look for a bridge from this column to 3.3 V."
     ),
     "grounded_column": FaultMessage(
         "at ground, whatever its pin does",
         "Look for a bridge to ground; if there is none, its pin is broken: use another.",
-    ),
-    "open_column": FaultMessage(
-        "{} pF a taxel, where the others have {}: the lead is off",
-        "Fasten this column's lead at the membrane.",
-    ),
-    "weak_column": FaultMessage(
-        "it fills slowly: {} times as much after 4 ms as after 0.1 ms",
-        "The film or its contact is worn (megohms): spray it anew, or clamp the lead again.",
     ),
     # --- taxels
     "short_taxel": FaultMessage(
@@ -154,8 +157,6 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
         "Keep away from mains leads and chargers; ground the computer.",
     ),
     # --- with a hand
-    "swapped_rows": FaultMessage("what touches it is felt in {}", _SWAP),
-    "swapped_columns": FaultMessage("what touches it is felt in {}", _SWAP),
     "mirrored": FaultMessage(
         "touches are felt mirrored, {}",
         "The plug is in the wrong way round, or the list in the wiring file is: reverse it.",
@@ -172,3 +173,16 @@ SENTENCES: Final[dict[str, FaultMessage]] = {
         "it feels {} % of what it should", "Watch it: the film may be cracking here."
     ),
 }
+
+
+def fault(code: str, name: str, *figures: object, verdict: Verdict = Verdict.FAULT) -> Row:
+    """Return the row of a fault.
+
+    Args:
+        code: A key of `SENTENCES`.
+        name: What has it, such as "row 2".
+        figures: What fills the sentence.
+        verdict: How bad it is.
+    """
+    sentence = SENTENCES[code]
+    return Row(name, verdict, sentence.found.format(*figures), sentence.advice, code)

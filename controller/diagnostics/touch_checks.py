@@ -1,7 +1,7 @@
 """Wiring checks from touches: electrodes swapped, mirrored or turned; stiff taxels.
 
-Somebody presses taxels on both diagonals, one after the other: so every row and every column is
-touched twice, each time with another one. What is felt is held against what a simulated dome feels.
+Taxels on both diagonals are pressed, one after the other: so every row and every column is touched
+twice, each time with another one. The response is compared with that of a simulated dome.
 Pure: frames in, rows of the doctor's table out.
 """
 
@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diagnostics.messages import SENTENCES
+from controller.diagnostics.messages import fault
 from controller.diagnostics.report import Row, Verdict
 from controller.recognition.dead_taxels import DEAD, TaxelInterpolator
 from controller.simulator.hand import MECHANICS_HZ
@@ -59,7 +59,7 @@ def pressed(
 
     Args:
         rows: Of the dome.
-        columns: Likewise.
+        columns: The same.
         pitch_mm: Distance of two taxels.
         place: Which taxel is meant.
         off_mm: How far the finger is off, complex.
@@ -97,7 +97,7 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     model = expected(rows, columns, pitch_mm)
     found, order_r, order_c, turned = _wiring(whole, model)
     if turned:
-        return [_row("turned", "plugs")]
+        return [fault("turned", "plugs")]
     faults = list(_swaps(found))
     straight = np.empty_like(changes)
     straight[:, np.ix_(order_r, order_c)[0], np.ix_(order_r, order_c)[1]] = whole
@@ -106,7 +106,7 @@ def judge(changes: Array, pitch_mm: float, bad: Mask) -> list[Row]:
     for (row, column), share, verdict in _stiff(straight, model, broken, filler):
         own = order_r.index(row), order_c.index(column)
         code = "stiff" if verdict is Verdict.FAULT else "weak"
-        faults.append(_row(code, f"taxel ({own[0]},{own[1]})", f"{100 * share:.0f}",
+        faults.append(fault(code, f"taxel ({own[0]},{own[1]})", f"{100 * share:.0f}",
                            verdict=verdict))  # fmt: skip
     return faults
 
@@ -131,7 +131,10 @@ def _orders(count: int) -> dict[str, Order]:
 
 
 def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, bool]:
-    """Return which wiring explains best what was felt; another than the right one only clearly."""
+    """Return the wiring that explains best what was felt, (places, rows, columns).
+
+    Another than the right one has to be clearly better.
+    """
     seen, model = _pattern(seen), _pattern(model)
     _, rows, columns = seen.shape
     ways_r, ways_c = _orders(rows), _orders(columns)
@@ -154,7 +157,7 @@ def _wiring(seen: Array, model: Array) -> tuple[tuple[str, str], Order, Order, b
 
 
 def _pattern(changes: Array) -> Array:
-    """Return what is not common to all taxels of each change, of length 1."""
+    """Return each change, (places, rows, columns), without its mean, of length 1."""
     changes = changes - changes.mean(axis=(1, 2), keepdims=True)
     return np.asarray(changes / np.linalg.norm(changes, axis=(1, 2), keepdims=True))
 
@@ -166,16 +169,16 @@ def _swaps(found: tuple[str, str]) -> Iterator[Row]:
     )
     for name, (word, code, way) in zip(found, words, strict=True):
         if name == "mirrored":
-            yield _row("mirrored", f"{word}s", way)
+            yield fault("mirrored", f"{word}s", way)
         elif name:
             one, other = name.split(",")
-            yield _row(code, f"{word} {one}", f"{word} {other}, and the other way round")
+            yield fault(code, f"{word} {one}", f"{word} {other}, and the other way round")
 
 
 def _stiff(
     changes: Array, model: Array, bad: Mask, filler: TaxelInterpolator
 ) -> Iterator[tuple[Place, float, Verdict]]:
-    """Yield taxels that feel too little, and which share of what they should feel."""
+    """Yield taxels that feel too little of `model`, (places, rows, columns), and their share."""
     around = np.array([filler.around(change) for change in changes])
     by_others = (changes * around).sum(axis=0) / np.square(around).sum(axis=0)
     by_model = (changes * model).sum(axis=0) / np.square(model).sum(axis=0)
@@ -186,8 +189,3 @@ def _stiff(
             yield (row, column), max(0.0, float(dome)), Verdict.FAULT
         elif others < _WEAK[0] and dome < _WEAK[1]:
             yield (row, column), max(0.0, float(dome)), Verdict.DOUBTFUL
-
-
-def _row(code: str, name: str, *figures: str, verdict: Verdict = Verdict.FAULT) -> Row:
-    sentence = SENTENCES[code]
-    return Row(name, verdict, sentence.found.format(*figures), sentence.advice, code)

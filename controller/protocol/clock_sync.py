@@ -5,8 +5,6 @@ and for how long that was held; so both ends measure, as NTP does (RFC 5905, sec
 milliseconds. Pure: time comes in.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from typing import Final
 
@@ -25,24 +23,24 @@ class ClockSync:
     """
 
     def __init__(self) -> None:
-        """Know nothing yet."""
+        """Begin without a measurement."""
         self.rtt_ms: int | None = None
         self.offset_ms: int | None = None
         # (round trip, offset, the most that the offset can be)
         self._samples: deque[tuple[int, int, int]] = deque(maxlen=_WINDOW)
         self._most_ms = 0
         self._theirs_ms = 0  # the other's clock, as it came last
-        self._heard_ms: int | None = None  # when that was
+        self._taken_ms: int | None = None  # when that was
 
-    def say(self, now_ms: int) -> tuple[int, int, int]:
+    def stamps(self, now_ms: int) -> tuple[int, int, int]:
         """Return what the next heartbeat carries: our clock, theirs, and how long it was held."""
-        if self._heard_ms is None:
+        if self._taken_ms is None:
             return now_ms & 0xFFFFFFFF, 0, NEVER
-        return now_ms & 0xFFFFFFFF, self._theirs_ms, min(now_ms - self._heard_ms, NEVER - 1)
+        return now_ms & 0xFFFFFFFF, self._theirs_ms, min(now_ms - self._taken_ms, NEVER - 1)
 
-    def hear(self, sent_ms: int, echo_ms: int, held_ms: int, now_ms: int) -> None:
-        """Take what a heartbeat carried; what makes no sense is no measurement."""
-        self._theirs_ms, self._heard_ms = sent_ms, now_ms
+    def take(self, sent_ms: int, echo_ms: int, held_ms: int, now_ms: int) -> None:
+        """Take what a heartbeat carried; what is impossible is no measurement."""
+        self._theirs_ms, self._taken_ms = sent_ms, now_ms
         if held_ms == NEVER:
             return
         rtt_ms = signed(now_ms - echo_ms - held_ms)
@@ -52,8 +50,8 @@ class ClockSync:
         if self._samples and self.offset_ms is not None:
             best_ms = min(self._samples)[0]
             if abs(signed(offset_ms - self.offset_ms)) > (rtt_ms + best_ms) / 2 + _GRAIN_MS:
-                self._samples.clear()  # no clock could have shown both: one was set anew
-        # It was heard there after it was said here, so their clock cannot be further ahead.
+                self._samples.clear()  # no clock could have shown both: one was set
+        # It arrived there after it was sent here, so their clock cannot be further ahead.
         self._samples.append((rtt_ms, offset_ms, signed(sent_ms - held_ms - echo_ms)))
         self.rtt_ms, self.offset_ms = rtt_ms, min(self._samples)[1]
         self._most_ms = min(most_ms for _, _, most_ms in self._samples)

@@ -1,17 +1,14 @@
-"""Field codecs and COBS: values to bytes and back, and the kinds of fields that a packet can have.
+"""Field codecs and COBS: the values of messages to bytes and back, little endian.
 
-`controller.protocol.messages` joins these kinds to messages. Reading checks everything and raises
-one of `BAD_BYTES`; nothing is read beyond the bytes given. Little endian; the standard library
-only.
+`controller.protocol.messages` names the types of its fields by the aliases at the end of this file.
+Reading checks everything and raises one of `BAD_BYTES`; nothing is read beyond the bytes given.
 """
-
-from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable, Sequence
-from itertools import groupby
+from dataclasses import fields
 from math import isfinite
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Annotated, Any, Final, NamedTuple, Protocol
 
 from controller.console import one_line
 
@@ -20,27 +17,20 @@ class ProtocolError(ValueError):
     """A message that the wire cannot carry, or bytes that are no packet."""
 
 
-BAD_BYTES = (struct.error, ValueError, IndexError)  # what reading raises; ProtocolError is one
+BAD_BYTES: Final = (struct.error, ValueError, IndexError)  # what reading raises
 
 
 def cobs_encode(data: bytes) -> bytes:
     """Return data without zeros: each becomes the distance to the next, 255 at most."""
     out = bytearray()
-    blocks = data.split(b"\0")
-    if len(data) < 254:  # most packets: no block can be full
-        for block in blocks:
-            out.append(len(block) + 1)
-            out += block
-        return bytes(out)
-    for block in blocks:
-        at = 0
-        while len(block) - at >= 254:
-            out += b"\xff" + block[at : at + 254]
-            at += 254
-        out.append(len(block) - at + 1)
-        out += block[at:]
-    last = len(blocks[-1])
-    if last and last % 254 == 0:
+    for block in data.split(b"\0"):
+        while len(block) >= 254:
+            out += b"\xff" + block[:254]
+            block = block[254:]
+        out.append(len(block) + 1)
+        out += block
+    last = data.rpartition(b"\0")[2]
+    if last and len(last) % 254 == 0:
         del out[-1]  # a full block at the very end needs no empty one behind it
     return bytes(out)
 
@@ -73,16 +63,8 @@ def cobs_decode(data: bytes) -> bytes:
     return b"\0".join(blocks)
 
 
-class Number(NamedTuple):
-    """A number of fixed size: its letter in `struct`, and the least and greatest value."""
-
-    letter: str
-    low: float
-    high: float
-
-
-class Field(Protocol):
-    """A value of varying size."""
+class Codec(Protocol):
+    """The codec of one field."""
 
     def write(self, value: Any, /) -> bytes:
         """Return the value as bytes, or raise ValueError, TypeError or struct.error."""
@@ -91,29 +73,65 @@ class Field(Protocol):
         """Return the value that starts at data[at], and where it ends."""
 
 
-Kind = Number | Field
-
-_LARGEST = 3.4028234663852886e38  # float32
-U8 = Number("B", 0, 0xFF)
-U16 = Number("H", 0, 0xFFFF)
-U32 = Number("I", 0, 0xFFFFFFFF)
-SIZE = Number("B", 1, 0xFF)
-SPAN = Number("H", 1, 0xFFFF)  # milliseconds
-F32 = Number("f", -_LARGEST, _LARGEST)  # finite
-SHARE = Number("f", 0, 1)
-
-
-class _Pair(NamedTuple):
-    """A field made of two functions."""
+class Functions(NamedTuple):
+    """A codec made of two functions, see `Codec`."""
 
     write: Callable[[Any], bytes]
     read: Callable[[bytes, int], tuple[Any, int]]
 
 
+class Number:
+    """The codec of a number of fixed size."""
+
+    def __init__(self, letter: str, low: float, high: float) -> None:
+        """Take a letter of `struct`, and the least and the greatest value."""
+        self._struct = struct.Struct("<" + letter)
+        self._low, self._high = low, high
+
+    def write(self, value: float) -> bytes:
+        """Return the number as bytes."""
+        return self._struct.pack(self._checked(value))
+
+    def read(self, data: bytes, at: int) -> tuple[Any, int]:
+        """Return the number that starts at data[at], and where it ends."""
+        return self._checked(self._struct.unpack_from(data, at)[0]), at + self._struct.size
+
+    def _checked(self, value: float) -> float:
+        if not self._low <= value <= self._high:  # not a number is refused here, too
+            raise ProtocolError(f"{value} is not {self._low} to {self._high}")
+        return value
+
+
+class WireRecord:
+    """The codec of a dataclass whose fields are `Annotated` with codecs."""
+
+    def __init__(self, make: Any) -> None:
+        """Collect the codecs of the dataclass `make`, in the order of its fields."""
+        self._make = make
+        self._fields = [(field.name, _codec_of(field.type)) for field in fields(make)]
+
+    def write(self, value: Any) -> bytes:
+        """Return the dataclass as bytes."""
+        return b"".join([codec.write(getattr(value, name)) for name, codec in self._fields])
+
+    def read(self, data: bytes, at: int) -> tuple[Any, int]:
+        """Return the dataclass that starts at data[at], and where it ends."""
+        values = []
+        for _, codec in self._fields:
+            value, at = codec.read(data, at)
+            values.append(value)
+        return self._make(*values), at
+
+
+def _codec_of(kind: Any) -> Codec:
+    codec: Codec = kind.__metadata__[0]
+    return codec
+
+
 def octets(
     limit: int, pack: Callable[[Any], bytes] = bytes, unpack: Callable[[bytes], Any] = bytes
-) -> Field:
-    """Return the field for up to `limit` bytes behind their count: u8, or u16 beyond 255.
+) -> Codec:
+    """Return the codec of up to `limit` bytes behind their count: u8, or u16 beyond 255.
 
     Args:
         limit: The greatest number of bytes.
@@ -135,24 +153,18 @@ def octets(
             raise ProtocolError("a field is cut off, or too long")
         return unpack(data[start:end]), end
 
-    return _Pair(write, read)
+    return Functions(write, read)
 
 
-def text(limit: int) -> Field:
-    """Return the field for a printable text of up to `limit` bytes of UTF-8."""
-    return octets(limit, _pack_text, _unpack_text)
+def text(limit: int) -> Codec:
+    """Return the codec of a printable text of up to `limit` bytes of UTF-8."""
+    return octets(
+        limit, lambda value: _printable(value).encode(), lambda raw: _printable(raw.decode())
+    )
 
 
-def fitted(value: str, limit: int) -> str:
-    """Return any text as `text(limit)` takes it: what cannot be printed as escapes, and cut.
-
-    It is cut between two characters, so that it has at most `limit` bytes of UTF-8.
-    """
-    return one_line(value).encode()[:limit].decode(errors="ignore")
-
-
-def many(item: Field, limit: int) -> Field:
-    """Return the field for a tuple of up to `limit` (< 256) items behind their count."""
+def many(item: Codec, limit: int) -> Codec:
+    """Return the codec of a tuple of up to `limit` (< 256) items behind their count."""
 
     def write(values: Sequence[Any]) -> bytes:
         if len(values) > limit:
@@ -170,89 +182,38 @@ def many(item: Field, limit: int) -> Field:
             values.append(value)
         return tuple(values), at
 
-    return _Pair(write, read)
+    return Functions(write, read)
 
 
-class WireRecord:
-    """A dataclass as bytes, field by field; numbers side by side go through one struct."""
+def fitted(value: str, limit: int) -> str:
+    """Return any text as `text(limit)` takes it: what cannot be printed as escapes, and cut.
 
-    def __init__(self, make: Any, kinds: Sequence[Kind]) -> None:
-        """Join the dataclass `make` with the kinds of its fields, in their order."""
-        self._make = make
-        self._steps: list[_Numbers | _Single] = []
-        named = zip(make.__match_args__, kinds, strict=True)
-        for are_numbers, group in groupby(named, lambda pair: isinstance(pair[1], Number)):
-            if are_numbers:
-                self._steps.append(_Numbers(cast(list[tuple[str, Number]], list(group))))
-            else:
-                self._steps += [_Single(name, cast(Field, kind)) for name, kind in group]
-
-    def write(self, value: Any) -> bytes:
-        """Return the dataclass as bytes."""
-        return b"".join([step.write(value) for step in self._steps])
-
-    def read(self, data: bytes, at: int) -> tuple[Any, int]:
-        """Return the dataclass that starts at data[at], and where it ends."""
-        values: list[Any] = []
-        for step in self._steps:
-            at = step.read(data, at, values)
-        return self._make(*values), at
+    It is cut between two characters, so that it has at most `limit` bytes of UTF-8.
+    """
+    return one_line(value).encode()[:limit].decode(errors="ignore")
 
 
-class _Numbers:
-    """A step of a record: neighbouring numbers."""
+def quantise_image(values: Iterable[float]) -> bytes:
+    """Return relative capacitances z as bytes: steps of 0.005, 128 untouched, z 0.36 to 1.635.
 
-    def __init__(self, named: list[tuple[str, Number]]) -> None:
-        self._names = [name for name, _ in named]
-        self._struct = struct.Struct("<" + "".join(number.letter for _, number in named))
-        self._limits = [
-            (index, number.low, number.high)
-            for index, (_, number) in enumerate(named)
-            if number.letter == "f" or number.low > 0  # the struct itself checks the others
-        ]
-
-    def write(self, record: Any) -> bytes:
-        values = [getattr(record, name) for name in self._names]
-        self._check(values)
-        return self._struct.pack(*values)
-
-    def read(self, data: bytes, at: int, values: list[Any]) -> int:
-        numbers = self._struct.unpack_from(data, at)
-        self._check(numbers)
-        values += numbers
-        return at + self._struct.size
-
-    def _check(self, numbers: Sequence[float]) -> None:
-        for index, low, high in self._limits:
-            if not low <= numbers[index] <= high:  # not a number is refused here, too
-                raise ProtocolError(
-                    f"{self._names[index]} is {numbers[index]}: not {low} to {high}"
-                )
+    Raises:
+        ProtocolError: A value is not finite.
+    """
+    try:
+        return bytes([min(max(round((z - 1.0) * 200.0) + 128, 0), 255) for z in values])
+    except (ValueError, OverflowError):
+        raise ProtocolError("an image must be finite to be sent") from None
 
 
-class _Single:
-    """A step of a record: one field of varying size."""
-
-    def __init__(self, name: str, field: Field) -> None:
-        self._name, self._field = name, field
-
-    def write(self, record: Any) -> bytes:
-        return self._field.write(getattr(record, self._name))
-
-    def read(self, data: bytes, at: int, values: list[Any]) -> int:
-        value, at = self._field.read(data, at)
-        values.append(value)
-        return at
+def image_from_bytes(image: bytes) -> list[float]:
+    """Return the z of each byte of `Telemetry.image`: the inverse of `quantise_image`."""
+    return [_Z[value] for value in image]
 
 
-def _pack_text(value: str) -> bytes:
-    if not value.isprintable():
-        raise ProtocolError(f"{value!r} is not printable")
-    return value.encode()
+_Z: Final = tuple(1.0 + (value - 128) / 200.0 for value in range(256))
 
 
-def _unpack_text(raw: bytes) -> str:
-    value = raw.decode()
+def _printable(value: str) -> str:
     if not value.isprintable():  # it may end up on a terminal
         raise ProtocolError(f"{value!r} is not printable")
     return value
@@ -263,10 +224,7 @@ def _pack_shares(values: Iterable[float]) -> bytes:
 
 
 def _unpack_shares(raw: bytes) -> tuple[float, ...]:
-    return tuple([_SHARES[value] for value in raw])
-
-
-_SHARES = tuple(value / 255.0 for value in range(256))
+    return tuple([value / 255.0 for value in raw])
 
 
 def _write_bool(value: bool) -> bytes:
@@ -278,25 +236,42 @@ def _read_bool(data: bytes, at: int) -> tuple[bool, int]:
 
 
 def _write_point(point: tuple[float, float] | None) -> bytes:
-    if point is None:
-        return b"\0"
-    x, y = point
-    if not (isfinite(x) and isfinite(y)):
-        raise ProtocolError("a place must be finite")
-    return b"\1" + _XY.pack(x, y)
+    return b"\0" if point is None else b"\1" + _XY.pack(*_finite(point))
 
 
 def _read_point(data: bytes, at: int) -> tuple[tuple[float, float] | None, int]:
     present, at = _read_bool(data, at)
     if not present:
         return None, at
-    x, y = _XY.unpack_from(data, at)
+    return _finite(_XY.unpack_from(data, at)), at + _XY.size
+
+
+def _finite(point: tuple[float, ...]) -> tuple[float, float]:
+    x, y = point
     if not (isfinite(x) and isfinite(y)):
         raise ProtocolError("a place must be finite")
-    return (x, y), at + _XY.size
+    return x, y
 
 
-_XY = struct.Struct("<ff")
-BOOL: Field = _Pair(_write_bool, _read_bool)
-POINT: Field = _Pair(_write_point, _read_point)
-SHARES = octets(255, _pack_shares, _unpack_shares)
+_XY: Final = struct.Struct("<ff")
+_LARGEST: Final = 3.4028234663852886e38  # float32
+_U32: Final = 0xFFFFFFFF
+_NAME: Final = text(40)
+
+Bool = Annotated[bool, Functions(_write_bool, _read_bool)]
+U8 = Annotated[int, Number("B", 0, 0xFF)]
+U16 = Annotated[int, Number("H", 0, 0xFFFF)]
+U32 = Annotated[int, Number("I", 0, _U32)]
+Nonce32 = Annotated[int, Number("I", 1, _U32)]
+Size = Annotated[int, Number("B", 1, 0xFF)]
+Span = Annotated[int, Number("H", 1, 0xFFFF)]  # milliseconds
+F32 = Annotated[float, Number("f", -_LARGEST, _LARGEST)]  # finite
+Deviation = Annotated[float, Number("f", 0, _LARGEST)]
+Share = Annotated[float, Number("f", 0, 1)]
+Text40 = Annotated[str, _NAME]
+Text64 = Annotated[str, text(64)]
+Text500 = Annotated[str, text(500)]
+Names = Annotated[tuple[str, ...], many(_NAME, 64)]
+Octets32 = Annotated[bytes, octets(32)]
+Point = Annotated[tuple[float, float] | None, Functions(_write_point, _read_point)]
+Shares = Annotated[tuple[float, ...], octets(255, _pack_shares, _unpack_shares)]

@@ -1,12 +1,9 @@
-"""The device's side of the conversation in `controller.protocol.messages`: bytes in, requests out.
+"""Session at the device's end: bytes in, requests of the host out.
 
-Sans-IO: time comes in as an argument, bytes to send gather in `output`. Whoever owns the link
-reads and writes. Its states, and what leads from one to another, are the table
-`controller.protocol.states.DEVICE`. Commands that no host has acknowledged outlive a session in an
-`RetransmitQueue`, which the sessions of a device share.
+Sans-IO: time comes in as an argument, bytes to send gather in `output`; the owner of the link reads
+and writes. Its states are the table `controller.protocol.states.DEVICE`. Commands that no host has
+acknowledged outlive a session in a `RetransmitQueue`, which the sessions of a device share.
 """
-
-from __future__ import annotations
 
 import dataclasses
 import hmac
@@ -14,16 +11,14 @@ import secrets
 from collections.abc import Callable
 from typing import Final
 
-from controller.protocol.auth import NONCE, FrameAuthenticator, seals
+from controller.protocol.auth import NONCE, seals
 from controller.protocol.clock_sync import ClockSync
 from controller.protocol.messages import (
-    RESEND_MS,
     SILENCE_MS,
     VERSION,
     Bye,
     Command,
     Contacts,
-    Correction,
     Grant,
     Heartbeat,
     Hello,
@@ -34,46 +29,31 @@ from controller.protocol.messages import (
     Offer,
     Perform,
     Refuse,
+    Request,
     State,
-    UploadChunk,
-    UploadOffer,
     Welcome,
 )
-from controller.protocol.packets import Decoder, Packet, encode, is_ahead
-from controller.protocol.retransmit import PendingCommand, RetransmitQueue
+from controller.protocol.packets import Packet, SessionEnd, encode, is_ahead
+from controller.protocol.retransmit import RESEND_MS, PendingCommand, RetransmitQueue
 from controller.protocol.states import DEVICE, next_states
 
-BACKLOG = 16 * 1024  # bytes that wait for a slow host, about 8 s; what comes on top is dropped
-GRANTED_BACKLOG = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
+BACKLOG: Final = 16 * 1024  # bytes that wait for a slow host, about 8 s; the rest is dropped
+GRANTED_BACKLOG: Final = 4 * 1024 * 1024  # the same for granted time, where nothing may be missing
 WRONG_KEY: Final = "the host has another key than the orb, or none; give both the same --key FILE"
-_NEXT: Final = next_states(DEVICE)
-_FROM_HOST: Final = (
-    HostHeartbeat,
-    Contacts,
-    Perform,
-    Grant,
-    UploadOffer,
-    UploadChunk,
-    Correction,
-    Bye,
-)
 
 
-class DeviceSession:
-    """Answers one host, whoever that is by and by.
+class DeviceSession(SessionEnd):
+    """Answers one host after the other.
 
     Attributes:
         state: "waiting", "offered" from Hello to Join, "live".
         number: The session's number; it stays when the session has ended.
         granted: Whether the present host owns the clock.
         resumed: Whether the present host was the one before as well.
-        taken_by: Set from outside: the host_nonce of a host on another line, who has the device;
-            only that one may come here instead. 0: nobody.
-        output: Bytes to send; the owner of the link takes them from the front.
+        taken_by: Set from outside: the host_nonce of a host on another line that has the device;
+            only that one may come here instead. 0: none.
         outbox: Commands that are not acknowledged.
-        echo: Round trip and clock offset.
         dropped: Messages that were not sent: no session, or the host reads too slowly.
-        ignored: Valid packets that had no business here.
         refused: Why a host was turned away last; for the log, which may clear it.
     """
 
@@ -90,35 +70,25 @@ class DeviceSession:
         """Wait for a host.
 
         Args:
-            welcome: What this device says of itself.
-            token: What a host must say in Join; "" lets everyone in.
+            welcome: The device's description.
+            token: What a host must name in Join; "" lets everyone in.
             key: What every frame has to be sealed with; b"" needs none.
             number: The session before the first one.
             outbox: What sessions before this one have left; None: nothing.
             draw: Returns so many random bytes.
         """
-        self.state = "waiting"
-        self.number = number & 0xFFFF
+        super().__init__(next_states(DEVICE), "waiting", number & 0xFFFF, key)
         self.granted = False
         self.resumed = False
         self.taken_by = 0
-        self.output = bytearray()
         self.outbox = RetransmitQueue() if outbox is None else outbox
-        self.echo = ClockSync()
         self.dropped = 0
-        self.ignored = 0
         self.refused = ""
         self._welcome = welcome
-        self._token, self._key, self._draw = token.encode(), key, draw
-        self._decoder = Decoder()
-        self._seal: FrameAuthenticator | None = None  # of what we send
+        self._token, self._draw = token.encode(), draw
         self._greeted = Hello(0, 0, "", "", False), 0  # the newest Hello, and its sequence
-        self._sequence = 0  # of the newest packet sent
-        self._taken = 0  # sequence of the newest packet taken
-        self._heard_ms = 0
-        self._beat_ms = 0
         self._skew_ms = 0  # from the link's clock to the one that messages carry
-        self._pressed: tuple[str, ...] = ()  # what is held, as State said last
+        self._pressed: tuple[str, ...] = ()  # what is held, as State reported last
 
     @property
     def live(self) -> bool:
@@ -144,17 +114,21 @@ class DeviceSession:
                 self.ignored += 1
             elif isinstance(packet.message, Join) and self.state == "offered":
                 requests += self._join(packet, packet.message, now_ms)
-            elif isinstance(packet.message, _FROM_HOST):
-                requests += self._take(packet, now_ms)
+            elif isinstance(packet.message, Bye):
+                if not self.live:
+                    self.refused = packet.message.reason  # it turned away from us
+                requests += self.end(packet.message.reason, "bye")
+            elif isinstance(packet.message, Request) and self.live:
+                requests += self._take(packet, packet.message, now_ms)
             else:
                 self.ignored += 1
         return requests
 
     def send(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Say something to the host; without one it is dropped, but a command waits for a moment.
+        """Send a message; without a host it is dropped, but a command waits for a moment.
 
         Args:
-            message: What to say.
+            message: What to send.
             t_ms: The device's time that it belongs to.
             now_ms: The link's clock.
 
@@ -166,7 +140,7 @@ class DeviceSession:
             return
         if isinstance(message, State) and self.live:
             self._pressed = message.pressed
-        self._say(message, t_ms, now_ms)
+        self._send(message, t_ms, now_ms)
 
     def tick(self, now_ms: int) -> list[Message]:
         """Send what is due; return Bye if the host has been silent for too long.
@@ -184,25 +158,26 @@ class DeviceSession:
             # On the beat, not one pause after the last one, unless that is long ago.
             late_ms = (now_ms - self._beat_ms) % self._welcome.heartbeat_ms
             self._beat_ms = now_ms - late_ms
-            beat = Heartbeat(*self.echo.say(now_ms), self.outbox.done, self._pressed)
-            self._say(beat, now_ms + self._skew_ms, now_ms)
+            beat = Heartbeat(*self.clock.stamps(now_ms), self.outbox.done, self._pressed)
+            self._send(beat, now_ms + self._skew_ms, now_ms)
         return []
 
     def end(self, reason: str, event: str = "cut") -> list[Message]:
-        """End the session from this side, without a word; return it as the host's Bye, if live."""
+        """End the session without a message; return it as the host's Bye, if it was live."""
         if self.state == "waiting":
             return []
-        was_live, self.state = self.live, _NEXT[self.state, event]
+        was_live = self.live
+        self._go(event)
         self.output.clear()
         return [Bye(reason)] if was_live else []
 
     def renew(self, welcome: Welcome, reason: str, now_ms: int) -> list[Message]:
-        """Be another device from now on: a host hears Bye, and may come back at once."""
+        """Be another device from now on: send Bye to the host, which may come back at once."""
         if self.live:
-            self._say(Bye(reason), now_ms + self._skew_ms, now_ms)
-        said = bytes(self.output)
+            self._send(Bye(reason), now_ms + self._skew_ms, now_ms)
+        unsent = bytes(self.output)
         ended = self.end(reason)
-        self.output += said
+        self.output += unsent
         self._welcome = welcome
         return ended
 
@@ -215,25 +190,19 @@ class DeviceSession:
             return []
         ended: list[Message] = [Bye("the host started anew")] if self.live else []
         self.output[:] = b"\0"  # ends a frame that an earlier session got half of
-        self._sequence = self._taken = packet.sequence
-        self._heard_ms = self._beat_ms = now_ms
+        self._sequence = (packet.sequence - 1) & 0xFFFF  # the answer repeats the Hello's
+        self._take_number(packet, now_ms)
+        self._beat_ms = now_ms
         self._decoder.seal = self._seal = None
         self._greeted = hello, packet.sequence
         if not hello.version_min <= VERSION <= hello.version_max:
             self.number = 0  # Refuse is in no session
-            side = "host" if hello.version_max < VERSION else "orb's controller"
-            self._refuse(
-                "foreign",
-                f"the orb speaks protocol version {VERSION}, the host {_versions(hello)}; "
-                f"update the {side}",
-                sequence=packet.sequence,
-            )
+            self._refuse("foreign", _update(hello))
             return ended
-        self.state = _NEXT[self.state, "hello"]
+        self._go("hello")
         self.number = self.number % 0xFFFF + 1  # never 0
         nonce = self._draw(NONCE)
-        offer = Offer(VERSION, nonce, bool(self._key))
-        self.output += encode(offer, session=self.number, sequence=packet.sequence, t_ms=0)
+        self._put(Offer(VERSION, nonce, bool(self._key)), 0)
         if self._key:
             self._decoder.seal, self._seal = seals(
                 self._key,
@@ -248,27 +217,26 @@ class DeviceSession:
     def _join(self, packet: Packet, join: Join, now_ms: int) -> list[Message]:
         """Answer Join with Welcome and State, and what may still be obeyed; or with Refuse."""
         self._taken = packet.sequence
-        reason = self._objection(join)
-        if reason:
+        if reason := self._objection(join):
             self._refuse("objection", reason)
             return []
-        self.state = _NEXT[self.state, "join"]
+        self._go("join")
         self._heard_ms = self._beat_ms = now_ms
-        self.granted, self.echo = join.granted, ClockSync()
+        self.granted, self.clock = join.granted, ClockSync()
         self._skew_ms, self._pressed = 0, ()
-        box = self.outbox
-        before = box.host, self._welcome.boot_nonce
-        # Granted time begins anew with each host, and what was before it has no place in it.
+        queue = self.outbox
+        before = queue.host, self._welcome.boot_nonce
+        # Granted time begins at 0 with each host, and what was before it has no place in it.
         self.resumed = (join.host_nonce, join.boot_nonce) == before and not join.granted
         if self.resumed:
-            box.acknowledge(join.done)
-            box.expire(now_ms)
+            queue.acknowledge(join.done)
+            queue.expire(now_ms)
         else:
-            box.begin(join.host_nonce)
-        told = dataclasses.replace(self._welcome, resumed=self.resumed, done=box.done)
-        self._say(told, now_ms, now_ms)
-        self._say(State(()), 0, now_ms)
-        for posted in box.posted:
+            queue.begin(join.host_nonce)
+        welcome = dataclasses.replace(self._welcome, resumed=self.resumed, done=queue.done)
+        self._send(welcome, now_ms, now_ms)
+        self._send(State(()), 0, now_ms)
+        for posted in queue.posted:
             self._deliver(posted, now_ms)
         hello, _ = self._greeted
         return [Hello(hello.version_min, hello.version_max, join.token, join.host, join.granted)]
@@ -283,48 +251,34 @@ class DeviceSession:
             return "already connected to another host; close that one first"
         return ""
 
-    def _refuse(self, event: str, reason: str, *, sequence: int | None = None) -> None:
+    def _refuse(self, event: str, reason: str) -> None:
         """Turn the host away, unsealed if it is the key that is wrong."""
-        self.state = _NEXT[self.state, event]
+        self._go(event)
         self.refused = reason
-        if sequence is None:
-            sequence = self._sequence = (self._sequence + 1) & 0xFFFF
-        seal = None if event == "forged" else self._seal
-        self.output += encode(
-            Refuse(reason), session=self.number, sequence=sequence, t_ms=0, seal=seal
-        )
+        if event == "forged":
+            self._seal = None
+        self._put(Refuse(reason), 0)
 
     # --- a live session ---
 
-    def _take(self, packet: Packet, now_ms: int) -> list[Message]:
-        """Take one packet of the session: the request in it, if it is one."""
-        message = packet.message
-        if isinstance(message, Bye):
-            if not self.live:
-                self.refused = message.reason  # it turned away from us
-            return self.end(message.reason, "bye")
-        if not self.live:
-            self.ignored += 1
-            return []
-        self.state = _NEXT[self.state, "packet"]
-        self._taken, self._heard_ms = packet.sequence, now_ms
+    def _take(self, packet: Packet, message: Request, now_ms: int) -> list[Message]:
+        """Take one packet of the live session: the request in it, if it is one."""
+        self._go("packet")
+        self._take_number(packet, now_ms)
         if isinstance(message, HostHeartbeat):
-            self.echo.hear(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
+            self.clock.take(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
             self.outbox.acknowledge(message.done)
             self.outbox.missed = message.missed
             return []
-        if isinstance(message, UploadOffer | UploadChunk | Correction):
-            return [message]
-        if self._welcome.virtual and (
-            isinstance(message, Contacts | Perform) or (isinstance(message, Grant) and self.granted)
-        ):
-            return [message]
-        self.ignored += 1
-        return []
+        real = not self._welcome.virtual and isinstance(message, Contacts | Perform | Grant)
+        if real or (isinstance(message, Grant) and not self.granted):
+            self.ignored += 1
+            return []
+        return [message]
 
     def _post(self, command: Command, t_ms: int, now_ms: int) -> None:
-        """Give a command its number and send it; who is not there has a moment to come back."""
-        # What the wire cannot carry shall be found here, and not when it is sent again.
+        """Give a command its number and send it; an absent host has a moment to come back."""
+        # What the wire cannot carry is refused here, and not when it is sent again.
         encode(_numbered(command, 0, 0, 0), session=0, sequence=0, t_ms=0)
         posted = self.outbox.put(command, t_ms, now_ms)
         if self.live:
@@ -336,7 +290,7 @@ class DeviceSession:
         """Send commands again that the host should have acknowledged by now, in order."""
         self.outbox.expire(now_ms)
         posted = self.outbox.posted
-        pause_ms = max(RESEND_MS, 2 * (self.echo.rtt_ms or 0))
+        pause_ms = max(RESEND_MS, 2 * (self.clock.rtt_ms or 0))
         if posted and (posted[0].sent_ms is None or now_ms - posted[0].sent_ms >= pause_ms):
             for item in posted:
                 self._deliver(item, now_ms)
@@ -346,20 +300,16 @@ class DeviceSession:
         posted.sent_ms = now_ms
         done = posted.number - 1 if self.granted else self.outbox.done
         message = _numbered(posted.command, posted.number, done, posted.put_ms & 0xFFFFFFFF)
-        self._say(message, posted.t_ms, now_ms)
+        self._send(message, posted.t_ms, now_ms)
 
-    def _say(self, message: Message, t_ms: int, now_ms: int) -> None:
-        """Put a packet behind the others that are to be sent."""
+    def _send(self, message: Message, t_ms: int, now_ms: int) -> None:
+        """Put a packet behind the others that are to be sent, if a host is there and keeps up."""
         if not self.live or len(self.output) > (GRANTED_BACKLOG if self.granted else BACKLOG):
             self.dropped += 1
             return
         if not isinstance(message, Welcome | Heartbeat | NumberedCommand):
             self._skew_ms = t_ms - now_ms
-        sequence = (self._sequence + 1) & 0xFFFF
-        self.output += encode(
-            message, session=self.number, sequence=sequence, t_ms=t_ms, seal=self._seal
-        )
-        self._sequence = sequence
+        self._put(message, t_ms)
 
 
 def _numbered(command: Command, number: int, done: int, sent_ms: int) -> NumberedCommand:
@@ -367,7 +317,9 @@ def _numbered(command: Command, number: int, done: int, sent_ms: int) -> Numbere
     return NumberedCommand(c.name, c.label, c.probability, c.touch, c.frame, number, done, sent_ms)
 
 
-def _versions(hello: Hello) -> str:
-    if hello.version_min == hello.version_max:
-        return f"version {hello.version_min}"
-    return f"versions {hello.version_min} to {hello.version_max}"
+def _update(hello: Hello) -> str:
+    """Return which side to update, for a host that speaks other versions only."""
+    low, high = hello.version_min, hello.version_max
+    versions = f"version {low}" if low == high else f"versions {low} to {high}"
+    side = "host" if high < VERSION else "orb's controller"
+    return f"the orb speaks protocol version {VERSION}, the host {versions}; update the {side}"

@@ -1,25 +1,22 @@
-"""The host's side of the conversation in `controller.protocol.messages`: bytes in, news out.
+"""Session at the host's end: bytes in, link events out.
 
 Sans-IO: time comes in as an argument, bytes to send gather in `output`. One HostSession is one
-attempt on one open link; whatever ends it, the next attempt is a new one, and `SessionHistory` is
-what it knows of those before. Its states, and what leads from one to another, are the table
-`controller.protocol.states.HOST`.
+attempt on one open link; the next attempt is a new one, and `SessionHistory` carries what it needs
+of those before. Its states are the table `controller.protocol.states.HOST`.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Final
-
-from controller.protocol.auth import NONCE, FrameAuthenticator, seals
-from controller.protocol.clock_sync import ClockSync, signed
-from controller.protocol.link_events import Connected as Connected
-from controller.protocol.link_events import Delivered as Delivered
-from controller.protocol.link_events import Lost as Lost
-from controller.protocol.link_events import Missed as Missed
-from controller.protocol.link_events import Received as Received
-from controller.protocol.link_events import Refused as Refused
-from controller.protocol.link_events import Stale as Stale
+from controller.protocol.auth import NONCE, seals
+from controller.protocol.clock_sync import signed
+from controller.protocol.link_events import (
+    Connected,
+    Delivered,
+    Lost,
+    Missed,
+    Received,
+    Refused,
+    Stale,
+    no_answer,
+)
 from controller.protocol.messages import (
     DEADMAN_MS,
     HEARTBEAT_MS,
@@ -31,86 +28,33 @@ from controller.protocol.messages import (
     Command,
     Grant,
     Granted,
-    GroundTruth,
-    Health,
     Heartbeat,
     Hello,
     HostHeartbeat,
     Join,
-    LatencyReport,
     Message,
     NumberedCommand,
     Offer,
-    PositionUncertainty,
     Refuse,
+    Report,
     State,
-    Telemetry,
-    UploadStatus,
-    UserIdentified,
     Welcome,
 )
-from controller.protocol.packets import Decoder, Packet, encode, is_ahead
+from controller.protocol.packets import Packet, SessionEnd, is_ahead
+from controller.protocol.retransmit import SessionHistory
 from controller.protocol.states import HOST, next_states
 
-BACKOFF_S: Final = (0.25, 0.5, 1.0, 2.0)  # before the next attempt; the last one again and again
-JITTER: Final = 0.25  # of a pause, more or less, so that many hosts do not knock in step
-_NEXT: Final = next_states(HOST)
 
-
-_NEWS = (
-    State,
-    Telemetry,
-    GroundTruth,
-    Granted,
-    Health,
-    UploadStatus,
-    LatencyReport,
-    UserIdentified,
-    PositionUncertainty,
-)
-_FROM_DEVICE = (*_NEWS, NumberedCommand, Heartbeat, Bye)
-
-
-@dataclass(slots=True)
-class SessionHistory:
-    """What a host knows of the sessions before, so that the next one goes on where they ended.
-
-    Attributes:
-        host_nonce: Drawn at the host's start, u32 and not 0.
-        boot_nonce: Of the device that was there last; it draws another at each start.
-        done: Number of the newest command of that device that was delivered, or missed.
-        missed: How many were missed, since it was met first.
-    """
-
-    host_nonce: int = 1
-    boot_nonce: int = 0
-    done: int = 0
-    missed: int = 0
-
-
-def pause_s(failures: int, jitter: float) -> float:
-    """Return how long to wait before the next attempt.
-
-    Args:
-        failures: Attempts that failed since the last connection.
-        jitter: A random number from 0 to 1.
-    """
-    return BACKOFF_S[min(failures, len(BACKOFF_S) - 1)] * (1.0 + JITTER * (2.0 * jitter - 1.0))
-
-
-class HostSession:
-    """Talks to one device over one open link.
+class HostSession(SessionEnd):
+    """The host's end of one open link.
 
     Attributes:
         state: "greeting" until Offer, "joining" until Welcome, then "live" or "stale"; "over"
             after Lost or Refused, or when the owner has ended it.
         welcomed: Whether it ever was live.
         pressed: What is held, as far as we know; nothing after 300 ms of silence.
-        output: Bytes to send; the owner of the link takes them.
-        past: What the next session needs to know; kept up to date.
-        echo: Round trip, and the offset of the device's link clock.
+        past: Record for the next session; kept up to date.
         late: Commands that came, but too late.
-        ignored: Valid packets that had no business here.
     """
 
     def __init__(
@@ -125,13 +69,13 @@ class HostSession:
         nonce: bytes = b"",
         past: SessionHistory | None = None,
     ) -> None:
-        """Say Hello.
+        """Begin with Hello.
 
         Args:
             name: What the user calls the link.
             sequence: Number of the first packet, best a random u16.
             now_ms: The clock, as in every method.
-            token: What the device wants to hear.
+            token: What the device expects in Join.
             granted: Whether we shall own the device's clock.
             key: What both sides know; b"": nothing.
             nonce: 16 random bytes, drawn for this session; b"" will do where there is neither a
@@ -143,29 +87,24 @@ class HostSession:
         """
         if key and len(nonce) != NONCE:
             raise ValueError(f"a session with a key needs {NONCE} random bytes, not {len(nonce)}")
-        self.state = _NEXT["over", "again"]
+        super().__init__(next_states(HOST), "over", 0, key)
+        self._go("again")
         self.welcomed = False
         self.late = 0
-        self.ignored = 0
         self.past = SessionHistory() if past is None else past
-        self.echo = ClockSync()
         self._name, self._token, self._granted = name, token, granted
-        self._key, self._nonce = key, nonce.hex()
-        self._decoder = Decoder()
-        self._seal: FrameAuthenticator | None = None  # of what we send
-        self._number = 0
-        self._sequence = self._taken = sequence
+        self._nonce = nonce.hex()
+        self._sequence, self._taken = sequence - 1, sequence  # Hello is the first packet
         self._start_ms = self._heard_ms = self._beat_ms = now_ms
         self._joined_ms = now_ms  # when Join was sent
         self._skew_ms = 0  # from the device's link clock to the one that its messages carry
-        self._pressed: tuple[str, ...] | None = None  # None: to be told anew
+        self._pressed: tuple[str, ...] | None = None  # None: to be reported again
         self._owes = False  # a command came that is not acknowledged
         self._owed = 0  # Grants that are not answered yet
         self._foreign = 0  # version of a peer that we do not understand
-        self._mute = True  # the peer has said nothing at all
-        hello = Hello(VERSION, VERSION, self._nonce, "", False)
-        self.output = bytearray(b"\0")  # ends what an earlier host may have left half
-        self.output += encode(hello, session=0, sequence=sequence, t_ms=0)
+        self._mute = True  # no byte has come
+        self.output += b"\0"  # ends what an earlier host may have left half
+        self._put(Hello(VERSION, VERSION, self._nonce, "", False), 0)
 
     @property
     def over(self) -> bool:
@@ -180,11 +119,11 @@ class HostSession:
     @property
     def clock_offset_ms(self) -> int | None:
         """The device's time, as its messages carry it, minus ours; None: not known yet."""
-        offset_ms = self.echo.offset_ms
+        offset_ms = self.clock.offset_ms
         return None if offset_ms is None else signed(offset_ms + self._skew_ms)
 
     def receive(self, data: bytes, now_ms: int) -> list[Received]:
-        """Return what these bytes tell."""
+        """Return the events in these bytes."""
         news = self.tick(now_ms)  # what comes too late cannot undo that it was late
         self._mute = self._mute and not data
         if self.over:
@@ -194,8 +133,8 @@ class HostSession:
             if not self.welcomed:
                 news += self._greeting(packet, now_ms)
             elif (
-                packet.session == self._number
-                and isinstance(packet.message, _FROM_DEVICE)
+                packet.session == self.number
+                and isinstance(packet.message, Report | Bye)
                 and is_ahead(packet.sequence, self._taken)
             ):
                 news += self._take(packet, now_ms, stalled)
@@ -215,7 +154,11 @@ class HostSession:
             return []
         if self.state in ("greeting", "joining"):
             late = now_ms - self._start_ms >= SILENCE_MS
-            return self._end("silence", Refused(self._no_answer())) if late else []
+            return (
+                self._end("silence", Refused(no_answer(self._name, self._foreign, mute=self._mute)))
+                if late
+                else []
+            )
         if self._granted:
             if self._owed and silent_ms >= SILENCE_MS:
                 return self._end("gone", Lost(f"{self._name}: a grant was not answered within 2 s"))
@@ -225,7 +168,7 @@ class HostSession:
         if silent_ms >= LOST_MS:
             return self._end("gone", Lost(f"{self._name}: nothing came for {LOST_MS / 1000:g} s"))
         if silent_ms >= DEADMAN_MS and self.state == "live":
-            self.state = _NEXT["live", "quiet"]
+            self._go("quiet")
             self._pressed = None
             return [Stale()]
         return []
@@ -238,20 +181,18 @@ class HostSession:
             return max(self._heard_ms + SILENCE_MS - now_ms, 0)
         if self._granted:
             return SILENCE_MS // 2  # a Grant may follow at any time
-        due_ms = self._beat_ms + HEARTBEAT_MS
-        if self.state == "live":
-            due_ms = min(due_ms, self._heard_ms + DEADMAN_MS)
-        return max(due_ms - now_ms, 0)
+        dead_ms = self._heard_ms + DEADMAN_MS if self.state == "live" else now_ms + DEADMAN_MS
+        return max(min(self._beat_ms + HEARTBEAT_MS, dead_ms) - now_ms, 0)
 
     def send(self, message: Message, now_ms: int) -> bool:
-        """Say something; return whether there is anybody to say it to.
+        """Send a message; return False if no session is live.
 
         Raises:
             ProtocolError: The wire cannot carry it.
         """
         if self.state not in ("live", "stale"):
             return False
-        self._say(message, now_ms)
+        self._send(message, now_ms)
         if isinstance(message, Grant):
             if not self._owed:
                 self._heard_ms = now_ms  # the 2 s begin now; before, silence was allowed
@@ -259,44 +200,40 @@ class HostSession:
         return True
 
     def cut(self, reason: str) -> list[Received]:
-        """End it because the port has gone; return what there is to tell."""
-        if self.over:
-            return []
-        if self.welcomed:
-            return self._end("cut", Lost(reason))
+        """End the session because the port has gone; return its events."""
         early = f"{reason} before an OrbTouch answered; name the orb's own port with --link"
-        return self._end("cut", Refused(early))
+        last = Lost(reason) if self.welcomed else Refused(early)
+        return [] if self.over else self._end("cut", last)
 
     def close(self, reason: str, now_ms: int) -> None:
-        """End it because our own program ends: say Bye, if there is somebody."""
+        """End the session because our own program ends; send Bye if it is live."""
         if not self.over:
             self.send(Bye(reason), now_ms)
-            self.state, self._pressed = _NEXT[self.state, "close"], None
+            self._go("close")
+            self._pressed = None
 
     def _end(self, event: str, last: Lost | Refused) -> list[Received]:
-        self.state, self._pressed = _NEXT[self.state, event], None
+        self._go(event)
+        self._pressed = None
         return [last]
 
-    def _say(self, message: Message, now_ms: int) -> None:
-        sequence = (self._sequence + 1) & 0xFFFF
-        t_ms = now_ms - self._start_ms
-        self.output += encode(
-            message, session=self._number, sequence=sequence, t_ms=t_ms, seal=self._seal
-        )
-        self._sequence = sequence
+    def _send(self, message: Message, now_ms: int) -> None:
+        self._put(message, now_ms - self._start_ms)
 
     def _beat(self, now_ms: int) -> None:
-        """Say that we are there, and what we have."""
+        """Send a heartbeat with the acknowledgements."""
         self._beat_ms = now_ms
-        self._say(HostHeartbeat(*self.echo.say(now_ms), self.past.done, self.past.missed), now_ms)
+        self._send(
+            HostHeartbeat(*self.clock.stamps(now_ms), self.past.done, self.past.missed), now_ms
+        )
 
     # --- the handshake ---
 
     def _greeting(self, packet: Packet, now_ms: int) -> list[Received]:
-        """Take the answer to Hello or Join; all else is the rest of somebody's conversation."""
+        """Take the answer to Hello or Join; ignore what is left of other sessions."""
         message = packet.message
         first = self.state == "greeting"
-        answers = packet.sequence == self._taken if first else packet.session == self._number
+        answers = packet.sequence == self._taken if first else packet.session == self.number
         if answers and isinstance(message, Refuse):
             return self._end("refuse", Refused(f"{self._name}: {message.reason}"))
         if answers and first and isinstance(message, Offer) and message.version == VERSION:
@@ -313,12 +250,12 @@ class HostSession:
         return []
 
     def _join(self, packet: Packet, offer: Offer, now_ms: int) -> list[Received]:
-        """Say who we are, if both sides have a key or none."""
-        self._number = packet.session
+        """Send Join, if both sides have a key or none."""
+        self.number = packet.session
         if offer.keyed != bool(self._key):
-            self._say(Bye(_WITHOUT[offer.keyed]), now_ms)
+            self._send(Bye(_WITHOUT[offer.keyed]), now_ms)
             return self._end("objection", Refused(f"{self._name}: {_OBJECTION[offer.keyed]}"))
-        self.state = _NEXT[self.state, "offer"]
+        self._go("offer")
         if self._key:
             self._seal, self._decoder.seal = seals(
                 self._key,
@@ -330,16 +267,17 @@ class HostSession:
             )
         past = self.past
         ours = past.host_nonce, past.boot_nonce, past.done
-        self._say(Join(self._token, "host", self._granted, *ours), now_ms)
+        self._send(Join(self._token, "host", self._granted, *ours), now_ms)
         self._joined_ms = now_ms
         return []
 
     def _meet(self, packet: Packet, welcome: Welcome, now_ms: int) -> list[Received]:
         """Begin with a device, or go on."""
-        self.state, self.welcomed = _NEXT[self.state, "welcome"], True
-        self._taken, self._heard_ms = packet.sequence, now_ms
+        self._go("welcome")
+        self.welcomed = True
+        self._take_number(packet, now_ms)
         # The first command may be on our heels, and its age has to be known.
-        self.echo.hear(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
+        self.clock.take(packet.t_ms, self._joined_ms & 0xFFFFFFFF, 0, now_ms)
         past = self.past
         if not (welcome.resumed and welcome.boot_nonce == past.boot_nonce):
             past.boot_nonce, past.done, past.missed = welcome.boot_nonce, welcome.done, 0
@@ -350,9 +288,9 @@ class HostSession:
 
     def _take(self, packet: Packet, now_ms: int, stalled: bool) -> list[Received]:
         """Take one packet of this session."""
-        self.state = _NEXT[self.state, "packet" if not isinstance(packet.message, Bye) else "bye"]
-        self._taken, self._heard_ms = packet.sequence, now_ms
         message = packet.message
+        self._take_number(packet, now_ms)
+        self._go("bye" if isinstance(message, Bye) else "packet")
         match message:
             case Bye():
                 self._pressed = None
@@ -360,7 +298,7 @@ class HostSession:
             case NumberedCommand():
                 return self._command(message, packet.t_ms, now_ms, stalled)
             case Heartbeat():
-                self.echo.hear(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
+                self.clock.take(message.sent_ms, message.echo_ms, message.held_ms, now_ms)
                 self._skew_ms = signed(packet.t_ms - message.sent_ms)
                 return [*self._give_up(message.done), *self._hold(message.pressed, packet.t_ms)]
             case State():
@@ -378,51 +316,29 @@ class HostSession:
         if message.number != self.past.done + 1:
             return news  # we have it already; or one before it is missing, and both will come again
         self.past.done += 1
-        age_ms = self.echo.age_ms(message.sent_ms, now_ms) or 0
+        age_ms = self.clock.age_ms(message.sent_ms, now_ms) or 0
         if stalled or (age_ms > LATE_MS and not self._granted):
             self.past.missed += 1
             self.late += 1
             return [*news, Missed(1)]
-        command = Command(
-            message.name, message.label, message.probability, message.touch, message.frame
-        )
+        m = message
+        command = Command(m.name, m.label, m.probability, m.touch, m.frame)
         return [*news, Delivered(command, t_ms)]
 
     def _give_up(self, done: int) -> list[Received]:
-        """Take note that nobody will send the commands up to `done` again."""
-        count = done - self.past.done
-        if count <= 0:
-            return []
-        self.past.done, self.past.missed = done, (self.past.missed + count) & 0xFFFFFFFF
-        return [Missed(count)]
+        """Take note that the commands up to `done` will not be sent again."""
+        count = self.past.give_up(done)
+        return [Missed(count)] if count else []
 
     def _hold(self, pressed: tuple[str, ...], t_ms: int) -> list[Received]:
-        """Take a snapshot of what is held, and tell it if it is new."""
+        """Take a snapshot of what is held; return it if it is new."""
         if pressed == self._pressed:
             return []
         self._pressed = pressed
         return [Delivered(State(pressed), t_ms)]
 
-    def _no_answer(self) -> str:
-        """Return what 2 s without Welcome tell about the other side."""
-        if self._foreign:
-            side = "host" if self._foreign > VERSION else "orb's controller"
-            return (
-                f"{self._name} speaks protocol version {self._foreign}, this host version "
-                f"{VERSION}; update the {side}"
-            )
-        if not self._mute:
-            return (
-                f"{self._name} says something, but not what an OrbTouch says; "
-                "name the orb's own port with --link"
-            )
-        return (
-            f"opened {self._name}, but no OrbTouch answered within 2 s; switch the orb on, or name "
-            "its own port with --link"
-        )
 
-
-# By whether the orb asks for a key: what we tell the user, and what we tell the orb.
+# By whether the orb asks for a key: the sentence for the user, and the one for the orb.
 _OBJECTION = {
     True: "the orb wants a key; add --key FILE, with the file that it was started with",
     False: "the orb asks for no key, so nothing proves that it is ours; start it with the same "

@@ -1,23 +1,19 @@
-"""Packets: messages to frames and back, as the specification in `messages` has them."""
-
-from __future__ import annotations
+"""Packets: messages to frames and back, as docs/protocol.md specifies them."""
 
 import struct
 import zlib
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
 from controller.protocol import codec
 from controller.protocol.auth import SIZE as TAG
 from controller.protocol.auth import FrameAuthenticator
+from controller.protocol.clock_sync import ClockSync
 from controller.protocol.codec import ProtocolError
-from controller.protocol.messages import (
-    EVERY_VERSION,
-    KINDS,
-    MAX_PAYLOAD,
-    RECORDS,
-    VERSION,
-    Message,
-)
+from controller.protocol.messages import MAX_PAYLOAD, TYPES, VERSION, Hello, Message, Refuse
+
+EVERY_VERSION: Final = (TYPES[Hello][0], TYPES[Refuse][0])  # their layout never changes
+_CODECS: Final = dict(TYPES.values())
 
 
 class Packet(NamedTuple):
@@ -45,7 +41,7 @@ def encode(
     """Return a message as one frame, the closing zero included.
 
     Args:
-        message: What to say; a Command travels as NumberedCommand.
+        message: What to send; a Command travels as NumberedCommand.
         session: The session's number, u16.
         sequence: The packet's number, u16.
         t_ms: The sender's time in milliseconds; it wraps at 2**32.
@@ -55,7 +51,7 @@ def encode(
         ProtocolError: A field has no place on the wire: too long, too large, not finite.
     """
     try:
-        kind, record = KINDS[type(message)]
+        kind, record = TYPES[type(message)]
         first = VERSION << 4 | (SEALED if seal else 0)
         head = _HEADER.pack(first, kind, session, sequence, t_ms & 0xFFFFFFFF)
         body = head + record.write(message)
@@ -129,6 +125,50 @@ class Decoder:
             self._tail, self._skipping = b"", True
 
 
+class SessionEnd:
+    """Common parts of both ends of a session: state, packet numbers, authentication, output.
+
+    Attributes:
+        state: Where it is in its table of `controller.protocol.states`.
+        number: The session's number.
+        output: Bytes to send; the owner of the link takes them from the front.
+        clock: Round trip and clock offset.
+        ignored: Valid packets that had no business here.
+    """
+
+    def __init__(
+        self, next_states: Mapping[tuple[str, str], str], state: str, number: int, key: bytes
+    ) -> None:
+        """Begin in a state, without a packet sent or taken."""
+        self.state = state
+        self.number = number
+        self.output = bytearray()
+        self.clock = ClockSync()
+        self.ignored = 0
+        self._next_states, self._key = next_states, key
+        self._decoder = Decoder()
+        self._seal: FrameAuthenticator | None = None  # of what is sent
+        self._sequence = 0  # of the newest packet sent
+        self._taken = 0  # sequence of the newest packet taken
+        self._heard_ms = 0  # when that came
+        self._beat_ms = 0  # when the last heartbeat was sent
+
+    def _go(self, event: str) -> None:
+        """Change the state by the table."""
+        self.state = self._next_states[self.state, event]
+
+    def _take_number(self, packet: Packet, now_ms: int) -> None:
+        self._taken, self._heard_ms = packet.sequence, now_ms
+
+    def _put(self, message: Message, t_ms: int) -> None:
+        """Put a message behind the others that are to be sent, as the next packet."""
+        sequence = (self._sequence + 1) & 0xFFFF
+        self.output += encode(
+            message, session=self.number, sequence=sequence, t_ms=t_ms, seal=self._seal
+        )
+        self._sequence = sequence
+
+
 def is_ahead(sequence: int, last: int) -> bool:
     """Return whether a packet is newer than the last one taken, across the wrap at 65536."""
     return 0 < (sequence - last) & 0xFFFF < 0x8000
@@ -153,7 +193,7 @@ def _parse(run: bytes, seal: FrameAuthenticator | None) -> Packet | None:
         raise ProtocolError("wrong checksum")
     first, kind, session, sequence, t_ms = _HEADER.unpack_from(body)
     version = first >> 4
-    record = RECORDS.get(kind)
+    record = _CODECS.get(kind)
     if version != VERSION and kind not in EVERY_VERSION:
         return Packet(session, sequence, t_ms, version, None)
     if first & _INCOMPATIBLE or seal is not None:

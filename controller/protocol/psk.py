@@ -1,15 +1,8 @@
-"""The key that an orb and its host share: `controller key FILE` draws one into a new file.
+"""Files of the key that an orb and its host share: hexadecimal digits, closed to other users."""
 
-Both are given the file with --key. It holds hexadecimal digits, and must be its owner's alone.
-"""
-
-from __future__ import annotations
-
-import argparse
 import os
 import secrets
 import stat
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +10,7 @@ from controller.errors import TroubleError, UserError, reason
 from controller.files import atomic_write, open_regular
 
 SIZE: Final = 32  # bytes that are drawn; SHA-256 takes no more strength from a longer key
-LEAST: Final = 16  # bytes of a key that somebody made otherwise
+LEAST: Final = 16  # bytes of a key that was made otherwise
 _LONGEST: Final = 4096  # bytes of a file that can be a key
 
 
@@ -72,22 +65,8 @@ def make(path: Path) -> None:
         ) from error
 
 
-def main(argv: Sequence[str]) -> int:
-    """Run `controller key` and return its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="controller key",
-        description="Draw a key into a new file that only you can read. Copy it to the other "
-        "machine (scp keeps it yours), and name it with --key on both: docs/link.md.",
-    )
-    parser.add_argument("file", metavar="FILE", type=Path)
-    path = parser.parse_args(argv).file
-    make(path)
-    print(path)
-    return 0
-
-
 def _check_owner(path: Path, found: os.stat_result) -> None:
-    """Raise unless the file is ours, or root's, and nobody else may read or change it."""
+    """Raise unless the file is ours, or root's, and closed to other users."""
     if found.st_mode & 0o077:
         raise KeyFileError(
             f"the key {path} is open to others (mode {stat.S_IMODE(found.st_mode):03o}); "

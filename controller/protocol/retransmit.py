@@ -1,11 +1,9 @@
-"""Commands that the host has not acknowledged yet. They outlive a session, but not for long.
+"""Reliable commands: the device's queue of unacknowledged ones, the host's record of the others.
 
-Every command gets a number, counted from the device's start. It leaves the outbox when the host has
-acknowledged it, or when it is too old to be obeyed, and is then lost: the host learns that from
-`done`, the newest number that will not be sent again. Pure: time comes in.
+Both outlive a session. Every command gets a number, counted from the device's start. It leaves the
+queue when the host has acknowledged it, or when it is too old to be obeyed, and is then lost: the
+host learns that from `done`, the newest number that will not be sent again. Pure: time comes in.
 """
-
-from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
@@ -13,6 +11,7 @@ from typing import Final
 
 from controller.protocol.messages import LATE_MS, Command
 
+RESEND_MS: Final = 50  # until a command that is not acknowledged is sent again, at least
 MOST: Final = 32  # commands that wait; a player gives a few a second, and they wait 250 ms
 
 
@@ -75,7 +74,7 @@ class RetransmitQueue:
         return posted
 
     def acknowledge(self, done: int) -> None:
-        """Forget what the host has; a number that was never given says nothing."""
+        """Forget what the host has; a number that was never given is ignored."""
         if done <= self.number:
             while self._posted and self._posted[0].number <= done:
                 self._posted.popleft()
@@ -91,3 +90,26 @@ class RetransmitQueue:
         self.lost += len(self._posted)
         self._posted.clear()
         self.host, self.missed = host, 0
+
+
+@dataclass(slots=True)
+class SessionHistory:
+    """The host's record of the sessions before, so that the next one goes on where they ended.
+
+    Attributes:
+        host_nonce: Drawn at the host's start, u32 and not 0.
+        boot_nonce: Of the device that was there last; it draws another at each start.
+        done: Number of the newest command of that device that was delivered, or missed.
+        missed: How many were missed, since it was met first.
+    """
+
+    host_nonce: int = 1
+    boot_nonce: int = 0
+    done: int = 0
+    missed: int = 0
+
+    def give_up(self, done: int) -> int:
+        """Count the commands up to `done` that never came as missed; return how many."""
+        count = max(done - self.done, 0)
+        self.done, self.missed = self.done + count, (self.missed + count) & 0xFFFFFFFF
+        return count

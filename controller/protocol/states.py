@@ -1,11 +1,8 @@
 """The states of a link's two ends, and every way from one to another, as one table each.
 
 `controller.protocol.device_session` and `controller.protocol.host_session` change their state
-through these tables and in no other way; docs/link.md draws them. What the events are is said in
-`EVENTS`.
+through these tables and in no other way; docs/link.md draws them. `EVENTS` explains the events.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -46,7 +43,7 @@ DEVICE: Final = (
     Transition(("waiting", "offered", "live"), "foreign", "waiting",
         "answer Refuse: what to update"),
     Transition(("offered",), "join", "live",
-        "Welcome, State(()); the same host gets young commands again, others begin anew"),
+        "Welcome, State(()); commands younger than 250 ms are resent to the same host"),
     Transition(("offered",), "objection", "waiting", "answer Refuse: why"),
     Transition(("offered",), "forged", "waiting", "answer Refuse: the key"),
     Transition(("live",), "packet", "live", "take it; what it acknowledges is done"),
@@ -58,17 +55,17 @@ DEVICE: Final = (
 HOST: Final = (
     Transition(("over",), "again", "greeting", "send Hello"),
     Transition(("greeting",), "offer", "joining", "send Join, with the last command that we know"),
-    Transition(("greeting", "joining"), "refuse", "over", "tell the orb's reason"),
-    Transition(("greeting", "joining"), "objection", "over", "say Bye, tell why"),
-    Transition(("joining",), "forged", "over", "tell that the orb has another key"),
-    Transition(("joining",), "welcome", "live", "tell Connected, and what was missed meanwhile"),
-    Transition(("greeting", "joining"), "silence", "over", "tell that nobody answered"),
+    Transition(("greeting", "joining"), "refuse", "over", "report the orb's reason"),
+    Transition(("greeting", "joining"), "objection", "over", "send Bye, report why"),
+    Transition(("joining",), "forged", "over", "report that the orb has another key"),
+    Transition(("joining",), "welcome", "live", "report Connected, and what was missed meanwhile"),
+    Transition(("greeting", "joining"), "silence", "over", "report that no orb answered"),
     Transition(("live", "stale"), "packet", "live", "take it; commands out of a stall are missed"),
     Transition(("live",), "quiet", "stale", "release everything, pause"),
-    Transition(("live", "stale"), "gone", "over", "tell Lost"),
-    Transition(("live", "stale"), "bye", "over", "tell Lost, with the orb's reason"),
-    Transition(("greeting", "joining", "live", "stale"), "cut", "over", "tell Refused or Lost"),
-    Transition(("greeting", "joining", "live", "stale"), "close", "over", "say Bye"),
+    Transition(("live", "stale"), "gone", "over", "report Lost"),
+    Transition(("live", "stale"), "bye", "over", "report Lost, with the orb's reason"),
+    Transition(("greeting", "joining", "live", "stale"), "cut", "over", "report Refused or Lost"),
+    Transition(("greeting", "joining", "live", "stale"), "close", "over", "send Bye"),
 )  # fmt: skip
 
 Next = dict[tuple[str, str], str]
@@ -87,21 +84,3 @@ def next_states(table: Sequence[Transition]) -> Next:
                 raise ValueError(f"there are two ways from {state} on {row.event}")
             ways[state, row.event] = row.to
     return ways
-
-
-def drawn(table: Sequence[Transition], first: str) -> str:
-    """Return a table as a state diagram, in Mermaid's words."""
-    lines = ["stateDiagram-v2", f"    [*] --> {first}"]
-    arrows: dict[tuple[str, str], list[str]] = {}
-    for row in table:
-        for state in row.states:
-            arrows.setdefault((state, row.to), []).append(row.event)
-    lines += [f"    {at} --> {to}: {', '.join(events)}" for (at, to), events in arrows.items()]
-    return "\n".join(lines)
-
-
-def listed(table: Sequence[Transition]) -> str:
-    """Return a table as Markdown."""
-    lines = ["| in | when | goes to | and does |", "|---|---|---|---|"]
-    lines += [f"| {', '.join(row.states)} | {row.event} | {row.to} | {row.does} |" for row in table]
-    return "\n".join(lines)

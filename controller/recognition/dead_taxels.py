@@ -1,6 +1,6 @@
-"""Stand in for taxels that feel nothing: what they would have felt, from those around them.
+"""Dead taxels: thresholds, detection, and interpolation from their neighbours.
 
-The skin is smooth, so a taxel can be told from its neighbours: the best guess for a field that is
+The skin is smooth, so a taxel is estimated from its neighbours: the best guess for a field that is
 smooth over `SMOOTH` taxels (Gaussian-process regression; a matrix for each set of broken taxels).
 An electrode whose lead is off, 5 of 25 taxels, is filled in the same way.
 """
@@ -15,6 +15,10 @@ from controller.recognition.drift import TOUCHED, tone
 Change = NDArray[np.float64]  # z - 1, (rows, columns)
 Mask = NDArray[np.bool_]  # (rows, columns)
 
+# A taxel that reads less than this share of what the others read at rest has no lead: an open one
+# reads some 1 of 41 pF, a pressed one never so little.
+NO_LEAD: Final = 0.2
+
 # Of kernels 1 to 2 taxels wide with floors of 0 to 1, these err least on simulated touches: single
 # taxels by 45 % of their change, inner electrodes by 35 %, those at the rim by 55 %.
 SMOOTH: Final = 1.3  # taxels
@@ -27,12 +31,27 @@ DEAD: Final = 0.12
 ALIVE: Final = 0.3
 MEMORY: Final = 100  # touched frames over which this is judged
 MOST: Final = 0.2  # of the taxels: where more seem dead, something else is wrong
-TOUCH_S: Final = 2.0  # of each touch count: a long one says nothing new
+TOUCH_S: Final = 2.0  # of each touch count: a long one adds no evidence
 _FELT: Final = 0.1  # of what the middle taxel's surroundings feel
 
 
+def without_lead(level: NDArray[np.floating]) -> Mask:
+    """Return which taxels of a rest image, (rows, columns) in picofarads, have no lead."""
+    return np.asarray(level < NO_LEAD * np.median(level))
+
+
+def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which taxels have no lead, now or at rest.
+
+    Args:
+        frame: One scan or several, (..., rows, columns), picofarads.
+        rest: The untouched sensor, (rows, columns), same unit.
+    """
+    return np.asarray(~(np.minimum(frame, rest) > NO_LEAD * float(rest.mean())))
+
+
 class TaxelInterpolator:
-    """Guesses what broken taxels would have felt."""
+    """Estimates what broken taxels would have felt."""
 
     def __init__(self, rows: int, columns: int) -> None:
         """Prepare for a grid."""
@@ -48,7 +67,7 @@ class TaxelInterpolator:
         np.fill_diagonal(self._others, 0.0)
 
     def fill(self, change: Change, broken: Mask) -> Change:
-        """Return the change with guesses in place of broken taxels; none where all are broken."""
+        """Return the change, (rows, columns), with estimates of broken taxels; 0 if all are."""
         if broken.all():
             return np.zeros_like(change)
         filled = change.copy()
@@ -56,10 +75,11 @@ class TaxelInterpolator:
         return filled
 
     def around(self, change: Change) -> Change:
-        """Return for every taxel what the others say that it feels."""
+        """Return the estimate of every taxel, (rows, columns), from all others."""
         return np.asarray((self._others @ change.ravel()).reshape(self._shape))
 
     def _weights(self, broken: Mask) -> NDArray[np.float64]:
+        """Return the weights of the other taxels, (broken, others)."""
         key = broken.tobytes()
         if key not in self._known:
             if len(self._known) > 64:  # a loose contact makes many masks; they are cheap to redo
@@ -82,7 +102,7 @@ class ResponseMonitor:
     Attributes:
         evidence: How much each taxel goes along with its surroundings, how much those feel, and
             whether it counts as dead, (3, rows, columns).
-        counts: Touched frames that say so, and frames of the present touch, (2,).
+        counts: Touched frames that count, and frames of the present touch, (2,).
         dead: Taxels that do not answer; None: none, or so many that something else is wrong.
     """
 
@@ -94,12 +114,12 @@ class ResponseMonitor:
         self._longest = max(1, round(TOUCH_S * rate_hz))
 
     def restore(self, evidence: NDArray[np.float64], counts: NDArray[np.float64]) -> None:
-        """Continue with what another one had found."""
+        """Continue with evidence, (3, rows, columns), and counts, (2,), of another monitor."""
         self.evidence, self.counts = evidence.copy(), counts.copy()
         self._judge()
 
     def learn(self, change: Change, filler: TaxelInterpolator, *, quiet: bool) -> None:
-        """Take the next frame's change, as it was read."""
+        """Take the next frame's change, (rows, columns), as it was read."""
         if quiet:
             self.counts[1] = 0.0
             return

@@ -33,20 +33,20 @@ _ROUNDS: Final = 4  # of the median polish: more change nothing
 
 
 def tone(change: NDArray[np.floating]) -> float:
-    """Return how lopsided a change is: below 0 few taxels lose much, above 0 few gain much."""
+    """Return how lopsided a change of any shape is: < 0: few lose much, > 0: few gain much."""
     square = np.square(change)
-    power = float(np.mean(square))
-    return float(np.mean(square * change)) / power**1.5 if power > 0.0 else 0.0
+    power = float(square.mean())
+    return float((square * change).mean()) / power**1.5 if power > 0.0 else 0.0
 
 
 def unevenness(change: Change) -> float:
-    """Return which share of a change is not common to all taxels, 0 ... 1 and beyond."""
+    """Return which share of a change, (rows, columns), is not common to all, 0 ... 1 and beyond."""
     size = float(np.abs(change).sum())
     return float(np.abs(change - np.median(change)).sum()) / size if size > 0.0 else 0.0
 
 
 def smoothness(change: Change) -> float:
-    """Return how alike neighbours are: 1 where all change alike, about 0 where each by itself."""
+    """Return how alike neighbours in a change, (rows, columns), are: from about 0 to 1."""
     power = float(np.square(change).sum())
     across, down = change[:, 1:] * change[:, :-1], change[1:] * change[:-1]
     pairs = across.size + down.size

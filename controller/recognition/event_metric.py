@@ -75,21 +75,29 @@ class Score:
         self.latencies_s += other.latencies_s
 
 
-def judge(events: Sequence[Event], answers: Sequence[Answer], tail_s: float = TAIL_S) -> Score:
-    """Score answers against the events of one stream.
+def attach(events: Sequence[Event], answers: Sequence[Answer], tail_s: float = TAIL_S) -> list[int]:
+    """Return the number of the event that each answer belongs to; -1: none.
 
     Args:
         events: True events in order of onset, not overlapping.
         answers: Commands or gestures, in order of time.
         tail_s: How long after its release an event may still be answered, seconds.
     """
-    score = Score(intended=len(events))
-    hit = [False] * len(events)
-    index = -1
+    owners, index = [], -1
     for answer in answers:
         while index + 1 < len(events) and events[index + 1].onset_s <= answer.time_s:
             index += 1
-        if index < 0 or answer.time_s > events[index].release_s + tail_s:
+        late = index < 0 or answer.time_s > events[index].release_s + tail_s
+        owners.append(-1 if late else index)
+    return owners
+
+
+def judge(events: Sequence[Event], answers: Sequence[Answer], tail_s: float = TAIL_S) -> Score:
+    """Score answers against the events of one stream; the arguments are those of `attach`."""
+    score = Score(intended=len(events))
+    hit = [False] * len(events)
+    for answer, index in zip(answers, attach(events, answers, tail_s), strict=True):
+        if index < 0:
             score.false_alarms += 1
         elif answer.kind != events[index].kind:
             score.wrong += 1

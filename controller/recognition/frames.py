@@ -1,13 +1,12 @@
-"""Frames and images: z = C / C0, the relative capacitance of every taxel.
-
-The names that frames, images and windows go by, and the settings that say how they are made.
-"""
+"""Frames and images: their types, the settings of preprocessing, and z = C / C0."""
 
 from dataclasses import dataclass, field
-from typing import Final, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+
+from controller.recognition.dead_taxels import leadless
 
 Frame = NDArray[np.float32]  # (rows, columns), picofarads
 Image = NDArray[np.float32]  # (rows, columns), C / C0, 1.0 where untouched
@@ -15,14 +14,10 @@ Window = NDArray[np.float32]  # (images, rows, columns), oldest first
 State = dict[str, NDArray[np.float64]]  # everything a stage remembers, by name
 Normalise = Literal["ratio", "difference"]
 
-# A taxel that reads less than this share of what the others read at rest has no lead: an open one
-# reads some 1 of 41 pF, a pressed one never so little.
-LEAST_REST: Final = 0.2
-
 
 @dataclass(frozen=True, slots=True)
 class PreprocessSettings:
-    """How images and windows are made; travels inside the bundle.
+    """Settings of images, windows and baseline; they travel inside the bundle.
 
     Attributes:
         normalise: "ratio": z = C / C0, for capacitances; "difference": z = 1 + (C - C0) / scale,
@@ -85,8 +80,3 @@ def z_image(
     if not lost.any():
         return np.asarray(frame / rest, dtype=np.float64)
     return np.where(lost, 1.0, frame / np.where(lost, 1.0, rest))
-
-
-def leadless(frame: NDArray[np.floating], rest: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which taxels have no lead, now or at rest; shapes as in `z_image`."""
-    return np.asarray(~(np.minimum(frame, rest) > LEAST_REST * float(np.mean(rest))))

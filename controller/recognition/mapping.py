@@ -31,7 +31,7 @@ _REGION = ("left_of", "right_of", "below", "above")
 
 
 class MappingError(UserError, ValueError):
-    """The table cannot be used; the message says where, and what belongs there.
+    """The table cannot be used; the message names the place, and what belongs there.
 
     Attributes:
         label: The gesture whose entry is wrong.

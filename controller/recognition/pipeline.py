@@ -1,47 +1,40 @@
-"""From frame to command: the pure stages joined, and nothing else."""
+"""Pipeline from frame to command: the pure stages joined."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol, runtime_checkable
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.recognition.baseline import StoredBaseline
 from controller.recognition.debounce import NULL, Debouncer, DebounceSettings
+from controller.recognition.frames import Frame, Image, PreprocessSettings, State, Window
 from controller.recognition.mapping import Mapping
-from controller.recognition.preprocess import (
-    Frame,
-    Image,
-    Prepared,
-    Preprocessor,
-    PreprocessSettings,
-    State,
-    StoredBaseline,
-    Window,
-)
+from controller.recognition.preprocess import Prepared, Preprocessor
 from controller.recognition.sensor_health import HealthMonitor
 from controller.recognition.touch_position import PositionSpread, TouchImage
-from controller.recognition.user_id import UserIdentifier
-from controller.recognition.users import Users
+from controller.recognition.user_id import NOBODY, UserIdentifier, Users
 
 Touch = tuple[float, float]  # (x, y), grid units
+Probabilities = NDArray[np.float32]  # (classes,), or (1 + users,)
 
 # What older recordings do not have in their state; they go on as if it were new.
 LATER: Final = ("preprocess.answers", "preprocess.answered", "touch.noise")
-_TOUCH_WINDOWS = 3  # a touch is judged by this many windows of its latest frames
+_TOUCH_WINDOWS: Final = 3  # a touch is judged by this many windows of its latest frames
 
 
 @dataclass(frozen=True, slots=True)
 class CommandRecord:
-    """What the player asked for, and why we think so.
+    """A recognised command, and what it was recognised from.
 
     Attributes:
         t_s: Time of the frame that decided.
         frame: Its number.
         gesture: The label.
         probability: Of that label, in that frame.
-        touch: Where, grid units; None if nothing was touched.
-        command: What it means.
+        touch: (x, y) in grid units; None if nothing was touched.
+        command: Its name.
     """
 
     t_s: float
@@ -54,23 +47,23 @@ class CommandRecord:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one frame gave.
+    """Output of the pipeline for one frame.
 
     Attributes:
         frame: Its number, from 1.
         t_s: Its time, the end of the scan.
         image: z, (rows, columns).
         ready: The rest image exists.
-        quiet: The deviation is within the gate: as far as the skin tells, nothing touches.
+        quiet: The deviation is within the gate: nothing touches.
         probabilities: One per label, (classes,); certainly "null" until the window is full.
-        touch: Where the present touch is, by all of its frames so far; None at rest.
+        touch: (x, y) of the present touch, grid units, by all of its frames so far; None at rest.
         gesture: The label that fired in this frame.
         held: The label whose touch still lasts, "" if none.
         command: What the gesture asks for, if anything.
-        sigma: Deviation of the touch from where it truly is, of each axis, grid units; None where
-            there is no touch, or nobody measured it.
-        user: Who touched last, "" if that is not known.
-        confidence: How probable that is; 0 where the bundle cannot tell.
+        sigma: Standard deviation of the touch, of each axis, grid units; None where there is no
+            touch, or it was not measured.
+        user: The user who touched last, "" if that is not known.
+        confidence: How probable that is; 0 where the bundle identifies nobody.
     """
 
     frame: int
@@ -88,78 +81,60 @@ class Step:
     confidence: float = 0.0
 
 
-class PipelineSettings(Protocol):
-    """Settings of all stages, as a bundle holds them."""
+@dataclass(frozen=True, slots=True)
+class PipelineSettings:
+    """Settings of all stages; a bundle holds them.
 
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """The gestures, "null" first."""
+    Attributes:
+        labels: The gestures, "null" first.
+        rows: Taxel rows.
+        columns: Taxel columns.
+        preprocess: How windows are made.
+        debounce: When a gesture counts.
+        spread: Standard deviation of touch positions; None if it was not measured.
+        users: Enrolled users.
+        identifies: Whether there is a network that identifies users.
+    """
 
-    @property
-    def rows(self) -> int:
-        """Taxel rows."""
-
-    @property
-    def columns(self) -> int:
-        """Taxel columns."""
-
-    @property
-    def rate_hz(self) -> float:
-        """Frames per second."""
-
-    @property
-    def window(self) -> int:
-        """Images in a window."""
-
-    @property
-    def preprocess(self) -> PreprocessSettings:
-        """How windows are made."""
-
-    @property
-    def debounce(self) -> DebounceSettings:
-        """When a gesture counts."""
-
-    @property
-    def spread(self) -> PositionSpread | None:
-        """Deviation of touch positions; None if it was not measured."""
-
-    @property
-    def users(self) -> Users:
-        """Enrolled users."""
-
-    @property
-    def identifies(self) -> bool:
-        """Whether there is a network that identifies users."""
+    labels: tuple[str, ...]
+    rows: int
+    columns: int
+    preprocess: PreprocessSettings
+    debounce: DebounceSettings
+    spread: PositionSpread | None = None
+    users: Users = NOBODY
+    identifies: bool = False
 
 
-class Networks(Protocol):
-    """What the pipeline asks; `controller.bundles.inference.networks.Recognizer` answers."""
+class Networks:
+    """Base of the networks of a pipeline: `controller.bundles.inference.networks.Recognizer`."""
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
-        """Return the probability of each label, (classes,)."""
+    def probabilities(self, window: Window, user: str = "") -> Probabilities:
+        """Return the probability of each label, (classes,), by a user's own network if any."""
+        raise NotImplementedError
+
+    def people(self, window: Window) -> Probabilities | None:
+        """Return the probability of each user, (1 + users,); None: there is no such network."""
+        return None
 
     def touch(self, image: Image) -> Touch | None:
-        """Return where an image is touched, (x, y) in grid units; None: cannot tell."""
-
-
-@runtime_checkable
-class UserNetworks(Protocol):
-    """Networks that know people; `controller.bundles.inference.networks.Recognizer` is one."""
-
-    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
-        """Return the probability of each label, by the user's own network where there is one."""
-
-    def people(self, window: Window) -> NDArray[np.float32] | None:
-        """Return how probably each of the people touches, (1 + users,); None: cannot tell."""
+        """Return the position of a touch, (x, y) in grid units; None: unknown."""
+        return None
 
 
 class Pipeline:
-    """The stages of one session, and what they remember of it."""
+    """The stages of one session, and what they remember of it.
+
+    Attributes:
+        user: The user who touched last, "" if that is not known.
+        confidence: How probable that is.
+        mark: Called at the end of each hop of `controller.runtime.latency`, if not None.
+    """
 
     def __init__(
         self,
-        bundle: PipelineSettings,
-        recognizer: Networks,
+        settings: PipelineSettings,
+        networks: Networks,
         mapping: Mapping,
         known: StoredBaseline | None = None,
         player: str = "",
@@ -167,40 +142,37 @@ class Pipeline:
         """Join the stages.
 
         Args:
-            bundle: Their settings; `controller.bundles.bundle.Bundle` has them.
-            recognizer: Its networks.
+            settings: Of all stages.
+            networks: Of the same bundle.
             mapping: The bundle's, or an override of it.
-            known: What a calibration of the sensor found.
-            player: Who touches, where somebody said so; "": nobody did. Whom the bundle does not
-                know counts as nobody.
+            known: An earlier calibration of the sensor.
+            player: The user who plays, named by the options; "" or a user who is not enrolled:
+                unknown.
 
         Raises:
             ValueError: The calibration is of a sensor of another shape.
         """
-        self.labels = bundle.labels
-        self.mapping = mapping
-        self._recognizer = recognizer
-        self._spread = bundle.spread
-        settings = bundle.preprocess
-        self._preprocessor = Preprocessor(settings, bundle.rows, bundle.columns, known)
-        self._debouncer = Debouncer(bundle.labels, bundle.debounce)
-        self._touch = TouchImage(_TOUCH_WINDOWS * bundle.window, bundle.rows, bundle.columns)
-        self._ratio = settings.normalise == "ratio"
+        self.labels, self.mapping = settings.labels, mapping
+        self._networks, self._spread, self._users = networks, settings.spread, settings.users
+        grid, rate_hz = (settings.rows, settings.columns), settings.preprocess.rate_hz
+        self._preprocessor = Preprocessor(settings.preprocess, *grid, known)
+        self._debouncer = Debouncer(settings.labels, settings.debounce)
+        self._touch = TouchImage(_TOUCH_WINDOWS * settings.preprocess.window, *grid)
+        self._ratio = settings.preprocess.normalise == "ratio"
         before = None if known is None else known.rest
-        self._health = HealthMonitor(settings.rate_hz, ratio=self._ratio, before=before)
-        self._users, self._player = bundle.users, ""
-        self._company: UserNetworks | None = None
-        self._witness: UserIdentifier | None = None
-        if bundle.users.names and isinstance(recognizer, UserNetworks):
-            self._company = recognizer
-            self._player = player if player in bundle.users.names else ""
-            if bundle.identifies and not self._player:
-                self._witness = UserIdentifier(bundle.users, settings.rate_hz)
-        self._certain = np.zeros(len(bundle.labels), dtype=np.float32)
+        self._health = HealthMonitor(rate_hz, ratio=self._ratio, before=before)
+        self.user = player if player in settings.users.names else ""
+        self.confidence = float(bool(self.user))
+        self._identifier: UserIdentifier | None = None
+        if settings.identifies and not self.user:
+            self._identifier = UserIdentifier(settings.users, rate_hz)
+            self.confidence = self._identifier.confidence
+        self._certain = np.zeros(len(settings.labels), dtype=np.float32)
         self._certain[NULL] = 1.0
         self._number = 0
-        self._dead: NDArray[np.bool_] | None = None  # taxels that do not answer
-        self.mark: Callable[[], None] = _unmarked  # called at the end of each stage, see `ledger`
+        self._held = ""
+        self._dead: NDArray[np.bool_] | None = None  # taxels that do not answer, (rows, columns)
+        self.mark: Callable[[], None] | None = None
 
     def step(self, frame: Frame, t_s: float, number: int | None = None) -> Step:
         """Take one frame the whole way.
@@ -214,75 +186,56 @@ class Pipeline:
             ValueError: The frame has another shape than the bundle's sensor.
         """
         self._number = self._number + 1 if number is None else number
-        prepared = self._preprocessor.step(frame)
+        self._preprocessor.learn()  # from the last frame, if `look` was not called since
+        prepared = self._preprocessor.measure(frame)
         window = self._preprocessor.window() if prepared.ready else None
-        self.mark()
-        probabilities = self._certain.copy()
-        if window is not None:
-            probabilities = self._ask(window)
-        self.mark()
-        before = self._debouncer.held
-        gesture = self._debouncer.step(probabilities)
-        released = bool(before) and not self._debouncer.held
-        touch = self._place(prepared, null=bool(probabilities[NULL] > 0.5), released=released)
-        command = None
-        table = self._users.mapping(self.user, self.mapping)
-        if gesture is not None and (name := table.command(gesture, touch)) is not None:
-            probability = float(probabilities[self.labels.index(gesture)])
-            command = CommandRecord(t_s, self._number, gesture, probability, touch, name)
-        sigma = None if touch is None or not self._spread else self._spread.sigma(self._touch.blur)
-        held = self._debouncer.held
-        if self._witness is not None:
-            self._watch(self._witness, held, window, busy=bool(probabilities[NULL] < 0.5))
-        image, ready, quiet = prepared.image, prepared.ready, prepared.quiet
+        if self.mark is not None:
+            self.mark()
+        if window is None:
+            probabilities = self._certain.copy()
+        elif self.user:
+            probabilities = self._networks.probabilities(window, self.user)
+        else:
+            probabilities = self._networks.probabilities(window)
+        if self.mark is not None:
+            self.mark()
+        step = self._decide(prepared, window, probabilities, t_s)
         self._health.notice(prepared)
         self._dead = prepared.dead
-        self.mark()
-        return Step(
-            self._number, t_s, image, ready, quiet, probabilities, touch, gesture, held, command,
-            sigma, self.user, self.confidence,
-        )  # fmt: skip
+        if self.mark is not None:
+            self.mark()
+        return step
 
     def look(self) -> tuple[str, ...]:
-        """Return what is not as it should be with the sensor, worst first.
+        """Return the sensor's faults, worst first, after learning what only the next frame needs.
 
-        Once a second it is looked for anew, as `controller/recognition/sensor_health.py` says, and
-        what only the next frame needs is learned. All that is for after a frame, when what it gave
-        is on its way: nobody waits for it.
+        Call it after a frame, when its messages were sent. The faults are looked for once a second.
         """
-        self._preprocessor.settle()
-        return self._health.look(self._dead, self._preprocessor.resting)
+        self._preprocessor.learn()
+        if self._health.due:
+            self._health.look(self._dead, self._preprocessor.resting)
+        return self._health.found
 
-    def exchange(self, recognizer: Networks) -> None:
-        """Ask other networks from the next frame on, of a bundle with the same settings."""
-        self._recognizer = recognizer
-        if self._company is not None and isinstance(recognizer, UserNetworks):
-            self._company = recognizer
-
-    @property
-    def user(self) -> str:
-        """Who touched last, "" if that is not known."""
-        return self._player if self._witness is None else self._witness.name
-
-    @property
-    def confidence(self) -> float:
-        """How probable that is."""
-        return float(bool(self._player)) if self._witness is None else self._witness.confidence
+    def exchange(self, networks: Networks) -> None:
+        """Use other networks from the next frame on, of a bundle with the same settings."""
+        self._networks = networks
 
     @property
     def rest(self) -> Frame | None:
         """The untouched sensor, (rows, columns), picofarads; None until it is found."""
+        self._preprocessor.learn()
         return self._preprocessor.rest
 
     def state(self) -> State:
         """Return everything remembered, by stage and name, for an exact continuation."""
+        self._preprocessor.learn()
         stages = {
             "preprocess": self._preprocessor.state(),
             "debounce": self._debouncer.state(),
             "touch": self._touch.state(),
         }
-        if self._witness is not None:
-            stages["users"] = self._witness.state()
+        if self._identifier is not None:
+            stages["users"] = self._identifier.state()
         return {
             f"{s}.{name}": array for s, state in stages.items() for name, array in state.items()
         }
@@ -309,35 +262,54 @@ class Pipeline:
         self._preprocessor.restore(stages["preprocess"])
         self._debouncer.restore(stages["debounce"])
         self._touch.restore(stages["touch"])
-        if self._witness is not None:
-            self._witness.restore(stages["users"])
+        self._held = self._debouncer.held
+        if self._identifier is not None:
+            self._identifier.restore(stages["users"])
+            self.user, self.confidence = self._identifier.name, self._identifier.confidence
 
-    def _ask(self, window: Window) -> NDArray[np.float32]:
-        """Return the probability of each label; whom we know is judged by their own network."""
-        if self._company is not None and self.user:
-            return self._company.probabilities(window, self.user)
-        return self._recognizer.probabilities(window)
+    def _decide(
+        self, prepared: Prepared, window: Window | None, probabilities: Probabilities, t_s: float
+    ) -> Step:
+        """Return gesture, touch, command and user of a frame with probabilities (classes,)."""
+        before, null = self._held, bool(probabilities[NULL] > 0.5)
+        gesture = self._debouncer.step(probabilities)
+        held = self._held = self._debouncer.held
+        touch = sigma = command = None
+        if prepared.ready:
+            self._touch.step(
+                prepared.image, prepared.idle, null=null, released=bool(before) and not held
+            )
+            image = self._touch.image()
+            touch = None if image is None else self._networks.touch(image)
+        if touch is not None and self._spread is not None:
+            sigma = self._spread.sigma(self._touch.blur)
+        if gesture is not None:
+            command = self._command(gesture, touch, probabilities, t_s)
+        if self._identifier is not None:
+            self._identify(self._identifier, window, busy=bool(probabilities[NULL] < 0.5))
+        return Step(
+            self._number, t_s, prepared.image, prepared.ready, prepared.quiet, probabilities, touch,
+            gesture, held, command, sigma, self.user, self.confidence,
+        )  # fmt: skip
 
-    def _watch(
-        self, witness: UserIdentifier, held: str, window: Window | None, *, busy: bool
-    ) -> None:
-        """Ask who makes what is made now; it counts if it turns out to be a gesture that tells."""
-        people = None
-        if window is not None and (held or busy) and self._company is not None:
-            people = self._company.people(window)
-        witness.step(people, counts=held in self._users.gestures)
-
-    def _place(self, prepared: Prepared, *, null: bool, released: bool) -> Touch | None:
-        """Return where the present touch is; the network is asked only if there is one."""
-        if not prepared.ready:
+    def _command(
+        self, gesture: str, touch: Touch | None, probabilities: Probabilities, t_s: float
+    ) -> CommandRecord | None:
+        """Return the command of a gesture with probabilities (classes,), if it has one."""
+        rules = self._users.mapping(self.user, self.mapping) if self.user else self.mapping
+        name = rules.command(gesture, touch)
+        if name is None:
             return None
-        self._touch.step(prepared.image, prepared.idle, null=null, released=released)
-        image = self._touch.image()
-        return None if image is None else self._recognizer.touch(image)
+        probability = float(probabilities[self.labels.index(gesture)])
+        return CommandRecord(t_s, self._number, gesture, probability, touch, name)
 
-
-def _unmarked() -> None:
-    """Nobody asks where the time goes."""
+    def _identify(self, identifier: UserIdentifier, window: Window | None, *, busy: bool) -> None:
+        """Gather evidence of the user while something is made; a gesture makes it count."""
+        people = None
+        if window is not None and (self._held or busy):
+            people = self._networks.people(window)
+        identifier.step(people, counts=self._held in self._users.gestures)
+        self.user, self.confidence = identifier.name, identifier.confidence
 
 
 def _unlike(given: NDArray[np.float64], own: NDArray[np.float64]) -> bool:

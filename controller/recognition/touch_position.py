@@ -1,12 +1,12 @@
-"""One image of a touch: what its frames show together, so that its place is told once.
+"""Touch image: the frames of one touch stacked, so that its position is estimated once.
 
-A noisy sensor tells poorly in one frame where a finger is, and the median of many poor answers
+A noisy sensor locates a finger poorly in one frame, and the median of many poor positions
 keeps their common error. So the frames of a touch are laid over each other before the network
 sees them, each weighted by how strongly it shows the touch, and what the rubber still remembers
 of the touch before is taken away.
 
-How noisy the laid image still is against how strongly it shows the touch tells how far off its
-place may be: `PositionSpread` makes of that a deviation in grid units.
+The noise of the stacked image, as a share of its strength, determines the uncertainty of the
+position: `PositionSpread` converts it to a standard deviation in grid units.
 """
 
 import math
@@ -32,7 +32,7 @@ Signal = NDArray[np.float64]  # z - 1, (rows, columns)
 
 @dataclass(frozen=True, slots=True)
 class PositionSpread:
-    """How far off the places that a network tells are: `models tune` measures it.
+    """Uncertainty of the positions that a network estimates, measured by `models tune`.
 
     Attributes:
         floor: Deviation of a place, of each axis, where the sensor has no noise, grid units.
@@ -132,7 +132,7 @@ class TouchImage:
         self._noise, self._doubt = state["noise"].tolist()
 
     def _rest(self, signal: Signal, *, released: bool) -> None:
-        """Take an image without a gesture: after several in a row the touch has ended."""
+        """Take an image, (rows, columns), without a gesture: after several the touch has ended."""
         if not self._touched:
             self._untouched.append(signal)
             return
@@ -150,7 +150,7 @@ class TouchImage:
         before = recent[:-_LEAD]
         self._left = np.zeros(self._shape)
         self._noise, self._doubt = (_TO_SIGMA * idle) ** 2, _RESIDUE**2
-        if before:  # the noisier the sensor, the less its latest images say of what was left
+        if before:  # the noisier the sensor, the less its latest images show of what was left
             noise = self._noise / _RESIDUE**2 / len(before)
             self._left = np.mean(before, axis=0) / (1.0 + noise)
             self._doubt *= noise / (1.0 + noise)
@@ -159,4 +159,5 @@ class TouchImage:
         self._touched = True
 
     def _stack(self, signals: "deque[Signal] | list[Signal]") -> Signal:
+        """Return images (rows, columns) as (n, rows, columns)."""
         return np.array(signals) if signals else np.empty((0, *self._shape))

@@ -169,10 +169,10 @@ def refuse_misfit(recording: Recording, bundle: PipelineSettings) -> None:
             f"the recording is of a {shape[0]}×{shape[1]} sensor, the bundle for "
             f"{expected[0]}×{expected[1]}; choose another with --bundle"
         )
-    if abs(recording.rate_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
+    if abs(recording.rate_hz / bundle.preprocess.rate_hz - 1.0) > RATE_TOLERANCE:
         raise RecordingError(
             f"the recording runs at {recording.rate_hz:.2f} Hz, the bundle at "
-            f"{bundle.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
+            f"{bundle.preprocess.rate_hz:.2f} Hz, more than 2 % apart; choose another with --bundle"
         )
     if recording.origin.unit != PICOFARAD:
         raise RecordingError(

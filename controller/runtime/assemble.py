@@ -1,7 +1,7 @@
-"""The parts of a run, as the command line asks for them: each checked before anything runs.
+"""Composition root of a run: its parts, built from the options and checked before the first frame.
 
-At the top is imported what every run needs; what only some need, where they ask for it. A device
-starts in half the time that way (docs/running.md).
+At the top is imported what every run needs; what only some need (recording, corrections, the
+virtual orb's own hand), in the function that builds it.
 """
 
 from __future__ import annotations
@@ -9,13 +9,10 @@ from __future__ import annotations
 import logging
 import os
 import platform
-from collections.abc import Iterator
+from argparse import Namespace
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TextIO
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 from controller import __version__
 from controller.bundles import bundle as bundles
@@ -24,29 +21,27 @@ from controller.bundles.bundle import Bundle
 from controller.bundles.deploy.store import BundleStore, name_of
 from controller.bundles.inference.networks import Recognizer
 from controller.errors import UserError
-from controller.links import PRINT, Link, LinkError, open_link
+from controller.links import Link, LinkError, open_link
+from controller.protocol import psk
 from controller.protocol.codec import ProtocolError
 from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welcome
 from controller.recognition.mapping import Mapping
 from controller.recognition.pipeline import LATER, Pipeline
-from controller.recognition.preprocess import Image, StoredBaseline
 from controller.recordings.recording import RATE_TOLERANCE
-from controller.runtime.device import Device, Wish, steady
-from controller.runtime.long_press import WINDOW_S
+from controller.runtime.device import Device
+from controller.runtime.latency import LatencyReporter, status_file
 from controller.runtime.realtime import IdleCollector
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
-from controller.sensors.base import RecordedSensor, Sensor, SensorError, SensorOptions
+from controller.sensors import calibration_store
+from controller.sensors.base import Sensor, SensorError
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-
     from controller.capture.cue_plan import CuePlan
     from controller.capture.run_files import RunFiles
     from controller.keymap.terminal import Keyboard
-    from controller.runtime.bundle_updates import BundleUpdater
-    from controller.runtime.latency_report import LatencyReporter
 
-TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must say to the orb it started
+TOKEN: Final = "ORBTOUCH_TOKEN"  # in the environment: what a host must name to the orb it started
 
 _log = logging.getLogger("controller")
 
@@ -57,7 +52,7 @@ class Parts:
 
     Attributes:
         options: As the user gave them.
-        bundle: What is deployed.
+        bundle: The one in use.
         recognizer: Its networks.
         mapping: Its table, or an override of it.
         sensor: At its first frame, for the first session.
@@ -65,8 +60,7 @@ class Parts:
         owned: By the host that started this process.
         runs: Where recordings go; None: nowhere.
         plan: What shall be recorded; None: whatever happens.
-        ledger: Where each frame's hops are kept; None: nowhere.
-        sweeper: Collects garbage between frames; None: Python does, whenever it likes.
+        collector: Collects garbage between frames; None: Python does, at any time.
     """
 
     options: Namespace
@@ -78,85 +72,52 @@ class Parts:
     owned: bool
     runs: RunFiles | None
     plan: CuePlan | None
-    ledger: TextIO | None
-    sweeper: IdleCollector | None
+    collector: IdleCollector | None = None
 
 
 # --- before the first frame -----------------------------------------------------------------------
 
 
 def prepare(options: Namespace) -> Parts:
-    """Return all parts, or raise one of our errors: each mistake is told before anything runs."""
-    _exclude(options)
-    bundle, engine, mapping, proved = _deployed(options)
+    """Return all parts, or raise one of our errors."""
+    bundle, mapping, recognizer = _deployed(options)
     _check_user(options, bundle)
     plan = runs = None
     if options.record is not None:
+        from controller.capture.run_files import RunFiles
         from controller.runtime import recording_session
 
         plan = recording_session.plan(options, bundle.labels)
     sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
     _pipeline(bundle, recognizer, mapping, sensor)  # a recording's state is tried out as well
     if options.record is not None:
-        runs = recording_session.runs(options)
+        runs = RunFiles(options.record, options.user, options.session)
     token = os.environ.pop(TOKEN, "")
     link = open_link(
         options.link,
         _welcome(bundle, mapping, sensor),
         token=token,
-        key=b"" if options.key is None else _key(options.key),
+        key=b"" if options.key is None else psk.read(options.key),
         exposed=options.unprotected,
     )
-    ledger = None if options.ledger is None else _ledger(options.ledger)
+    # Not `platform.platform`, which looks for the C library as well.
+    system = f"{platform.system()} {platform.release()} {platform.machine()}"
     _log.info(
         "orbtouch %s on Python %s, %s, %s, bundle %.8s, %s at %g Hz",
-        __version__, platform.python_version(), recognizer.engine, _system(), bundle.hash,
+        __version__, platform.python_version(), recognizer.engine, system, bundle.hash,
         sensor.device_id, sensor.rate_hz,
     )  # fmt: skip
-    return Parts(
-        options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan, ledger, None
-    )
-
-
-def _key(path: Path) -> bytes:
-    """Return the key in a file."""
-    from controller.protocol import psk
-
-    return psk.read(path)
-
-
-def _system() -> str:
-    """Return what we run on, for the log; `platform.platform` looks for its C library as well."""
-    return f"{platform.system()} {platform.release()} {platform.machine()}"
-
-
-def _ledger(path: Path) -> TextIO:
-    """Return the ledger's file, which must not exist.
-
-    Raises:
-        LinkError: It exists, or cannot be written.
-    """
-    from controller.runtime.latency_report import open_ledger
-
-    try:
-        return open_ledger(path)
-    except FileExistsError:
-        raise LinkError(f"{path} exists; name another file with --ledger") from None
-    except OSError as error:
-        raise LinkError(f"cannot write {path}: {error.strerror}; name another --ledger") from None
+    return Parts(options, bundle, recognizer, mapping, sensor, link, bool(token), runs, plan)
 
 
 def renew(parts: Parts) -> Parts:
-    """Return the parts with bundle and mapping read anew; the link stays, and its host is told.
+    """Return the parts with bundle and mapping read again; the link stays, and informs its host.
 
     Raises:
         BundleError, MappingError, ...: One of our errors; the old parts are as they were.
     """
-    options = parts.options
-    bundle, engine, mapping, proved = _deployed(options)
-    sensor = _sensor(options, bundle)
-    recognizer = Recognizer(bundle, options.engine or engine, proved=proved)
+    bundle, mapping, recognizer = _deployed(parts.options)
+    sensor = _sensor(parts.options, bundle)
     try:
         parts.link.renew(_welcome(bundle, mapping, sensor), "the orb has new settings")
     except ProtocolError as error:
@@ -171,11 +132,11 @@ def refreshed(parts: Parts) -> Parts | None:
     Raises:
         BundleError, MappingError, ...: One of our errors; the old parts are as they were.
     """
-    bundle, engine, mapping, proved = _deployed(parts.options)
-    if _settings(bundle, mapping) != _settings(parts.bundle, parts.mapping):
+    bundle, mapping, recognizer = _deployed(parts.options)
+    before = parts.bundle.settings, parts.bundle.pitch_mm, parts.mapping
+    if (bundle.settings, bundle.pitch_mm, mapping) != before:
         return None
-    recognizer = Recognizer(bundle, parts.options.engine or engine, proved=proved)
-    return replace(parts, bundle=bundle, recognizer=recognizer, mapping=mapping)
+    return replace(parts, bundle=bundle, recognizer=recognizer)
 
 
 def exchange(parts: Parts, device: Device) -> None:
@@ -185,37 +146,29 @@ def exchange(parts: Parts, device: Device) -> None:
         RecordingError: What follows cannot be recorded.
     """
     device.pipeline.exchange(parts.recognizer)
-    if device.tape is not None and parts.runs is not None:
+    if device.recorder is not None and parts.runs is not None:
         from controller.runtime import recording_session
 
-        device.tape.go_on(recording_session.begin(parts, parts.runs, device.sensor))
-    if device.timekeeper is not None:
-        device.timekeeper.about |= _about(parts)
+        device.recorder.go_on(recording_session.begin(parts, parts.runs, device.sensor))
+    if device.latency is not None:
+        device.latency.about |= _about(parts)
     _log.info("going on with bundle %.8s on %s", parts.bundle.hash, parts.recognizer.engine)
 
 
-def _settings(bundle: Bundle, mapping: Mapping) -> tuple[object, ...]:
-    """Return what a device has to begin anew for if it changes."""
-    b = bundle
-    return (
-        b.labels, b.rows, b.columns, b.pitch_mm, b.rate_hz, b.window, b.preprocess, b.debounce,
-        b.spread, b.users, b.identifies, mapping,
-    )  # fmt: skip
+def _deployed(options: Namespace) -> tuple[Bundle, Mapping, Recognizer]:
+    """Return the bundle in use, its mapping or an override, and its networks.
 
-
-def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
-    """Return the bundle in use, the engine that runs it fastest here, and what gestures mean.
-
-    At last whether these very bytes were asked all golden questions before: by `controller install`
-    if they are the shelf's, by those who released the program if it is the bundle that ships.
+    They run in the engine that is fastest here. All golden questions are asked, unless these very
+    bytes were asked before: by `controller install`, or before the release of the bundle that
+    ships.
     """
     if options.bundle is not None:
         path, engine, proved = options.bundle, "", False
         bundle = bundles.read(path)
     else:
-        shelf = BundleStore()
-        path, engine = shelf.current()
-        installed = path.parent == shelf.folder
+        store = BundleStore()
+        path, engine = store.current()
+        installed = path.parent == store.folder
         try:
             bundle = bundles.read(path)
         except bundles.BundleError as error:
@@ -227,67 +180,40 @@ def _deployed(options: Namespace) -> tuple[Bundle, str, Mapping, bool]:
         own, people = mapping_file.read(options.mapping, bundle.labels)
         mapping = mapping.overridden(own)
         bundle = replace(bundle, users=bundle.users.overridden(own, people))
-    return bundle, engine, mapping, proved
-
-
-def _exclude(options: Namespace) -> None:
-    """Refuse options that have no meaning together."""
-    if options.replay is not None:
-        if options.record is not None:
-            raise UserError("a replay is a recording already; leave out --record")
-        if options.rate is not None:
-            raise UserError("a recording has its own rate; leave out --rate")
-        if options.ledger is not None:
-            raise UserError("a replay keeps no time that could be measured; leave out --ledger")
-    if options.hand_of != ("", "") and (options.replay is not None or options.sensor != "virtual"):
-        raise UserError("--hand-of is the virtual orb's own; leave it out, or say --sensor virtual")
-    if options.link == PRINT and (options.key is not None or options.unprotected):
-        raise UserError("--key and --unprotected are for hosts; say with --link where they come")
-    if options.key is not None and options.unprotected:
-        raise UserError("an orb with a key is protected; leave out --key or --unprotected")
-    if options.record is None:
-        for name in ("label", "cues"):
-            if getattr(options, name):
-                raise UserError(f"--{name} is for recordings; add --record")
+    return bundle, mapping, Recognizer(bundle, options.engine or engine, proved=proved)
 
 
 def _check_user(options: Namespace, bundle: Bundle) -> None:
-    """Refuse to play as somebody who is not enrolled; a recording may be of anybody."""
+    """Refuse a player who is not enrolled; a recording may be of anybody."""
     if options.user and options.record is None and options.user not in bundle.users.names:
-        known = ", ".join(bundle.users.names)
-        whom = f"the bundle knows {known}" if known else "the bundle knows nobody (docs/users.md)"
+        known = ", ".join(bundle.users.names) or "nobody (docs/users.md)"
         raise UserError(
             f"--user {options.user} is for recordings, and for people whom the bundle knows; "
-            f"{whom}; add --record"
+            f"the bundle knows {known}; add --record"
         )
 
 
 def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
-    """Return the sensor that was asked for; the bundle must have been trained for its like."""
+    """Return the sensor of the options; the bundle must have been trained for its like."""
     wanted_hz = bundle.rate_hz if options.rate is None else options.rate
     if abs(wanted_hz / bundle.rate_hz - 1.0) > RATE_TOLERANCE:
         raise SensorError(
             f"--rate {wanted_hz:g} is more than 2 % from the bundle's {bundle.rate_hz:g} Hz; "
             "choose a bundle that was trained for it"
         )
-    name = options.sensor if options.replay is None else sensors.REPLAY
-    faults = tuple(options.fault)
     sensor = sensors.load(
-        name,
-        SensorOptions(
-            wanted_hz,
-            options.seed,
-            options.replay,
-            options.preset,
-            faults,
-            _gestures(options),
-            user=options.hand_of[0],
-            day=_day(*options.hand_of),
-            wiring=options.wiring,
-        ),
+        options.sensor if options.replay is None else sensors.REPLAY,
+        wanted_hz,
+        seed=options.seed,
+        path=options.replay,
+        preset=options.preset,
+        fault=tuple(options.fault),
+        gestures=_gestures(options),
+        user=options.hand_of[0],
+        day=_day(*options.hand_of),
+        wiring=options.wiring,
     )
-    if isinstance(sensor, RecordedSensor):
-        sensor.refuse_misfit(bundle)
+    sensor.refuse_misfit(bundle)
     grid = sensor.geometry
     if (grid.rows, grid.columns) != (bundle.rows, bundle.columns):
         raise SensorError(
@@ -298,7 +224,7 @@ def _sensor(options: Namespace, bundle: Bundle) -> Sensor:
 
 
 def _day(name: str, day: str) -> str:
-    """Return the day on which somebody comes, as `controller teach --session DAY` calls it."""
+    """Return the day of a simulated hand, as `controller teach --session DAY` names it."""
     if not day:
         return ""
     from controller.recordings import naming
@@ -320,7 +246,7 @@ def _gestures(options: Namespace) -> tuple[Path, ...]:
 
 
 def _welcome(bundle: Bundle, mapping: Mapping, sensor: Sensor) -> Welcome:
-    """Return what the device says of itself."""
+    """Return the device's description for its hosts."""
     return Welcome(
         version=VERSION,
         boot_nonce=int.from_bytes(os.urandom(4), "little"),
@@ -346,95 +272,41 @@ def open_device(parts: Parts, session: int, keyboard: Keyboard | None = None) ->
     options, bundle, link = parts.options, parts.bundle, parts.link
     sensor = parts.sensor if session == 1 else _sensor(options, bundle)
     pipeline = _pipeline(bundle, parts.recognizer, parts.mapping, sensor, options.user)
-    if isinstance(sensor, RecordedSensor):
-        return Device(sensor, pipeline, link, sensor.schedule(), live=False)
-    tape = None
+    if sensor.source is not None:
+        return Device(sensor, pipeline, link, schedule=sensor.schedule())
+    recorder = None
     if parts.runs is not None:
         from controller.runtime import recording_session
 
-        tape = recording_session.tape(parts, parts.runs, sensor, pipeline, keyboard)
-    script: Iterator[Wish] = iter(())
-    obey = None
-    if sensor.virtual and not link.touchable:
-        from controller.capture.simulated_hand import CuedHand
-        from controller.sensors.virtual import show
-
-        if parts.plan is None:
-            told = "shows every gesture; Ctrl-C ends it"
-            script = show(bundle.labels, sensor.geometry, options.seed, _gestures(options))
-        else:
-            told = "does what the cues ask for"
-            obey = CuedHand(sensor.geometry, options.seed, _gestures(options)).obey
-        _log.info("nothing touches this orb, so its own hand %s", told)
-    schedule = steady(sensor.rate_hz)
-    press = None
-    if tape is None and not sensor.virtual:
-        press = partial(link.pair, WINDOW_S)
-    return Device(
-        sensor, pipeline, link, schedule, tape=tape, script=script, obey=obey, on_long_press=press,
-        timekeeper=_timekeeper(parts, sensor),
-    )  # fmt: skip
-
-
-def clerk(parts: Parts) -> BundleUpdater | None:
-    """Return who takes new bundles over the link; None where nobody can send any."""
-    link, shelf = parts.link, BundleStore()
-    if parts.options.link == PRINT or parts.options.replay is not None:
-        return None
-    from controller.bundles.deploy.upload import UploadReceiver
-    from controller.runtime.bundle_updates import BundleUpdater
-
-    objection = ""
-    if not link.authenticated:
-        objection = (
-            "this link does not prove who is there; give orb and host the same --key FILE, or copy "
-            "the bundle to the orb and run `controller install` there"
-        )
-    elif parts.options.bundle is not None:
-        objection = "this orb was started with a --bundle of its own"
-    return BundleUpdater(
-        UploadReceiver(shelf.folder, objection),
-        partial(_install, shelf),
-        partial(_corrected, parts, shelf),
-    )
-
-
-def _install(shelf: BundleStore, path: Path, corrects: str | None = None) -> str:
-    """Take a bundle that has come into use."""
-    from controller.bundles.deploy.install import install
-
-    return install(path, shelf, other_sensor=False, report=_log.info, corrects=corrects)
-
-
-def _corrected(parts: Parts, shelf: BundleStore, label: str, images: list[Image]) -> str:
-    """Learn what the latest touch was; return what is in use then, a sentence."""
-    from controller.adapt import correction  # a play without corrections needs none of it
-
-    if label and label not in parts.bundle.labels:
-        raise bundles.BundleError(f"there is no gesture {label!r}")
-    return correction.correct(
-        label,
-        np.array(images, dtype=np.float32),
-        parts.bundle.rate_hz,
-        shelf,
-        partial(_install, shelf),
-    )
-
-
-def _timekeeper(parts: Parts, sensor: Sensor) -> LatencyReporter:
-    """Return who keeps the ledger of a session."""
-    from controller.runtime.latency_report import LatencyReporter, status_file
-
-    about = {"device": sensor.device_id, "link": parts.options.link, **_about(parts)}
-    link = parts.link
-    return LatencyReporter(
+        recorder = recording_session.recorder(parts, parts.runs, sensor, pipeline, keyboard)
+    latency = LatencyReporter(
         1.0 / sensor.rate_hz,
-        lambda pace: link.send(pace, 0) if link.connected else None,
-        sweeper=parts.sweeper,
-        file=parts.ledger,
+        lambda report: link.send(report, 0) if link.connected else None,
+        collector=parts.collector,
         status=status_file(),
-        about=about,
+        about={"device": sensor.device_id, "link": options.link, **_about(parts)},
     )
+    hand = _hand(parts, sensor)
+    return Device(sensor, pipeline, link, recorder=recorder, hand=hand, latency=latency)
+
+
+def _hand(parts: Parts, sensor: Sensor) -> VirtualHand | None:
+    """Return the virtual orb's own hand; None where a host touches the orb, or a person."""
+    options = parts.options
+    if parts.link.touchable or not sensor.virtual:
+        return None
+    from controller.capture.simulated_hand import CuedHand
+    from controller.sensors.virtual import show
+
+    gestures = _gestures(options)
+    if parts.plan is None:
+        told = "shows every gesture; Ctrl-C ends it"
+        hand = VirtualHand(show(parts.bundle.labels, sensor.geometry, options.seed, gestures))
+    else:
+        told = "does what the cues ask for"
+        hand = VirtualHand(obey=CuedHand(sensor.geometry, options.seed, gestures).obey)
+    _log.info("nothing touches this orb, so its own hand %s", told)
+    return hand
 
 
 def _about(parts: Parts) -> dict[str, object]:
@@ -445,12 +317,14 @@ def _pipeline(
     bundle: Bundle, recognizer: Recognizer, mapping: Mapping, sensor: Sensor, user: str = ""
 ) -> Pipeline:
     """Return a pipeline before its first frame; a recording's goes on where it was recorded."""
-    if not isinstance(sensor, RecordedSensor):
-        return Pipeline(bundle, recognizer, mapping, _known(bundle, sensor), user)
-    source = sensor.source
+    settings, source = bundle.settings, sensor.source
+    if source is None:
+        kept = calibration_store.load(sensor.device_id)
+        fits = kept is not None and kept.rest.shape == (bundle.rows, bundle.columns)
+        return Pipeline(settings, recognizer, mapping, kept.known if kept and fits else None, user)
     if source.origin.bundle != bundle.hash:
-        return Pipeline(bundle, recognizer, mapping, None, user)
-    pipeline = Pipeline(bundle, recognizer, mapping, None, source.origin.user)  # as it was said
+        return Pipeline(settings, recognizer, mapping, None, user)
+    pipeline = Pipeline(settings, recognizer, mapping, None, source.origin.user)
     if set(source.state) | set(LATER) != set(pipeline.state()):
         _log.warning("another version of this program recorded this: it is replayed from rest")
         return pipeline
@@ -459,13 +333,3 @@ def _pipeline(
     except ValueError as error:
         raise UserError(f"the recording cannot be replayed: {error}") from None
     return pipeline
-
-
-def _known(bundle: Bundle, sensor: Sensor) -> StoredBaseline | None:
-    """Return what a calibration of this sensor found."""
-    from controller.sensors import calibration_store
-
-    kept = calibration_store.load(sensor.device_id)
-    if kept is None or kept.rest.shape != (bundle.rows, bundle.columns):
-        return None
-    return kept.known

@@ -1,11 +1,19 @@
-"""Deliveries while the orb is played: the loop takes pieces, a thread proves, the loop switches."""
+"""Bundle updates and corrections while the orb is played: taken by the loop, proved on a thread."""
 
 import logging
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from controller.adapt import correction
+from controller.bundles.bundle import BundleError
+from controller.bundles.deploy.install import install
+from controller.bundles.deploy.store import BundleStore
 from controller.bundles.deploy.upload import UploadReceiver
+from controller.links import PRINT
 from controller.protocol.codec import fitted
 from controller.protocol.messages import (
     DECLINED,
@@ -17,31 +25,32 @@ from controller.protocol.messages import (
     UploadOffer,
     UploadStatus,
 )
-from controller.recognition.preprocess import Image
+from controller.recognition.frames import Image
+from controller.runtime.assemble import Parts
 
 Install = Callable[[Path], str]  # proves a file and takes it into use; returns a sentence
-# Learns what the latest images were and takes that into use; returns a sentence.
+# Learns what the latest images, (rows, columns) each, were and takes that into use.
 Learn = Callable[[str, list[Image]], str]
 
 _log = logging.getLogger("controller")
 
 
 class BundleUpdater:
-    """Sees to deliveries, and never keeps the loop waiting.
+    """Takes bundles and corrections without keeping the loop waiting.
 
     Attributes:
-        switched: Whether a new bundle is in use; the loop begins anew with it.
+        switched: Whether a new bundle is in use; the loop starts again with it.
     """
 
     def __init__(
         self, intake: UploadReceiver, install: Install, learn: Learn | None = None
     ) -> None:
-        """Take deliveries and corrections.
+        """Take uploads and corrections.
 
         Args:
-            intake: Takes the pieces of a delivery.
+            intake: Takes the chunks of an upload.
             install: Raises BundleError or OSError if it does not go through.
-            learn: Likewise, or ValueError; None: nothing can be learned here.
+            learn: Raises the same, or ValueError; None: nothing can be learned here.
         """
         self.switched = False
         self._intake, self._install, self._learn = intake, install, learn
@@ -49,25 +58,21 @@ class BundleUpdater:
         self._outcome: UploadStatus | None = None
 
     def take(self, message: UploadOffer | UploadChunk) -> UploadStatus:
-        """Return the answer to what a host says."""
+        """Return the answer to a part of an upload."""
         answer = self._intake.take(message)
         if self._intake.whole is not None and self._thread is None:
-            path = self._intake.whole
-            self._begin(lambda: self._install(path))
+            self._begin(partial(self._install, self._intake.whole))
         return answer
 
     def correct(self, message: Correction, images: list[Image]) -> UploadStatus:
-        """Begin to learn what the latest images were; return the answer for now."""
+        """Begin to learn what the latest images, (rows, columns) each, were; return the answer."""
         if self._intake.objection or self._learn is None:
-            return UploadStatus(
-                DECLINED, 0, self._intake.objection or "nothing can be learned here"
-            )
+            reason = self._intake.objection or "nothing can be learned here"
+            return UploadStatus(DECLINED, 0, reason)
         if self._thread is not None:
-            return UploadStatus(
-                DECLINED, 0, "still busy with the last one; say it again in a moment"
-            )
-        learn = self._learn
-        self._begin(lambda: learn(message.label, images))
+            reason = "still busy with the last one; say it again in a moment"
+            return UploadStatus(DECLINED, 0, reason)
+        self._begin(partial(self._learn, message.label, images))
         return UploadStatus(PROVING, 0, "learning")
 
     def poll(self) -> UploadStatus | None:
@@ -82,7 +87,7 @@ class BundleUpdater:
         return outcome
 
     def _begin(self, work: Callable[[], str]) -> None:
-        self._thread = threading.Thread(target=self._do, args=(work,), name="clerk", daemon=True)
+        self._thread = threading.Thread(target=self._do, args=(work,), name="updater", daemon=True)
         self._thread.start()
 
     def _do(self, work: Callable[[], str]) -> None:
@@ -96,3 +101,29 @@ class BundleUpdater:
             _log.exception("a bundle could not be taken into use")
             state, told = DECLINED, f"{type(error).__name__} on the orb; its log says more"
         self._outcome = UploadStatus(state, 0, fitted(told, MAX_SENTENCE))
+
+
+def updater(parts: Parts) -> BundleUpdater | None:
+    """Return the handler of bundles and corrections, or None if the link cannot carry any."""
+    if parts.options.link == PRINT or parts.options.replay is not None:
+        return None
+    objection = ""
+    if not parts.link.authenticated:
+        objection = (
+            "this link does not prove who is there; give orb and host the same --key FILE, or copy "
+            "the bundle to the orb and run `controller install` there"
+        )
+    elif parts.options.bundle is not None:
+        objection = "this orb was started with a --bundle of its own"
+    store = BundleStore()
+
+    def take_into_use(path: Path, corrects: str | None = None) -> str:
+        return install(path, store, other_sensor=False, report=_log.info, corrects=corrects)
+
+    def learn(label: str, images: list[Image]) -> str:
+        if label and label not in parts.bundle.labels:
+            raise BundleError(f"there is no gesture {label!r}")
+        stack = np.array(images, dtype=np.float32)
+        return correction.correct(label, stack, parts.bundle.rate_hz, store, take_into_use)
+
+    return BundleUpdater(UploadReceiver(store.folder, objection), take_into_use, learn)

@@ -1,30 +1,30 @@
-"""Latency statistics: the time of each hop of the latest frames, in memory that never grows.
+"""Latency of the control loop: a stamp at the end of each hop, percentiles, and their reports.
 
-A ledger takes one line of stamps a frame: when it was due, then the end of each hop. It knows no
-clock; whoever has one stamps. `StageLatency` is what people are told.
+The loop stamps the beginning of a frame, the stages the ends of their hops. Between two frames,
+when there is time, garbage is collected and the report goes to the host and to `controller status`.
+Nothing here waits, and memory does not grow.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import contextlib
+import json
+import os
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-# The device's hops, in their order: what ends with each of them.
+from controller.files import atomic_write, runtime_folder
+from controller.protocol.messages import LatencyReport, StageTime
+from controller.runtime.realtime import IdleCollector
+
+# The device's hops, in their order, named by what ends with each of them.
 HOPS: Final = ("wait", "scan", "prepare", "network", "decide", "send")
 LINES: Final = 4096  # frames that count: seven minutes at 10 a second
+TELL_S: Final = 1.0  # between two reports
 _SHARES: Final = (50.0, 95.0, 99.0)
-
-
-@dataclass(frozen=True, slots=True)
-class StageLatency:
-    """How long one hop took, milliseconds."""
-
-    hop: str
-    p50: float
-    p95: float
-    p99: float
+_SLACK_S: Final = 0.01  # nothing is done between frames that are nearer than this
 
 
 class LatencyStatistics:
@@ -32,13 +32,11 @@ class LatencyStatistics:
 
     Attributes:
         lines: Frames that were noted since the start.
-        missed: Frames whose time was over before they could be read.
     """
 
     def __init__(self, hops: Sequence[str] = HOPS, lines: int = LINES) -> None:
-        """Prepare for so many hops and lines; nothing more is ever asked for."""
+        """Reserve memory for so many hops and lines."""
         self.lines = 0
-        self.missed = 0
         self._hops = tuple(hops)
         self._stamps = np.zeros((lines, len(hops) + 1), dtype=np.int64)
 
@@ -47,21 +45,121 @@ class LatencyStatistics:
         self._stamps[self.lines % len(self._stamps)] = stamps_ns
         self.lines += 1
 
-    def latest(self) -> NDArray[np.float64]:
-        """Return the newest line's hops, milliseconds, (hops,)."""
-        line = self._stamps[(self.lines - 1) % len(self._stamps)]
-        hops: NDArray[np.float64] = np.diff(line) / 1e6
-        return hops
-
-    def digest(self) -> list[StageLatency]:
-        """Return each hop's percentiles, and those of all of them together."""
+    def digest(self) -> tuple[StageTime, ...]:
+        """Return each hop's percentiles, and those of all of them together; () without frames."""
         known = self._stamps[: min(self.lines, len(self._stamps))]
         if not len(known):
-            return []
+            return ()
         spans = np.diff(known, axis=1) / 1e6
         spans = np.column_stack([spans, spans.sum(axis=1)])
-        rows = np.percentile(spans, _SHARES, axis=0).T
-        return [
-            StageLatency(hop, *(round(float(value), 3) for value in row))
-            for hop, row in zip((*self._hops, "all"), rows, strict=True)
-        ]
+        rows = np.percentile(spans, _SHARES, axis=0).T.round(3).tolist()
+        return tuple(
+            StageTime(hop, *row) for hop, row in zip((*self._hops, "all"), rows, strict=True)
+        )
+
+
+class LatencyReporter:
+    """The latency of one session, and its reports.
+
+    Attributes:
+        statistics: Of the session's frames.
+        about: Further entries of the status file.
+    """
+
+    def __init__(
+        self,
+        period_s: float,
+        send: Callable[[LatencyReport], object],
+        *,
+        collector: IdleCollector | None = None,
+        status: Path | None = None,
+        about: dict[str, object] | None = None,
+        clock_ns: Callable[[], int] = time.perf_counter_ns,
+    ) -> None:
+        """Prepare for the first frame.
+
+        Args:
+            period_s: From frame to frame: what there is to spend.
+            send: Takes a report for the host.
+            collector: Collects garbage between frames.
+            status: A file for `controller status`, replaced with every report.
+            about: Further entries of that file.
+            clock_ns: Nanoseconds that never go back.
+        """
+        self.statistics = LatencyStatistics()
+        self.about = about or {}
+        self._period_s, self._send, self._collector = period_s, send, collector
+        self._status, self._clock_ns = status, clock_ns
+        self._stamps = [0] * (len(HOPS) + 1)
+        self._at = 0
+        self._told_s = 0.0
+
+    def start(self, late_s: float) -> None:
+        """Begin a frame that was due so long ago."""
+        now_ns = self._clock_ns()
+        self._stamps[:2] = now_ns - round(late_s * 1e9), now_ns
+        self._at = 2
+
+    def mark(self) -> None:
+        """End a hop; after the last one the frame counts."""
+        if self._at < len(self._stamps):
+            self._stamps[self._at] = self._clock_ns()
+            self._at += 1
+            if self._at == len(self._stamps):
+                self.statistics.note(self._stamps)
+
+    def idle(self, now_s: float, left_s: float, missed: int) -> None:
+        """Use the time until the next frame, if there is enough of it.
+
+        Args:
+            now_s: The loop's clock.
+            left_s: Until the next frame.
+            missed: Frames that could not be read in their time, since the start.
+        """
+        if left_s < _SLACK_S:
+            return
+        if self._collector is not None:
+            self._collector.idle(now_s, left_s)
+        if now_s - self._told_s >= TELL_S and self.statistics.lines:
+            self._told_s = now_s
+            report = LatencyReport(self._period_s * 1000, missed, self.statistics.digest())
+            self._send(report)
+            self._publish(report)
+
+    def close(self) -> None:
+        """Remove the status file."""
+        if self._status is not None:
+            with contextlib.suppress(OSError):
+                self._status.unlink()
+
+    def _publish(self, report: LatencyReport) -> None:
+        if self._status is None:
+            return
+        said = {
+            **self.about,
+            "pid": os.getpid(),
+            "frames": self.statistics.lines,
+            "missed": report.missed,
+            "period_ms": round(report.period_ms, 3),
+            "hops": [[hop.name, hop.p50_ms, hop.p95_ms, hop.p99_ms] for hop in report.hops],
+        }
+        try:
+            atomic_write(self._status, (json.dumps(said) + "\n").encode(), durable=False)
+        except OSError:
+            self._status = None  # the orb goes on without
+
+
+def status_folders() -> list[Path]:
+    """Return the folders of status files: the service's, then the user's own."""
+    return [Path("/run/orbtouch"), runtime_folder()]
+
+
+def status_file() -> Path | None:
+    """Return this controller's status file; None if there is no such place."""
+    service = os.environ.get("RUNTIME_DIRECTORY", "").partition(":")[0]  # systemd's
+    folder = Path(service) if service else status_folders()[-1]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder / "status.json"

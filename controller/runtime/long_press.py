@@ -1,32 +1,32 @@
-"""The orb's own button, held for long: it opens the pairing window where nobody has a keyboard."""
+"""A long press of the orb's button, which opens the pairing window without a keyboard."""
 
 from typing import Final
 
-HOLD_S: Final = 5.0  # longer than anybody holds it for a label
+HOLD_S: Final = 5.0  # longer than it is held for a label
 WINDOW_S: Final = 120  # how long hosts may pair then
 
 
 class LongPress:
-    """Tells once when a button has been down for HOLD_S."""
+    """Detects once that a button has been down for HOLD_S."""
 
     def __init__(self) -> None:
         """Begin with the button up."""
         self._since_s: float | None = None
-        self._told = False
+        self._done = False
 
     def step(self, said: str | None, t_s: float) -> bool:
         """Return whether the button has just been held for long enough.
 
         Args:
-            said: What the sensor says of its button: None (it has none), "null" (up), else down.
+            said: State of the sensor's button: None (it has none), "null" (up), else down.
             t_s: Now, seconds.
         """
         if said is None or said == "null":
-            self._since_s, self._told = None, False
+            self._since_s, self._done = None, False
             return False
         if self._since_s is None:
             self._since_s = t_s
-        if self._told or t_s - self._since_s < HOLD_S:
+        if self._done or t_s - self._since_s < HOLD_S:
             return False
-        self._told = True
+        self._done = True
         return True

@@ -1,7 +1,7 @@
-"""The loop: frames at their times, requests in between, and never a wait for the link.
+"""The paced loop: frames at their times, requests in between, and never a wait for the link.
 
-A `Device` says what happens at one frame. `Loop` says when: on an absolute schedule by the clock,
-or, for a virtual orb whose host asked for it, exactly as far as time is granted.
+A `Device` does the work of one frame. `Loop` owns the time: an absolute schedule by the clock, or,
+for a virtual orb in granted time, exactly as far as time is granted.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _log = logging.getLogger("controller")
 
 
 class Loop:
-    """Runs devices, one after the other, for whoever is on the link."""
+    """Runs devices, one after the other, for the host on the link."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class Loop:
         *,
         await_host: bool = False,
         orphan_s: float | None = None,
-        clerk: BundleUpdater | None = None,
+        updater: BundleUpdater | None = None,
         exchange: Callable[[Device], bool] = lambda device: False,
     ) -> None:
         """Prepare to run.
@@ -58,9 +58,9 @@ class Loop:
             link: Where requests come from, and what is waited on.
             open_device: Makes a device at its first frame; its time starts at 0.
             clock: Seconds that never go back, such as `time.monotonic`.
-            await_host: Begin when a host says Hello, instead of now.
+            await_host: Begin when a host connects, instead of now.
             orphan_s: End when no host was there for so long; None: never.
-            clerk: Takes new bundles from the host.
+            updater: Takes new bundles and corrections from the host.
             exchange: Gives a device the networks of a bundle that has come into use, or returns
                 False: then the run ends.
         """
@@ -71,8 +71,8 @@ class Loop:
         self._clock = clock
         self._await_host = await_host
         self._orphan_s = orphan_s
-        self._clerk, self._exchange = clerk, exchange
-        self._hush = LogLimit()
+        self._updater, self._exchange = updater, exchange
+        self._log_limit = LogLimit()
         self._granted = False
         self._origin_s = 0.0  # the clock when the device's time was 0
         self._ends: deque[float] = deque(maxlen=_RATE_FRAMES)  # the clock after the latest frames
@@ -96,7 +96,7 @@ class Loop:
                 elif self._orphan_s is not None and self._clock() - seen_s > self._orphan_s:
                     _log.info("the host has been gone for %g s, so this orb ends", self._orphan_s)
                     break
-                if self._clerk is not None and self._hear(self._clerk):
+                if self._updater is not None and self._update(self._updater):
                     break
                 if self.device is None or (self._granted and self.device.due is not None):
                     self._link.wait(_IDLE_S)
@@ -105,23 +105,23 @@ class Loop:
         finally:
             self._end()
 
-    def _hear(self, clerk: BundleUpdater) -> bool:
-        """Tell the host how its delivery went; return whether to begin anew with it."""
-        outcome = clerk.poll()
+    def _update(self, updater: BundleUpdater) -> bool:
+        """Send the outcome of an upload; return whether to start again with its bundle."""
+        outcome = updater.poll()
         if outcome is not None:
             self._link.send(outcome, self._now_ms())
-        if clerk.switched and self.device is not None and self._exchange(self.device):
-            clerk.switched = False
-        return clerk.switched
+        if updater.switched and self.device is not None and self._exchange(self.device):
+            updater.switched = False
+        return updater.switched
 
     def _now_ms(self) -> int:
         return round((self.device.now_s if self.device is not None else 0.0) * 1000)
 
     def _begin(self, *, granted: bool) -> None:
-        """Start anew: a fresh device whose time is 0."""
+        """Begin with a fresh device whose time is 0."""
         self._end()
         self.device = device = self._open()
-        device.hush = self._hush
+        device.log_limit = self._log_limit
         self._granted = granted
         if granted:
             device.untimed()
@@ -135,35 +135,35 @@ class Loop:
             device.close()
 
     def _take(self, message: Message, stopped: Callable[[], bool]) -> None:
-        """Do what the host asks."""
+        """Take a request of the host."""
         if isinstance(message, Hello):
             if message.granted or self._granted or self.device is None:
                 self._begin(granted=message.granted)
             else:
                 self.device.greet(self._elapsed_s())
         elif isinstance(message, UploadOffer | UploadChunk):
-            if self._clerk is not None:
-                self._link.send(self._clerk.take(message), self._now_ms())
+            if self._updater is not None:
+                self._link.send(self._updater.take(message), self._now_ms())
         elif self.device is None:
             return
         elif isinstance(message, Correction):
-            if self._clerk is not None:
-                answer = self._clerk.correct(message, list(self.device.recent))
+            if self._updater is not None:
+                answer = self._updater.correct(message, list(self.device.recent))
                 if answer.state == PROVING:  # a peer that may correct nothing leaves no marks
                     self.device.note("correct", message.label or "take back")
                 self._link.send(answer, self._now_ms())
         elif isinstance(message, Bye):
-            if not self._granted:  # granted time has stopped, and the next host's begins anew
+            if not self._granted:  # granted time has stopped, and the next host's begins at 0
                 self.device.lift(self._elapsed_s())
         elif isinstance(message, Grant):
             if self._granted:
-                self._step_to(self.device, message.until_ms, stopped)
+                self._advance_to(self.device, message.until_ms, stopped)
         elif isinstance(message, Contacts | Perform):
             device = self.device
             device.request(message, device.now_s if self._granted else self._elapsed_s())
 
-    def _step_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
-        """Step exactly to the granted time, and say so after everything that it gave."""
+    def _advance_to(self, device: Device, until_ms: int, stopped: Callable[[], bool]) -> None:
+        """Advance exactly to the granted time, and acknowledge it after all its messages."""
         until_ms = min(until_ms, round(device.now_s * 1000) + GRANT_LIMIT_MS)
         while device.due and round(device.due[1] * 1000) <= until_ms and not stopped():
             if not self._link.connected:
@@ -189,9 +189,9 @@ class Loop:
             self.missed += 1
             late_s = self._elapsed_s() - device.due[1]
         device.advance(self._rate_hz(device), max(late_s, 0.0))
-        if device.timekeeper is not None and device.due is not None:
+        if device.latency is not None and device.due is not None:
             now_s = self._elapsed_s()
-            device.timekeeper.idle(now_s, device.due[1] - now_s, self.missed)
+            device.latency.idle(now_s, device.due[1] - now_s, self.missed)
         return True
 
     def _elapsed_s(self) -> float:

@@ -1,4 +1,4 @@
-"""The parts of a run that is recorded: imported where somebody asks for that, and nowhere else."""
+"""Parts of a run that is recorded."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FREE: Final = "free"  # the protocol of a recording without cues
 
 @runtime_checkable
 class RecordingLink(Protocol):
-    """A link whose reader takes more than commands."""
+    """A link whose reader takes more than commands, such as cues."""
 
     def say(self, plain: Plain) -> None:
         """Take plain data, without waiting."""
@@ -51,19 +51,10 @@ def plan(options: Namespace, labels: tuple[str, ...]) -> CuePlan | None:
     return None if options.cues is None else cue_plan.read(options.cues, labels)
 
 
-def runs(options: Namespace) -> RunFiles:
-    """Return where recordings go.
-
-    Raises:
-        RecordingError: Nothing can be recorded there.
-    """
-    return RunFiles(options.record, options.user, options.session)
-
-
-def tape(
+def recorder(
     parts: Parts, runs: RunFiles, sensor: Sensor, pipeline: Pipeline, keyboard: Keyboard | None
 ) -> SessionRecorder:
-    """Return what records a session from its first frame on."""
+    """Return the recorder of a session from its first frame on."""
     plan, link = parts.plan, parts.link
     cues = None if plan is None else CueSession.of(plan)
     return SessionRecorder(
@@ -71,23 +62,19 @@ def tape(
         pipeline,
         Labeller(parts.bundle.labels, button_label=parts.options.label, cues=cues),
         keyboard=keyboard,
-        on_cue=link.say if isinstance(link, RecordingLink) else _nobody,
+        on_cue=link.say if isinstance(link, RecordingLink) else lambda plain: None,
         display=StatusLine(sys.stderr, pipeline.labels, keyboard=keyboard is not None),
     )
 
 
 def begin(parts: Parts, runs: RunFiles, sensor: Sensor) -> Callable[[State], Recorder]:
-    """Return what begins the next file of a session, with these parts."""
+    """Return the function that begins the next file of a session, with these parts."""
     origin = _origin(parts, sensor)
     return lambda state: runs.begin(lambda path: Recorder(path, origin, state))
 
 
-def _nobody(plain: Plain) -> None:
-    """Take what nobody reads."""
-
-
 def _origin(parts: Parts, sensor: Sensor) -> Provenance:
-    """Return what a recording that begins now will say of where it comes from."""
+    """Return the provenance of a recording that begins now."""
     grid, options = sensor.geometry, parts.options
     return Provenance(
         device_id=sensor.device_id,
@@ -102,8 +89,8 @@ def _origin(parts: Parts, sensor: Sensor) -> Provenance:
         user=options.user,
         session=options.session,
         protocol=FREE if parts.plan is None else parts.plan.name,
-        preset=options.preset if sensor.virtual else "",
-        seed=options.seed if sensor.virtual else None,
+        preset=sensor.preset,
+        seed=sensor.seed,
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+        hardware=sensor.hardware,
     )

@@ -1,13 +1,12 @@
-"""Tell systemd how we are: ready, alive, stopping, and a line for people (sd_notify(3)).
+"""Notifications to systemd (sd_notify(3)): ready, stopping, a status line, and the watchdog.
 
 The protocol is a datagram of NAME=VALUE lines to the socket that systemd names in the environment.
-Without that variable nobody listens, and nothing is said.
+Without that variable nothing is sent.
 """
-
-from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import time
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -16,14 +15,14 @@ BEATS: Final = 3  # per watchdog interval; systemd asks for two at least
 
 
 class WatchdogHeartbeat:
-    """Beats for the watchdog for as long as the loop turns, and no longer."""
+    """The service's end of sd_notify; heartbeats go out while the loop turns, and no longer."""
 
     def __init__(
         self,
         environment: Mapping[str, str] = os.environ,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Find out whether systemd listens, and how often it wants to hear us.
+        """Read the address and the watchdog's interval.
 
         Args:
             environment: NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID, as systemd sets them.
@@ -33,24 +32,24 @@ class WatchdogHeartbeat:
         self._address = environment.get("NOTIFY_SOCKET", "")
         self._every_s = _interval_s(environment) / BEATS
         self._beaten_s = clock()
-        self._told = ""
+        self._status = ""
 
     def ready(self) -> None:
-        """Say that we work."""
+        """Notify that the service works."""
         self._send("READY=1")
 
     def stopping(self) -> None:
-        """Say that we end."""
+        """Notify that the service ends."""
         self._send("STOPPING=1")
 
-    def tell(self, line: str) -> None:
-        """Say how we are, for `systemctl status`; once, as long as it stays the same."""
-        if line != self._told:
-            self._told = line
+    def status(self, line: str) -> None:
+        """Set the line that `systemctl status` shows; it is sent when it changes."""
+        if line != self._status:
+            self._status = line
             self._send("STATUS=" + line.replace("\n", " "))
 
     def beat(self) -> None:
-        """Beat if it is time to; call it often."""
+        """Send a heartbeat if it is time to; call it often."""
         if self._every_s and self._clock() - self._beaten_s >= self._every_s:
             self._beaten_s = self._clock()
             self._send("WATCHDOG=1")
@@ -58,19 +57,17 @@ class WatchdogHeartbeat:
     def _send(self, text: str) -> None:
         if not self._address:
             return
-        import socket
-
         address = self._address
         if address.startswith("@"):  # the kernel's abstract names begin with a zero byte
             address = "\0" + address[1:]
-        # A supervisor that does not listen is no reason to stop playing.
+        # The game goes on without a supervisor.
         with (
             contextlib.suppress(OSError),
-            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as bell,
+            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as port,
         ):
-            bell.setblocking(False)
-            bell.connect(address)
-            bell.send(text.encode())
+            port.setblocking(False)
+            port.connect(address)
+            port.send(text.encode())
 
 
 def _interval_s(environment: Mapping[str, str]) -> float:

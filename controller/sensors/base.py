@@ -1,12 +1,17 @@
-"""Sensors, one file each, found by name: `controller.sensors.base.NAME` with `create(options)`."""
+"""Base class of sensors, and the sensors by name: `controller.sensors.NAME` with `create`.
+
+A module of a sensor has `Options`, a dataclass derived from `SensorOptions`, and
+`create(options, rate_hz)`, which returns a `Sensor`.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_hints
 
 from controller.errors import TroubleError, UserError
 from controller.protocol.messages import Contact, GroundTruth
@@ -15,17 +20,18 @@ from controller.recognition.preprocess import Frame
 if TYPE_CHECKING:
     from controller.bundles.bundle import Bundle
     from controller.recordings.recording import Recording
+    from controller.sensors.hardware.driver import Driver
 
 
 REPLAY = "replay"
 
 
 class SensorError(UserError, ValueError):
-    """The sensor cannot be used; the message says why, in one sentence."""
+    """The sensor cannot be used; the message gives the reason, in one sentence."""
 
 
 class SensorAwayError(SensorError, TroubleError):
-    """The sensor gives no frame now, and may again: it is worth asking for the next one."""
+    """The sensor gives no frame now, but may give the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,105 +43,90 @@ class Geometry:
     pitch_mm: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class SensorOptions:
-    """What the command line says about the sensor; each takes what concerns it.
+    """Base class of the options of a sensor, each with a default.
 
-    Attributes:
-        rate_hz: Scans per second; None: the sensor's own.
-        seed: Which orb and hand are simulated.
-        path: The recording to replay.
-        preset: Quality of the virtual orb.
-        faults: What is broken on it.
-        gestures: Files of further gestures that its own hand can do.
-        user: Who its hand is; "" the first one.
-        day: Which of their sessions, by a name; "" the first one.
-        wiring: How a real or emulated orb is wired; None: as docs/hardware.md draws it.
+    An option is an int, a float, a text, a path, or a tuple of texts or paths.
     """
 
-    rate_hz: float | None = None
-    seed: int = 1
-    path: Path | None = None
-    preset: str = "nominal"
-    faults: tuple[str, ...] = ()
-    gestures: tuple[Path, ...] = ()
-    user: str = ""
-    day: str = ""
-    wiring: Path | None = None
+    simulated: ClassVar[bool] = False  # whether its sensor is virtual
 
 
-class Sensor(Protocol):
-    """Whatever frames come from."""
+class Sensor:
+    """A source of frames; abilities that a sensor may lack have defaults.
 
-    @property
-    def geometry(self) -> Geometry:
-        """The grid of taxels."""
+    Attributes:
+        geometry: The grid of taxels.
+        rate_hz: Scans per second.
+        device_id: Serial number.
+        virtual: Whether it is simulated, so that a host may touch it.
+        hardware: Description for recordings, such as "orb".
+        preset: Quality of a simulated sensor; "" for a real one.
+        seed: Seed of a simulated sensor.
+        driver: The driver of a sensor on a board, real or emulated.
+        source: The recording that is read again.
+    """
 
-    @property
-    def rate_hz(self) -> float:
-        """Scans per second."""
-
-    @property
-    def device_id(self) -> str:
-        """Serial number."""
-
-    @property
-    def virtual(self) -> bool:
-        """Whether it is a `VirtualSensor`."""
+    geometry: Geometry
+    rate_hz: float
+    device_id: str
+    virtual: bool = False
+    hardware: str = ""
+    preset: str = ""
+    seed: int | None = None
+    driver: Driver | None = None
+    source: Recording | None = None
 
     def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads.
+        """Return the scan that ends at `t_s`, (rows, columns), picofarads; times never decrease.
 
         Raises:
             SensorAwayError: There is none now.
-            SensorError: There will be none any more.
+            SensorError: There will be no further one.
         """
+        raise NotImplementedError
 
     def button(self, t_s: float) -> str | None:
-        """Return what its label button says at `t_s`, the time of the latest scan.
+        """Return the state of the label button at `t_s`, the time of the latest scan.
 
-        None: it has no button. "null": the button is up. A label: it is down, and says which. "":
-        it is down, and what it means is said elsewhere.
+        None: there is no button. "null": it is up. "": it is down. A label: it is down, and this
+        is its meaning.
         """
+        return None
 
     def close(self) -> None:
         """Release what the sensor holds."""
 
+    # --- recorded sensors ---------------------------------------------------------------------
 
-@runtime_checkable
-class VirtualSensor(Sensor, Protocol):
-    """A simulated sensor, which a host may touch. Times never go back."""
+    def schedule(self) -> Iterator[tuple[int, float]]:
+        """Yield (number, seconds) of every recorded frame."""
+        return iter(())
+
+    def refuse_misfit(self, bundle: Bundle) -> None:
+        """Raise RecordingError if the bundle is for another sensor than the recorded one."""
+
+    # --- virtual sensors ----------------------------------------------------------------------
 
     def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
         """Place the host's fingers: all that touch from `t_s` on."""
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
-        """Let its own hand do `label` at (x, y), grid units, from `t_s` on.
+        """Let the simulated hand do `label` at (x, y), grid units, from `t_s` on.
 
         Raises:
             SensorError: The hand does not know the label.
         """
+        raise SensorError("this sensor has no simulated hand")
 
     def truths(self) -> list[GroundTruth]:
         """Return the performances that have ended since the last call."""
+        return []
 
     def label(self, t_s: float) -> str:
-        """Return what its own hand truly does at `t_s`: a gesture, else "null"."""
-
-
-@runtime_checkable
-class RecordedSensor(Sensor, Protocol):
-    """A recording, read again."""
-
-    @property
-    def source(self) -> Recording:
-        """What was recorded."""
-
-    def schedule(self) -> Iterator[tuple[int, float]]:
-        """Yield (number, seconds) of every frame."""
-
-    def refuse_misfit(self, bundle: Bundle) -> None:
-        """Raise RecordingError if the bundle is for another sensor."""
+        """Return the true label of the simulated hand at `t_s`: a gesture, else "null"."""
+        return "null"
 
 
 _NO_SENSORS = ("base", "calibration_store")  # modules of this package
@@ -148,13 +139,65 @@ def names() -> list[str]:
     return sorted(found - {REPLAY, *_NO_SENSORS})
 
 
-def load(name: str, options: SensorOptions) -> Sensor:
-    """Return the sensor of this name, ready to be read.
+def name_of(spec: str) -> str:
+    """Return NAME of NAME:KEY=VALUE,...
+
+    Raises:
+        SensorError: There is no such sensor.
+    """
+    name = spec.partition(":")[0]
+    if name not in (*names(), REPLAY):
+        raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
+    return name
+
+
+def options(spec: str, **given: object) -> SensorOptions:
+    """Return the options of a sensor.
+
+    Args:
+        spec: NAME, or NAME:KEY=VALUE,KEY=VALUE; an option that is a tuple may come repeatedly.
+        given: Values of options that `spec` does not have; what the sensor has no option for, and
+            what is None, is left out.
+
+    Raises:
+        SensorError: There is no such sensor, or an option cannot be used.
+    """
+    name = name_of(spec)
+    kind: type[SensorOptions] = import_module(f"{__package__}.{name}").Options
+    hints = {key: hint for key, hint in get_type_hints(kind).items() if key != "simulated"}
+    values: dict[str, Any] = {}
+    for pair in re.split(r",(?=\w+=)", spec.partition(":")[2]):
+        key, _, text = pair.partition("=")
+        if pair and key not in hints:
+            known = ", ".join(hints) or "none"
+            raise SensorError(f"--sensor {name} has no option {key!r}; it has {known}")
+        if pair:
+            values[key] = _converted(hints[key], text, values.get(key, ()), f"{name}:{pair}")
+    left = {key: value for key, value in given.items() if key in hints and value is not None}
+    return kind(**{**left, **values})
+
+
+def load(spec: str, rate_hz: float | None = None, **given: object) -> Sensor:
+    """Return a sensor, ready to be read.
+
+    Args:
+        spec: As of `options`.
+        rate_hz: Scans per second; None: the sensor's own rate.
+        given: As of `options`.
 
     Raises:
         SensorError: There is no such sensor, or it cannot be used.
     """
-    if name not in (*names(), REPLAY):
-        raise SensorError(f"there is no sensor {name!r}; there are {', '.join(names())}")
-    sensor: Sensor = import_module(f"{__package__}.{name}").create(options)
+    chosen = options(spec, **given)
+    sensor: Sensor = import_module(f"{__package__}.{name_of(spec)}").create(chosen, rate_hz)
     return sensor
+
+
+def _converted(hint: Any, text: str, before: tuple[Any, ...], where: str) -> Any:
+    """Return an option's value of the type `hint`; that of a tuple is appended to those before."""
+    kind = (get_args(hint) or (hint,))[0]
+    try:
+        value = kind(text)
+    except ValueError:
+        raise SensorError(f"--sensor {where} needs a value of the type {kind.__name__}") from None
+    return (*before, value) if get_origin(hint) is tuple else value

@@ -108,6 +108,7 @@ def forget(device_id: str, where: Path | None = None) -> bool:
 
 
 def _rest(values: Any) -> NDArray[np.float32]:
+    """Return a rest image, (rows, columns), picofarads, checked."""
     rest = np.array(values, dtype=np.float32)
     sound = rest.ndim == 2 and rest.size > 0 and bool(np.isfinite(rest).all())
     if not sound or rest.min() < _SMALLEST or rest.max() > _LARGEST:

@@ -1,22 +1,35 @@
 """A real orb on this computer's pins: paper, section 3.2; docs/hardware.md."""
 
 import logging
+from dataclasses import dataclass
+from pathlib import Path
 
 from controller.recognition.preprocess import Frame
-from controller.sensors.base import Geometry, SensorOptions
+from controller.sensors.base import Geometry, Sensor, SensorOptions
 from controller.sensors.hardware import HardwareError, schedule
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.raspberry_pi import open_board, serial
 from controller.sensors.hardware.wiring import Wiring
-from controller.sensors.hardware.wiring_file import read, shipped
+from controller.sensors.hardware.wiring_file import read
 
 RATE_HZ = 10.0  # paper, section 4.1
-PIN_S, TRANSFER_S = 15e-6, 20e-6  # guesses for a Raspberry Pi 4; what is true is told at start
+PIN_S, TRANSFER_S = 15e-6, 20e-6  # guesses for a Raspberry Pi 4; measured at start
 
 _log = logging.getLogger("controller")
 
 
-def create(options: SensorOptions) -> "Orb":
+@dataclass(frozen=True)
+class Options(SensorOptions):
+    """Options of the orb.
+
+    Attributes:
+        wiring: How it is wired; None: as docs/hardware.md draws it.
+    """
+
+    wiring: Path | None = None
+
+
+def create(options: Options, rate_hz: float | None = None) -> "Orb":
     """Return the orb of a wiring.
 
     Raises:
@@ -24,8 +37,7 @@ def create(options: SensorOptions) -> "Orb":
             used, or a frame takes longer than there is time for.
         HardwareAwayError: The converter or the membrane is not there.
     """
-    wiring = shipped() if options.wiring is None else read(options.wiring)
-    rate_hz = options.rate_hz or RATE_HZ
+    wiring, rate_hz = read(options.wiring), rate_hz or RATE_HZ
     refuse_haste(wiring, rate_hz)
     driver = Driver(open_board(wiring))
     try:
@@ -60,10 +72,11 @@ def _refuse(took_s: float, rate_hz: float) -> None:
         )
 
 
-class Orb:
-    """A `Sensor`: a driver, and where it is."""
+class Orb(Sensor):
+    """A board with its driver, at a rate."""
 
-    virtual = False
+    hardware = "orb"
+    driver: Driver
 
     def __init__(self, driver: Driver, rate_hz: float, device_id: str) -> None:
         wiring = driver.board.wiring

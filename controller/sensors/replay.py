@@ -1,6 +1,8 @@
-"""A recording as a sensor: what was read is read again, at the times it was read."""
+"""A recording as a sensor: its frames and button states at their recorded times."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -8,10 +10,21 @@ from controller.bundles.bundle import Bundle
 from controller.recognition.preprocess import Frame
 from controller.recordings import reader, recording
 from controller.recordings.recording import UNKNOWN, Recording
-from controller.sensors.base import Geometry, SensorError, SensorOptions
+from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 
 
-def create(options: SensorOptions) -> "Replay":
+@dataclass(frozen=True)
+class Options(SensorOptions):
+    """Options of a replay.
+
+    Attributes:
+        path: The recording.
+    """
+
+    path: Path | None = None
+
+
+def create(options: Options, rate_hz: float | None = None) -> "Replay":
     """Return the sensor of a recording.
 
     Raises:
@@ -23,10 +36,10 @@ def create(options: SensorOptions) -> "Replay":
     return Replay(reader.load(options.path))
 
 
-class Replay:
+class Replay(Sensor):
     """The sensor of a recording; frames are found by the time at which they were read."""
 
-    virtual = False
+    source: Recording
 
     def __init__(self, source: Recording) -> None:
         origin = source.origin
@@ -45,7 +58,7 @@ class Replay:
         Raises:
             RecordingError: Its grid, rate or unit is another than the recording's.
         """
-        recording.refuse_misfit(self.source, bundle)
+        recording.refuse_misfit(self.source, bundle.settings)
 
     def read(self, t_s: float) -> Frame:
         """Return the frame that was recorded at `t_s`, (rows, columns), picofarads.
@@ -57,16 +70,13 @@ class Replay:
         return frame
 
     def button(self, t_s: float) -> str | None:
-        """Return what the label button said at `t_s`; None where nobody knows.
+        """Return what the label button said at `t_s`; None if unknown.
 
         Raises:
             SensorError: There is no frame of that time.
         """
         label = int(self.source.button[self._index(t_s)])
         return None if label == UNKNOWN else self.source.origin.labels[label]
-
-    def close(self) -> None:
-        """Nothing is held."""
 
     def _index(self, t_s: float) -> int:
         """Return which frame was recorded at `t_s`."""

@@ -2,14 +2,14 @@
 
 import zlib
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from controller.protocol.messages import Contact, GroundTruth, Perform
-from controller.recognition.preprocess import Frame
-from controller.sensors.base import Geometry, SensorError, SensorOptions
+from controller.protocol.messages import Perform
+from controller.sensors.base import Geometry, Sensor, SensorError, SensorOptions
 from controller.simulator.faults import Fault, FaultError
 from controller.simulator.gesture_file import Repertoire, load
 from controller.simulator.gesture_values import GestureError
@@ -23,31 +23,63 @@ _FIRST_S = 3.0  # the rest image is there, and somebody has read the first line
 _EVERY_S = (1.8, 3.2)  # from one performance to the next
 
 
-def create(options: SensorOptions, model: OrbModel | None = None) -> "Virtual":
+@dataclass(frozen=True)
+class Options(SensorOptions):
+    """Options of a virtual orb.
+
+    Attributes:
+        seed: Which orb and hand are simulated, 32 bits.
+        preset: Quality of the orb.
+        fault: Faults of the orb: controller/simulator/faults.py.
+        gestures: Files of further gestures of its hand.
+        user: User whose hand it is; "" the first one.
+        day: Name of one of their sessions; "" the first one.
+    """
+
+    simulated: ClassVar[bool] = True
+    seed: int = 1
+    preset: str = "nominal"
+    fault: tuple[str, ...] = ()
+    gestures: tuple[Path, ...] = ()
+    user: str = ""
+    day: str = ""
+
+
+def create(options: Options, rate_hz: float | None = None) -> "Virtual":
     """Return the orb, hand and session of a seed.
 
+    Raises:
+        SensorError: The preset or a fault does not exist, or a gesture's file holds none.
+    """
+    return Virtual(**arguments(options, rate_hz), options=options)
+
+
+def arguments(
+    options: Options, rate_hz: float | None, model: OrbModel | None = None
+) -> dict[str, Any]:
+    """Return the arguments of `Virtual`.
+
     Args:
-        options: What the command line says.
+        options: Options of the orb.
+        rate_hz: Scans per second.
         model: The orb, if it is none of the presets.
 
     Raises:
         SensorError: The preset or a fault does not exist, or a gesture's file holds none.
     """
+    if not 0 <= options.seed < 2**32:
+        raise SensorError(f"the seed {options.seed} must be from 0 to {2**32 - 1}")
     try:
         model = preset(options.preset) if model is None else model
-        faults = [Fault.parse(text, model.rows, model.columns) for text in options.faults]
+        faults = [Fault.parse(text, model.rows, model.columns) for text in options.fault]
         repertoire = load(options.gestures)
     except (PresetError, FaultError, GestureError) as error:
         raise SensorError(str(error)) from None
-    return Virtual(
-        options.seed,
-        options.rate_hz or RATE_HZ,
-        model,
-        faults,
-        repertoire=repertoire,
-        user=_number(options.user),
-        day=_number(options.day),
-    )
+    user, day = (zlib.crc32(name.encode()) for name in (options.user, options.day))
+    return {
+        "seed": options.seed, "rate_hz": rate_hz or RATE_HZ, "model": model, "faults": faults,
+        "repertoire": repertoire, "user": user, "day": day,
+    }  # fmt: skip
 
 
 def knows(gestures: Sequence[Path], label: str) -> bool:
@@ -67,13 +99,8 @@ def knows(gestures: Sequence[Path], label: str) -> bool:
     return known is not None and not known.distractor
 
 
-def _number(name: str) -> int:
-    """Return a number for a name, always the same; 0 is no name."""
-    return zlib.crc32(name.encode())
-
-
-class Virtual:
-    """A `VirtualSensor`; the same seed and the same requests give the same frames."""
+class Virtual(VirtualOrb, Sensor):
+    """A simulated orb; the same seed and the same requests give the same frames."""
 
     virtual = True
 
@@ -87,33 +114,14 @@ class Virtual:
         repertoire: Repertoire | None = None,
         user: int = 0,
         day: int = 0,
+        options: Options | None = None,
     ) -> None:
-        self._orb = VirtualOrb(
-            seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day
-        )
-        self._orb.switch(faults)
-        model = self._orb.model
+        super().__init__(seed, rate_hz, model=model, repertoire=repertoire, user=user, day=day)
+        self.switch(faults)
         self.geometry = Geometry(model.rows, model.columns, model.pitch_mm)
-        self.rate_hz = rate_hz
-        self.device_id = f"virtual-{seed}"
-
-    @property
-    def model(self) -> OrbModel:
-        """The orb's constants."""
-        return self._orb.model
-
-    @property
-    def skin(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What the latest scan met: true capacitances, pF, (rows, columns); fingers over rows."""
-        return self._orb.skin
-
-    def read(self, t_s: float) -> Frame:
-        """Return the scan that ends at `t_s`, (rows, columns), picofarads."""
-        return self._orb.read(t_s)
-
-    def touch(self, contacts: Sequence[Contact], t_s: float) -> None:
-        """Place the host's fingers: all that touch from `t_s` on."""
-        self._orb.touch(contacts, t_s)
+        self.seed, self.device_id = seed, f"virtual-{seed}"
+        if options is not None:
+            self.preset, self.hardware = options.preset, " ".join(["virtual orb", *options.fault])
 
     def perform(self, number: int, label: str, x: float, y: float, t_s: float) -> None:
         """Let the orb's own hand do `label` at (x, y), grid units, from `t_s` on.
@@ -122,24 +130,9 @@ class Virtual:
             SensorError: The hand does not know the label.
         """
         try:
-            self._orb.perform(number, label, x, y, t_s)
+            super().perform(number, label, x, y, t_s)
         except ValueError as error:
             raise SensorError(str(error)) from None
-
-    def button(self, t_s: float) -> str | None:
-        """Return what the label button says, which the hand's owner presses with the other one."""
-        return self._orb.button(t_s)
-
-    def truths(self) -> list[GroundTruth]:
-        """Return the performances that have ended since the last call."""
-        return self._orb.truths()
-
-    def label(self, t_s: float) -> str:
-        """Return what the orb's own hand truly does at `t_s`: a gesture, else "null"."""
-        return self._orb.label(t_s)
-
-    def close(self) -> None:
-        """Nothing is held."""
 
 
 def show(

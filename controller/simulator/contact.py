@@ -103,16 +103,16 @@ class FingerGroup(NamedTuple):
     hold: Array
 
     def part(self, of: NDArray[np.bool_] | slice) -> "FingerGroup":
-        """Return some of the steps."""
+        """Return some of the steps; `of` is a mask or a slice, (steps,)."""
         return FingerGroup(self.steps[of], *(values[..., of] for values in self[1:]))
 
     @property
     def room(self) -> Array:
-        """How free the skin is under each finger: 1 at the apex, 0 at the clamp."""
+        """How free the skin is under each finger, (fingers, steps): 1 apex, 0 clamp."""
         return np.asarray(room(*self.at), dtype=np.float64)
 
     def loads(self, relief: Array | float) -> Array:
-        """Return the loads that hold the depths while the bulge is relieved."""
+        """Return the loads that hold the depths, (fingers, steps), for a relief, (steps,)."""
         load = self.hold[:, 0] - self.hold[:, 1] * relief
         return push(self.system, self.depth - self.room * relief, load)
 
@@ -236,7 +236,7 @@ class Skin:
     def _grip(
         self, fingers: Fingers, steps: Steps, touch: NDArray[np.bool_], count: int
     ) -> FingerGroup:
-        """Gather the fingers of steps that have equally many."""
+        """Gather the fingers of `steps`, (n,), with `count` slots of `touch`, (n, slots)."""
         slots = np.nonzero(touch[steps])[1].reshape(len(steps), count).T.copy()
         position, drag = fingers.position[steps, slots], fingers.drag_mm[steps, slots]
         depth = fingers.depth_mm[steps, slots] / self.radius_mm
@@ -254,6 +254,7 @@ class Skin:
         return FingerGroup(steps, at, depth, size, force, system, hold)
 
     def _bulge(self, grip: FingerGroup, load: Array) -> Array:
+        """Return the bulge of the closed gas, (steps,), for loads, (fingers, steps)."""
         return np.asarray(self.model.bulge * (load * grip.room).sum(axis=0))
 
     def _log_area(
@@ -289,22 +290,23 @@ class Skin:
 
 
 def _single(values: Array | Single) -> Single:
+    """Return values, any shape, in single precision."""
     return np.asarray(values, dtype=np.float32)
 
 
 def _diagonals(nodes: Single) -> tuple[Single, Single]:
-    """Differences along both diagonals of each patch between four nodes."""
+    """Return differences along the diagonals of each patch, (down - 1, across - 1, ...)."""
     return nodes[1:, 1:] - nodes[:-1, :-1], nodes[:-1, 1:] - nodes[1:, :-1]
 
 
 def _area_on_dome(nodes: Sequence[Single]) -> Single:
-    """Squared areas of the patches, times four; three coordinates."""
+    """Return squared areas of patches, times four, (down - 1, across - 1, ...), from x, y, z."""
     (ax, bx), (ay, by), (az, bz) = map(_diagonals, nodes)
     x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     return np.asarray(x * x + y * y + z * z)
 
 
 def _area_on_disc(x: Single, y: Single) -> Single:
-    """Areas of the patches in the plane, times two."""
+    """Return areas of the patches in the plane, times two, (down - 1, across - 1, ...)."""
     (ax, bx), (ay, by) = _diagonals(x), _diagonals(y)
     return np.abs(ax * by - ay * bx)

@@ -202,7 +202,7 @@ class Electronics:
         return np.asarray(rest * np.exp(log_c * strength) * leak)
 
     def _broken(self, capacitance: Array) -> Array:
-        """Return what the leads make of it: open and shorted electrodes."""
+        """Return capacitances behind open and shorted leads, (frames, rows, columns), pF."""
         grid = capacitance.reshape(-1, self._rows, self._columns)
         for fault in self._since:
             r, c = fault.row, fault.column

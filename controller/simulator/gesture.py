@@ -1,4 +1,4 @@
-"""Gestures are data: what the fingers of one event do, as a file tells it (docs/gestures.md).
+"""Gestures as data: the movement of the fingers in one event (docs/gestures.md).
 
 A gesture has phases, one after the other, and tracks with a key at each boundary between two
 phases: how deep, how far from the middle, at which angle. Between two keys a finger moves as
@@ -6,12 +6,20 @@ people do, smoothly (minimum jerk).
 """
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.simulator.gesture_values import Count, GestureError, Known, Name, Quantity, Value
+from controller.simulator.gesture_values import (
+    Count,
+    GestureError,
+    Known,
+    Name,
+    Quantity,
+    Value,
+    value_of,
+)
 from controller.simulator.user_style import UserStyle, parameters
 
 Array = NDArray[np.float64]
@@ -77,8 +85,8 @@ class Gesture:
         """Return what the fingers do in one event, relative to where it is.
 
         Args:
-            style: Who does it.
-            rng: Where its accidents come from.
+            style: The user's style.
+            rng: Random variation.
             step_hz: Steps per second.
 
         Returns:
@@ -91,9 +99,9 @@ class Gesture:
                 fingers = line.draw(known, rng)
             else:
                 known[name] = line.draw(known, fingers, style.left_handed, rng)
-        clock = _Clock([_value(phase, known) for phase in self.phases], step_hz)
-        landing, lifting = _value(self.late, known), _value(self.early, known)
-        lag = _value(self.lag, known) - _value(self.lead, known) * clock.spans[0]
+        clock = _Clock([value_of(phase, known) for phase in self.phases], step_hz)
+        landing, lifting = value_of(self.late, known), value_of(self.early, known)
+        lag = value_of(self.lag, known) - value_of(self.lead, known) * clock.spans[0]
 
         def track(keys: tuple[Key, ...]) -> Value:
             return clock.track(keys, known, lag, lag)
@@ -104,20 +112,20 @@ class Gesture:
         points.real, points.imag = track(self.x), track(self.y)
         if self.reach != (0.0,) or self.line:
             place = np.arange(fingers) - (fingers - 1) / 2
-            reach = track(self.reach) + place * _value(self.line, known)
-            turn = _value(self.yaw, known) + self._stand(fingers, known) + track(self.angle)
+            reach = track(self.reach) + place * value_of(self.line, known)
+            turn = value_of(self.yaw, known) + self._stand(fingers, known) + track(self.angle)
             points += reach * np.exp(1j * np.radians(turn))
-        return points, depth, np.full(fingers, _value(self.radius, known))
+        return points, depth, np.full(fingers, value_of(self.radius, known))
 
     def _stand(self, fingers: int, known: Known) -> Value:
         """Return the angle at which each finger stands, degrees."""
         if self.fan is not None:
             around = np.arange(fingers - 1) - (fingers - 2) / 2
-            return np.concatenate([[180.0], around * _value(self.fan, known)])
+            return np.concatenate([[180.0], around * value_of(self.fan, known)])
         if self.angles:
             if len(self.angles) < fingers:
                 raise GestureError(f"there are {len(self.angles)} angles for {fingers} fingers")
-            return np.array([_value(angle, known) for angle in self.angles[:fingers]])
+            return np.array([value_of(angle, known) for angle in self.angles[:fingers]])
         return 0.0
 
 
@@ -149,13 +157,13 @@ class _Clock:
             up: Seconds by which a rise is late.
             down: Seconds by which a fall is late.
         """
-        value = _value(keys[0], known)
+        value = value_of(keys[0], known)
         if len(keys) == 2:
-            return value + (_value(keys[1], known) - value) * (self.time_s / self.total_s)
+            return value + (value_of(keys[1], known) - value) * (self.time_s / self.total_s)
         for i in range(len(keys) - 1):
             if keys[i] == keys[i + 1]:
                 continue
-            change = _value(keys[i + 1], known) - _value(keys[i], known)
+            change = value_of(keys[i + 1], known) - value_of(keys[i], known)
             late = up if up is down else np.where(np.asarray(change) > 0.0, up, down)
             begin = self.time_s - (self.starts[i] + late)
             value = value + change * min_jerk(begin / self.spans[i])
@@ -163,13 +171,6 @@ class _Clock:
 
 
 def min_jerk(share: Array) -> Array:
-    """Smooth step of a movement, 0 ... 1 for shares 0 ... 1 (clipped)."""
+    """Return the smooth step of a movement, 0 ... 1, for shares 0 ... 1 (clipped), any shape."""
     u = np.minimum(np.maximum(share, 0.0), 1.0)
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
-
-
-def _value(key: Any, known: Known) -> Value:
-    if isinstance(key, Name):
-        value = known[key.name]
-        return value if key.sign > 0.0 else -value
-    return float(key)

@@ -37,10 +37,14 @@ _Table = dict[str, Any]
 @cache
 def shipped() -> Repertoire:
     """Return the gestures that ship, by label."""
+    return parse(_shipped_texts())
+
+
+def _shipped_texts() -> dict[str, str]:
+    """Return the texts of the gestures that ship, by file name, in order."""
     folder = files("controller.simulator") / "gestures"
     found = (file for file in folder.iterdir() if file.name.endswith(".toml"))
-    texts = {file.name: file.read_text(encoding="utf-8") for file in found}
-    return parse(dict(sorted(texts.items())))
+    return dict(sorted((file.name, file.read_text(encoding="utf-8")) for file in found))
 
 
 def load(paths: Iterable[Path]) -> Repertoire:
@@ -50,11 +54,7 @@ def load(paths: Iterable[Path]) -> Repertoire:
         GestureError: A file cannot be read, or holds no gesture; one sentence.
     """
     texts = {str(path): _read(path) for path in paths}
-    if not texts:
-        return shipped()
-    folder = files("controller.simulator") / "gestures"
-    own = {f"{label}.toml": (folder / f"{label}.toml").read_text("utf-8") for label in shipped()}
-    return parse({**own, **texts})
+    return parse({**_shipped_texts(), **texts}) if texts else shipped()
 
 
 def label_in(path: Path) -> str:
@@ -152,10 +152,11 @@ def _gesture(source: str, table: _Table) -> Gesture:
     phases = _keys(table.get("phases"), names, f"{source} phases")
     if path.get("depth") is None:
         raise GestureError(f"{source} [path] has no depth; without it nothing is touched")
-    fields: dict[str, Any] = {}
-    for name in _TRACKS:
-        if name in path:
-            fields[name] = _track(path[name], names, f"{source} [path] {name}", len(phases))
+    fields: dict[str, Any] = {
+        name: _track(path[name], names, f"{source} [path] {name}", len(phases))
+        for name in _TRACKS
+        if name in path
+    }
     depth = fields["depth"]
     if len(depth) != len(phases) + 1 or depth[0] != 0.0 or depth[-1] != 0.0:
         raise GestureError(

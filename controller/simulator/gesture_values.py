@@ -1,4 +1,4 @@
-"""The numbers of a gesture's file: what a hand draws anew for each event.
+"""Numbers of gesture files, drawn for each event.
 
     hold = [0.12, 0.35]                                # uniform between two limits
     depth = { of = "press_depth", scatter = 0.12 }     # a user's own, 12 % more or less
@@ -9,18 +9,20 @@ docs/gestures.md explains every field.
 
 from collections.abc import Collection
 from dataclasses import dataclass, fields
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from controller.errors import UserError
 
 Array = NDArray[np.float64]
 Value = float | Array  # one number, or one for each finger
 Known = dict[str, Value]
 
 
-class GestureError(ValueError):
-    """A gesture cannot be used; the message says why, in one sentence."""
+class GestureError(UserError, ValueError):
+    """A gesture cannot be used; the message gives the reason, in one sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,70 +129,61 @@ class Count:
 
 
 def term(what: Term, known: Known, rng: np.random.Generator, size: int | None) -> Value:
-    """Return a number, a drawn one, or what a name stands for."""
-    if isinstance(what, Name):
-        value = known[what.name]
-        return value if what.sign > 0.0 else -value
-    if isinstance(what, tuple):
-        return rng.uniform(what[0], what[1], size)
-    return what
+    """Return a number, a drawn one, or the value of a name."""
+    return rng.uniform(*what, size) if isinstance(what, tuple) else value_of(what, known)
+
+
+def value_of(what: float | Name, known: Known) -> Value:
+    """Return a number, or the value of a name."""
+    if not isinstance(what, Name):
+        return float(what)
+    return known[what.name] if what.sign > 0.0 else -known[what.name]
 
 
 # --- reading them ----------------------------------------------------------------------------
 
-_TERMS: Final = ("of", "times", "plus", "least", "most")
-_NUMBERS: Final = ("delay", "scatter", "jitter")
-_FLAGS: Final = ("handed", "each")
-_FIELDS: Final = tuple(field.name for field in fields(Quantity))
-_COUNT_FIELDS: Final = tuple(field.name for field in fields(Count))
-
 
 def quantity(raw: Any, names: Collection[str], where: str) -> Quantity:
-    """Return the quantity that a file's value means.
+    """Return the quantity of a file's value.
 
     Args:
         raw: A number, a name, a range or a table.
         names: What it may refer to.
-        where: How an error begins: file and line.
+        where: The beginning of an error: file and line.
 
     Raises:
-        GestureError: It means none.
+        GestureError: It is none.
     """
     if not isinstance(raw, dict):
         return Quantity(parse_term(raw, names, where))
-    unknown = sorted(set(raw) - set(_FIELDS))
-    if unknown:
-        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {', '.join(_FIELDS)}")
+    _refuse_unknown(raw, Quantity, where)
     if len({"of", "values", "delay"} & set(raw)) > 1:
         raise GestureError(f"{where} starts twice; give one of of, values and delay")
     given: dict[str, Any] = {}
     for name, value in raw.items():
-        if name in _TERMS:
-            given[name] = parse_term(value, names, f"{where} ({name})")
-        elif name in _NUMBERS:
+        if name in ("delay", "scatter", "jitter"):
             given[name] = _deviation(value, f"{where} ({name})")
-        elif name in _FLAGS:
+        elif name in ("handed", "each"):
             if not isinstance(value, bool):
                 raise GestureError(f"{where} has {name} = {value!r}; write true or false")
             given[name] = value
-        else:
+        elif name == "values":
             if not isinstance(value, list) or not value or not all(map(_is_number, value)):
                 raise GestureError(f"{where} has values = {value!r}; write a list of numbers")
-            given[name] = tuple(float(v) for v in value)
+            given[name] = tuple(map(float, value))
+        else:
+            given[name] = parse_term(value, names, f"{where} ({name})")
     return Quantity(**given)
 
 
 def count(raw: Any, names: Collection[str], where: str) -> Count:
-    """Return the number of fingers that a file's value means; arguments as of `quantity`.
+    """Return the number of fingers of a file's value; arguments as of `quantity`.
 
     Raises:
-        GestureError: It means none.
+        GestureError: It is none.
     """
     table = raw if isinstance(raw, dict) else {"of": raw}
-    unknown = sorted(set(table) - set(_COUNT_FIELDS))
-    if unknown:
-        known = ", ".join(_COUNT_FIELDS)
-        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {known}")
+    _refuse_unknown(table, Count, where)
     for name in ("one_more", "off_by_one"):
         if not 0.0 <= _deviation(table.get(name, 0.0), f"{where} ({name})") <= 1.0:
             raise GestureError(f"{where} ({name}) is no probability; write a number from 0 to 1")
@@ -205,7 +198,7 @@ def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
     """Return a number, a range or a name.
 
     Raises:
-        GestureError: It is none of them, or a name that nobody knows.
+        GestureError: It is none of them, or an unknown name.
     """
     if _is_number(raw):
         return float(raw)
@@ -220,6 +213,12 @@ def parse_term(raw: Any, names: Collection[str], where: str) -> Term:
     if isinstance(raw, list) and len(raw) == 2 and all(map(_is_number, raw)) and raw[0] <= raw[1]:
         return float(raw[0]), float(raw[1])
     raise GestureError(f"{where} is {raw!r}; write a number, a name in quotes, or [least, most]")
+
+
+def _refuse_unknown(table: dict[str, Any], kind: type[Quantity | Count], where: str) -> None:
+    known = [field.name for field in fields(kind)]
+    if unknown := sorted(set(table) - set(known)):
+        raise GestureError(f"{where} has the field {unknown[0]!r}; known are {', '.join(known)}")
 
 
 def _deviation(raw: Any, where: str) -> float:

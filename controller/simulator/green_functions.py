@@ -72,7 +72,7 @@ def drag_system(at: Array, size: Array, ratio: float) -> Array:
 
 
 def room(x: Real, y: Real) -> Real:
-    """Return how free the skin is at points of the disc: 1 at the apex, 0 at the clamp."""
+    """Return how free the skin is at points, any shape: 1 at the apex, 0 at the clamp."""
     return 1.0 - x * x - y * y
 
 
@@ -95,7 +95,7 @@ def pull(green: Any, near: Any, rooms: Any, wide: Any, ratio: float) -> tuple[An
 
 
 def push(system: Array, target: Array, load: Array) -> Array:
-    """Mend loads that solve the system: a finger cannot pull, so drop it and solve again."""
+    """Return loads, (fingers, steps), without pulls: drop fingers that pull, and solve again."""
     pulls: NDArray[np.bool_] = np.any(load < 0.0, axis=0)
     if pulls.any():
         held: NDArray[np.bool_] = load[:, pulls] >= 0.0
@@ -122,4 +122,5 @@ def solve(system: Array, target: Array) -> Array:
 
 
 def _diagonal(count: int) -> tuple[NDArray[np.intp], ...]:
+    """Return the indices of a diagonal, each (count,)."""
     return np.diag_indices(count)

@@ -1,7 +1,7 @@
-"""A simulated hand: it performs gestures (and touches that are none) as finger paths.
+"""A simulated hand: gestures, and touches that are none, as finger paths.
 
-What it can do is data (`repertoire.py`), how somebody does it is a style (`style.py`). The hand
-knows nothing of sensors and networks.
+Gestures are data (`gesture_file.py`), and users have styles (`user_style.py`). The hand is
+independent of sensors and networks.
 """
 
 from dataclasses import dataclass
@@ -11,28 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.simulator import pointer
-from controller.simulator.gesture_file import FINGERS as SLOTS
-from controller.simulator.gesture_file import Repertoire, shipped
+from controller.simulator.gesture_file import FINGERS, Repertoire, shipped
 from controller.simulator.membrane import clamp_radius_mm
-from controller.simulator.user_style import UserStyle, draw_mood, draw_style
-
-__all__ = [
-    "DISTRACTORS",
-    "GESTURES",
-    "MECHANICS_HZ",
-    "ONSET_SHARE",
-    "SLOTS",
-    "Performance",
-    "UserStyle",
-    "draw_mood",
-    "draw_style",
-    "perform",
-]
+from controller.simulator.user_style import UserStyle
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 MECHANICS_HZ: Final = 50.0
+SLOTS: Final = FINGERS  # fingers of a hand
 GESTURES: Final = ("press", "pinch", "twist_cw", "twist_ccw")  # paper, section 4.2
 DISTRACTORS: Final = ("brush", "rest")  # contacts that are no gestures
 ONSET_SHARE: Final = 0.4  # of the plateau depth: where a gesture truly begins
@@ -79,14 +66,14 @@ def perform(
     Args:
         label: Which.
         place: Where it is meant to be, (x, y) in grid units.
-        style: Who does it.
-        rng: Where its accidents come from.
+        style: The user's style.
+        rng: Random variation.
         grid: Rows, columns and pitch in mm: what grid units are.
         step_hz: Steps per second.
         repertoire: What the hand can do; the gestures that ship if not given.
 
     Raises:
-        ValueError: No hand knows this label.
+        ValueError: The label is unknown.
     """
     known = shipped() if repertoire is None else repertoire
     if label not in known:

@@ -105,7 +105,7 @@ class Mechanics:
         return log_c, position
 
     def _stick(self, point: Complex, depth_mm: Array) -> tuple[Complex, Complex]:
-        """Prandtl stick-slip: the skin follows a finger until friction gives way."""
+        """Return positions and drags of the skin, (steps, slots), by Prandtl stick-slip."""
         touching: NDArray[np.bool_] = depth_mm > 0.0
         landing = touching & ~np.concatenate([self._touching[None], touching[:-1]])
         self._touching = touching[-1].copy()
@@ -141,7 +141,7 @@ class Mechanics:
         return out
 
     def _remember(self, log_c: Array) -> Array:
-        """Add the rubber's memory: x_v = (x + sum g LP x) / (1 + sum g)."""
+        """Add the memory, (steps, taxels): x_v = (x + sum g LP x) / (1 + sum g)."""
         levels = self._memory.advance(self._share * log_c[:, None])
         total = 1.0 + sum(share for share, _ in self._model.memory)
         return np.asarray((log_c + levels.sum(axis=1)) / total)

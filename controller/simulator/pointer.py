@@ -66,15 +66,17 @@ ACTS: Final[dict[str, Act]] = {
 
 
 def _times(total_s: float, step_hz: float) -> Array:
+    """Return the time of each step, (steps,), seconds."""
     return np.arange(round(total_s * step_hz) + 1) / step_hz
 
 
 def _share(linear: Array, rng: np.random.Generator) -> Array:
-    """Half of the movements are even, half are smooth."""
+    """Return the share of a movement at each step, (steps,): half are even, half are smooth."""
     even = np.clip(linear, 0.0, 1.0)
     return even if rng.random() < 0.5 else min_jerk(even)
 
 
 def _down_and_up(time: Array, total_s: float, fingers: int) -> Array:
+    """Return the depth of each finger, (steps, fingers), as a share of its greatest."""
     depth = np.minimum(min_jerk(time / _EDGE_S), min_jerk((total_s - time) / _EDGE_S))
     return np.repeat(depth[:, None], fingers, axis=1)

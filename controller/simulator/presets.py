@@ -8,6 +8,7 @@ I(z, y) = 0.13, read as nats: tests/benchmarks/information.py). The match is not
 from dataclasses import replace
 from typing import Final
 
+from controller.errors import UserError
 from controller.simulator.orb import NOMINAL, OrbModel
 
 _CIRCUIT: Final = NOMINAL.electronics
@@ -25,7 +26,7 @@ PRESETS: Final[dict[str, OrbModel]] = {
 }
 
 
-class PresetError(ValueError):
+class PresetError(UserError, ValueError):
     """There is no such preset; the message is one sentence."""
 
 

@@ -114,7 +114,7 @@ def read(
 
 
 def picofarads(model: ReadoutModel, reading: Array, columns: int) -> Array:
-    """Invert the divider with nominal constants: reading (fraction of full scale) -> pF."""
+    """Return picofarads for readings, of full scale, any shape, by nominal constants."""
     share = np.clip(reading / (model.settled * (1.0 + np.exp(-model.discharge_slots))), 1e-4, 0.95)
     load = model.stray_pf + model.ghosting * (columns - 1) * NOMINAL_PF
     return np.asarray(share * load / (1.0 - share))

@@ -11,9 +11,10 @@ from controller.recognition.event_metric import Event
 from controller.simulator import label_button as button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import GESTURES, UserStyle, draw_mood, draw_style
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.session_script import LOCATED, SessionScript
+from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Protocol = Literal["free", "blocks"]
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from controller.recognition.event_metric import Event
 from controller.simulator.gesture_file import Repertoire
-from controller.simulator.hand import DISTRACTORS, SLOTS, UserStyle, perform
+from controller.simulator.hand import DISTRACTORS, SLOTS, perform
+from controller.simulator.user_style import UserStyle
 
 Grid = tuple[int, int, float]  # rows, columns, pitch in mm
 
@@ -94,7 +95,7 @@ class SessionScript:
     def truth(
         self, time_s: NDArray[np.float64], labels: Sequence[str]
     ) -> tuple[NDArray[np.int8], NDArray[np.int32]]:
-        """Return the true label and the number of the event (-1: none) at each of these times."""
+        """Return true labels and numbers of events (-1: none) at these times, all (times,)."""
         label = np.zeros(len(time_s), dtype=np.int8)
         number = np.full(len(time_s), -1, dtype=np.int32)
         for i, event in enumerate(self.events):
@@ -103,7 +104,7 @@ class SessionScript:
         return label, number
 
     def contact(self, every: int) -> NDArray[np.float32]:
-        """Return every finger at every so-manieth step, NaN where it does not touch.
+        """Return every finger at each `every`-th step, NaN where it does not touch.
 
         Returns:
             (x, y) in grid units and depth in mm, (steps // every, SLOTS, 3).

@@ -15,10 +15,10 @@ from controller.recognition.preprocess import Frame
 from controller.simulator import label_button
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import Repertoire, shipped
-from controller.simulator.hand import SLOTS, Performance, draw_mood, draw_style, perform
+from controller.simulator.hand import SLOTS, Performance, perform
 from controller.simulator.membrane import clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
-from controller.simulator.user_style import UserStyle
+from controller.simulator.user_style import UserStyle, draw_mood, draw_style
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -144,11 +144,11 @@ class VirtualOrb:
                 return label
         return "null"
 
-    def button(self, t_s: float) -> str:
-        """Return what the label button beside the orb says at `t_s`: a gesture, else "null".
+    def button(self, t_s: float) -> str | None:
+        """Return the state of the label button at `t_s`: a gesture, else "null".
 
-        The hand's owner presses it for every gesture, about when that begins and ends, and now
-        and then forgets to.
+        The simulated user presses it for every gesture, about when that begins and ends, and
+        sometimes forgets to.
         """
         now = np.array([t_s])
         for event, thumb in self._presses:
@@ -176,7 +176,7 @@ class VirtualOrb:
         return np.asarray(self._simulator.advance(point, depth, radius)[-1], dtype=np.float32)
 
     def _pose(self, now: float, point: Complex, depth: Array, radius: Array) -> None:
-        """Put the hand's fingers where its performance is at `now`."""
+        """Write the hand's fingers at `now` into one step's arrays, (slots,)."""
         for run in self._running:
             step = round((now - run.start_s) * self._step_hz)
             if 0 <= step < len(run.performance.point):
@@ -257,7 +257,7 @@ def _numbers(contact: Contact) -> tuple[float, ...]:
 def _come(
     people: np.random.SeedSequence, user: int, day: int
 ) -> tuple[UserStyle, np.random.Generator]:
-    """Return somebody's style, and where this session's mood and accidents come from."""
+    """Return a user's style, and the generator of this session's mood and variation."""
     if user:
         people = np.random.SeedSequence(people.entropy, spawn_key=(*people.spawn_key, user))
     rng = np.random.default_rng(people)

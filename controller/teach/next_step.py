@@ -114,7 +114,7 @@ def course_of_people(out: Path, taken: Sequence[ExistingRecording]) -> NextStep:
 def offer(
     planned: NextStep,
     *,
-    ask: Callable[[str], str] | None,
+    agree: Callable[[str], bool] | None,
     say: Callable[[str], None],
     call: Callable[[Sequence[str]], int] = subprocess.call,
     installed: Callable[[], bool] | None = None,
@@ -124,7 +124,7 @@ def offer(
 
     Args:
         planned: What would be done.
-        ask: Asks a question and returns the answer; None: nobody is there.
+        agree: Asks a question for yes or no; None: questions cannot be asked.
         say: Takes messages.
         call: Runs a command and returns its exit status.
         installed: Whether training can run here.
@@ -134,7 +134,7 @@ def offer(
         say(planned.note)
         return 0
     here = (installed or trainable)()
-    if here and (yes or (ask is not None and _agreed(ask, planned.question))):
+    if here and (yes or (agree is not None and agree(planned.question))):
         for words in planned.commands:
             say(f"models {shlex.join(words)}")
             if status := call([sys.executable, "-m", "models", *words]):
@@ -161,13 +161,6 @@ def trainable() -> bool:
 
 def _bundle(out: Path) -> Path:
     return out.with_name(f"{out.resolve().name}.orb") if out.name else Path("my.orb")
-
-
-def _agreed(ask: Callable[[str], str], question: str) -> bool:
-    try:
-        return ask(f"{question} [y/N] ").strip().lower() in ("y", "yes")
-    except EOFError:
-        return False
 
 
 def _tell(planned: NextStep, say: Callable[[str], None]) -> None:

@@ -1,4 +1,4 @@
-"""The display while people teach: what to do, and how many examples there are of what."""
+"""Display of a teaching session: what to do, and the number of examples."""
 
 import os
 import sys
@@ -10,16 +10,14 @@ from controller import console
 from controller.bundles.vocabulary import Vocabulary
 from controller.capture.cues import NULL_LABEL, Cue, Phase
 from controller.capture.labels import FrameLabels
-from controller.capture.status_line import Display
+from controller.capture.status_line import Display, TerminalDisplay
 from controller.recognition.pipeline import Step
 from controller.teach.example_counts import ExampleCounts
 from controller.teach.protocols import NOTHING
 
 KEYS: Final = "hold 1-9: label by hand, space: pause, backspace: drop 3 s, Ctrl-C: end"
-_SIZE: Final = (80, 24)  # where the terminal does not say
-_LEAST: Final = (20, 4)
 _BAR: Final = 10  # characters
-_SHOWN_HZ: Final = 15.0  # more often nobody reads
+_SHOWN_HZ: Final = 15.0  # faster than anyone reads
 _TALLEST: Final = 11  # lines of a map of the sensor
 
 
@@ -45,7 +43,7 @@ class ProgressPage:
             grid: Rows and columns of the sensor.
             model: The labels of the present model, in the order of its probabilities.
             example_s: How long one example takes.
-            keyboard: Keys are heard.
+            keyboard: There is a keyboard.
             plain: Characters of ASCII only.
         """
         self._says = {NULL_LABEL: NOTHING, **{e.label: e.say for e in vocabulary.entries}}
@@ -133,14 +131,14 @@ class ProgressPage:
         return [("      " + "".join(line)).rstrip() for line in lines]
 
 
-class ProgressDisplay(Display):
+class ProgressDisplay(TerminalDisplay):
     """A page at the bottom of a terminal, written again and again."""
 
     def __init__(
         self, stream: TextIO, page: ProgressPage, tally: ExampleCounts, *, bell: bool = False
     ) -> None:
-        """Show `page` on a terminal; with `bell` every go is heard."""
-        self._stream: TextIO | None = stream
+        """Show `page` on a terminal; with `bell` it rings at every go."""
+        super().__init__(stream)
         self._page, self._tally, self._bell = page, tally, bell
         self._drawn: list[str] = []
         self._shown_s = 0.0
@@ -149,18 +147,18 @@ class ProgressDisplay(Display):
         """Show a frame."""
         self._tally.take(said, step)
         if self._bell and said.fresh and said.asked is not None and said.asked.phase is Phase.GO:
-            self._write("\a")
+            self.emit("\a")
         if not said.fresh and step.t_s - self._shown_s < 1.0 / _SHOWN_HZ:
             return
         self._shown_s = step.t_s
-        width, height = self._size()
+        width, height = self.size()
         lines = [line[: width - 1] for line in self._page.lines(said, step, problem)]
         self._draw(lines[: height - 1])
 
     def clear(self) -> None:
-        """Leave the lines empty, for whoever writes next."""
+        """Leave the lines empty for other output."""
         if self._drawn:
-            self._write("\r\x1b[J")
+            self.emit("\r\x1b[J")
             self._drawn = []
 
     def _draw(self, lines: list[str]) -> None:
@@ -168,43 +166,20 @@ class ProgressDisplay(Display):
         if lines == self._drawn:
             return
         text = "".join(f"\r{line}\x1b[K\n" for line in lines)
-        self._write(f"{text}\x1b[J\x1b[{len(lines)}A")
+        self.emit(f"{text}\x1b[J\x1b[{len(lines)}A")
         self._drawn = lines
-
-    def _size(self) -> tuple[int, int]:
-        """Return columns and rows of the terminal."""
-        found = (0, 0)
-        if self._stream is not None:
-            try:
-                found = os.get_terminal_size(self._stream.fileno())
-            except (OSError, ValueError):
-                found = (0, 0)
-        width, height = (
-            max(size or usual, least)
-            for size, usual, least in zip(found, _SIZE, _LEAST, strict=True)
-        )
-        return width, height
-
-    def _write(self, text: str) -> None:
-        if self._stream is None:
-            return
-        try:
-            self._stream.write(text)
-            self._stream.flush()
-        except OSError:  # the terminal has gone; the session goes on
-            self._stream = None
 
 
 class ProgressLog(Display):
-    """A line for whatever changes, where there is no terminal that a page can be drawn on."""
+    """A log of changes, where there is no terminal for a page."""
 
     def __init__(self, tally: ExampleCounts, say: Callable[[str], None]) -> None:
-        """Tell `say`."""
+        """Pass lines to `say`."""
         self._tally, self._say = tally, say
         self._enough: set[str] = set()
 
     def show(self, said: FrameLabels, step: Step, problem: str) -> None:
-        """Tell of a frame what is new."""
+        """Log what a frame changed."""
         self._tally.take(said, step)
         for void in said.voids:
             self._say(f"{void.label} again: {void.why}")

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
@@ -30,18 +29,17 @@ from controller.recognition.debounce import NULL
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import RATE_TOLERANCE, Provenance, software
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
-from controller.sensors.base import Sensor, SensorOptions
+from controller.sensors.base import Sensor
 from controller.sensors.virtual import knows
 from controller.simulator.hand import DISTRACTORS
 from controller.teach import TeachError, dataset_folder, null_model, protocols
 from controller.teach.example_counts import ExampleCounts
 from controller.teach.offline_link import OfflineLink
 from controller.teach.progress import ProgressDisplay, ProgressLog, ProgressPage, drawable
-
-VIRTUAL: Final = ("virtual", "emulated")  # whose own hand does what it is asked for
 
 _log = logging.getLogger("controller")
 
@@ -54,15 +52,15 @@ class TeachPlan:
         options: As the user gave them.
         vocabulary: What is taught.
         repetitions: Examples of each gesture, or of each place.
-        model: The present model; None without one.
+        model: The present model.
         recognizer: Its networks.
     """
 
     options: argparse.Namespace
     vocabulary: Vocabulary
     repetitions: int
-    model: Bundle | None
-    recognizer: Recognizer | None
+    model: Bundle
+    recognizer: Recognizer
 
 
 @dataclass
@@ -71,7 +69,7 @@ class Session:
 
     Attributes:
         lesson: What it belongs to.
-        user: Who is taught by; "" nobody said.
+        user: The user who teaches; "" if unknown.
         sensor: At its first frame.
         model: The present model, where it fits this sensor.
         runs: Where its recording goes.
@@ -101,7 +99,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
         TeachError, BundleError, VocabularyError, SensorError: It cannot be taught like this.
     """
     vocabulary = vocabulary or dataset_folder.vocabulary(options.out, options.labels)
-    if options.sensor in VIRTUAL:
+    if sensors.options(options.sensor).simulated:
         for label in vocabulary.labels[1:]:
             if not knows(vocabulary.files, label):
                 raise TeachError(
@@ -123,7 +121,7 @@ def prepare(options: argparse.Namespace, vocabulary: Vocabulary | None = None) -
 
 
 def begin(lesson: TeachPlan, user: str) -> Session:
-    """Open the sensor for somebody's session.
+    """Open the sensor for a session of a user.
 
     Raises:
         SensorError: It cannot be used.
@@ -134,11 +132,9 @@ def begin(lesson: TeachPlan, user: str) -> Session:
     runs = RunFiles(options.out, user, options.session)
     name = runs.next().stem
     sensor = sensors.load(
-        options.sensor,
-        SensorOptions(
-            options.rate, options.seed, None, options.preset, tuple(options.fault),
-            gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
-        ),
+        options.sensor, options.rate,
+        seed=options.seed, preset=options.preset, fault=tuple(options.fault),
+        gestures=lesson.vocabulary.files, user=user, day=name, wiring=options.wiring,
     )  # fmt: skip
     key = zlib.crc32(name.encode())
     grid = sensor.geometry
@@ -153,7 +149,7 @@ def begin(lesson: TeachPlan, user: str) -> Session:
 
 
 def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]) -> list[Path]:
-    """Take somebody through a session; return the recordings.
+    """Run a session; return the recordings.
 
     Raises:
         SensorError: The sensor fails.
@@ -184,7 +180,7 @@ def run(session: Session, keyboard: Keyboard | None, stopped: Callable[[], bool]
         seed = options.seed * 2**32 + session.key
         obey = CuedHand(sensor.geometry, seed, vocabulary.files, DISTRACTORS).obey
     alone = OfflineLink(options.speed)
-    device = Device(sensor, pipeline, alone, steady(sensor.rate_hz), tape=tape, obey=obey)
+    device = Device(sensor, pipeline, alone, recorder=tape, hand=VirtualHand(obey=obey))
     loop = Loop(alone, lambda: device, alone.now_s)
     loop.run(stopped)
     if loop.missed:
@@ -202,7 +198,6 @@ def _asks(
 def _fitting(lesson: TeachPlan, sensor: Sensor) -> Bundle | None:
     """Return the present model if it is for such a sensor; one that was named must be."""
     model, grid = lesson.model, sensor.geometry
-    assert model is not None
     if (model.rows, model.columns) != (grid.rows, grid.columns):
         why = (
             f"is for {model.rows}×{model.columns} taxels, the sensor has {grid.rows}×{grid.columns}"
@@ -229,14 +224,13 @@ def _pipeline(session: Session) -> Pipeline:
     """Return a pipeline before its first frame; without a model it only finds touches."""
     model = session.model
     if model is not None:
-        assert session.lesson.recognizer is not None
-        return Pipeline(model, session.lesson.recognizer, model.mapping)
+        return Pipeline(model.settings, session.lesson.recognizer, model.mapping)
     sensor, labels = session.sensor, session.lesson.vocabulary.labels
     return null_model.pipeline(labels, sensor.geometry, sensor.rate_hz)
 
 
 def _screen(session: Session, keyboard: Keyboard | None) -> Display:
-    """Return what people look at."""
+    """Return the display of a session."""
     options, tally, grid = session.lesson.options, session.tally, session.sensor.geometry
     pace = protocols.PACES[options.protocol]
     encoding = (getattr(sys.stderr, "encoding", "") or "").lower()
@@ -260,7 +254,7 @@ def say(line: str) -> None:
 
 
 def _origin(session: Session) -> Provenance:
-    """Return what a recording that begins now will say of where it comes from."""
+    """Return the provenance of a recording that begins now."""
     sensor, options, model = session.sensor, session.lesson.options, session.model
     return Provenance(
         device_id=sensor.device_id,
@@ -270,13 +264,13 @@ def _origin(session: Session) -> Provenance:
         rate_hz=sensor.rate_hz,
         labels=session.lesson.vocabulary.labels,
         bundle=model.hash if model is not None else "",
-        engine="" if session.lesson.recognizer is None else session.lesson.recognizer.engine,
+        engine=session.lesson.recognizer.engine,
         software=software(),
         user=session.user,
         session=options.session,
         protocol=options.protocol,
-        preset=options.preset if sensor.virtual else "",
-        seed=options.seed if sensor.virtual else None,
+        preset=sensor.preset,
+        seed=sensor.seed,
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        hardware=" ".join(["virtual orb", *options.fault]) if sensor.virtual else options.sensor,
+        hardware=sensor.hardware,
     )

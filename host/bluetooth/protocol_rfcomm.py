@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import errno
 import re
+import socket
 import sys
 from typing import Final
 from urllib.parse import parse_qsl
 
 from serial.serialutil import SerialException
-from serial.urlhandler import protocol_socket
 
 from controller.links.bluetooth.identifiers import CHANNEL, SERVICE_UUID
 from host.bluetooth import sdp, sockets
-from host.connection.transport import LinkError
+from host.connection.transport import LinkError, SocketPort
 
 CONNECT_S: Final = 10.0  # a device that is off is given up after 5 s by most adapters
 _URL: Final = re.compile(
@@ -31,12 +31,11 @@ class RfcommError(SerialException, LinkError):  # type: ignore[misc]  # pyserial
     """The port cannot be opened; one sentence says why and what to do."""
 
 
-class Serial(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not typed
-    """pyserial's socket://, over another kind of socket and without its delays."""
+class Serial(SocketPort):
+    """pyserial's socket://, over another kind of socket."""
 
-    def open(self) -> None:
-        """Connect, and so raise RfcommError if there is nobody."""
-        self.logger = None
+    def _connect(self) -> socket.socket:
+        """Return the connection, or raise RfcommError if nothing answers."""
         url = str(self.portstr)
         address, channel, options = parse(url)
         local = options.get("local", "")
@@ -44,19 +43,11 @@ class Serial(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not t
             if channel is None:
                 channel = _channel(url, address, local)
             seconds = float(options.get("connect_timeout", CONNECT_S))
-            self._socket = sockets.rfcomm(address, channel, seconds, local)
+            return sockets.rfcomm(address, channel, seconds, local)
         except RfcommError:
             raise
         except OSError as error:
             raise RfcommError(explain(url, address, error)) from error
-        self._socket.setblocking(False)
-        self.is_open = True
-
-    def close(self) -> None:
-        """Close at once, also if the other end was faster."""
-        if self.is_open:
-            self.is_open = False
-            self._socket.close()
 
 
 def parse(url: str) -> tuple[str, int | None, dict[str, str]]:
@@ -87,7 +78,7 @@ def parse(url: str) -> tuple[str, int | None, dict[str, str]]:
 
 
 def _channel(url: str, address: str, local: str) -> int:
-    """Return the channel that the device says the service has."""
+    """Look up the service's channel on the device."""
     if sys.platform != "linux":
         return CHANNEL  # other systems let no program ask; ours always takes this one
     found = sdp.channel(address, SERVICE_UUID, local)

@@ -1,6 +1,6 @@
-"""Lookup of a service's RFCOMM channel: one question of the Service Discovery Protocol.
+"""Lookup of a service's RFCOMM channel: one request of the Service Discovery Protocol.
 
-Bluetooth Core Specification, volume 3, part B: 3 says how values are written, 4 how questions are.
+Bluetooth Core Specification, volume 3, part B: 3 has the form of values, 4 that of requests.
 """
 
 from __future__ import annotations

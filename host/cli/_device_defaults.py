@@ -9,8 +9,7 @@ from typing import Final
 
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected, Received
-from host.discovery.notes import now
-from host.discovery.seek import DevicePort
+from host.discovery.search import DevicePort, now
 from host.targets import Target
 
 _USUAL: Final = "tetris"
@@ -41,7 +40,7 @@ def seek(options: argparse.Namespace, memory: DeviceStore) -> DevicePort | None:
 
 
 def offer(memory: DeviceStore, tell: Callable[[str], None]) -> None:
-    """Tell of the orb that was here last, if there was one."""
+    """Print the orb that was here last, if there was one."""
     for known in memory.devices:
         if not known.virtual:
             tell(
@@ -73,8 +72,8 @@ class DeviceDefaults:
         self._seeker = seeker
         self._device_id = ""
 
-    def hear(self, received: Sequence[Received]) -> None:
-        """Note who has connected, and where."""
+    def on_received(self, received: Sequence[Received]) -> None:
+        """Note the device that has connected, and its port."""
         for news in received:
             if isinstance(news, Connected) and news.welcome.device_id:
                 self._device_id = news.welcome.device_id

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Final
 
@@ -12,23 +12,11 @@ from controller.console import complain, one_line
 from controller.protocol import psk
 from host.connection.device_store import DeviceStore, KnownDevice
 from host.discovery import search
-from host.discovery.notes import claiming, note
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
 
 NOW: Final = "now"
-_TITLES: Final = ("device", "name", "kind", "port", "last seen")
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A device, here or remembered."""
-
-    device: str
-    name: str
-    kind: str
-    port: str
-    seen: str
+_TITLES: Final = ("device", "name", "kind", "port", "seen")  # of the columns of the list
 
 
 def main(argv: list[str]) -> int:
@@ -43,53 +31,52 @@ def main(argv: list[str]) -> int:
         ports = [known.get(url, Port(url)) for url in options.ports]
     if options.key is not None:
         try:
-            psk.read(Path(options.key))  # what is wrong with it is told once, and always
+            psk.read(Path(options.key))  # so that an error in it is reported once
         except psk.KeyFileError as error:
             return complain("host", error, 2)
         ports = [replace(port, key=options.key) for port in ports]
     answers = search.ask_all(ports, deadline_s=options.seconds)
-    note(memory, answers)
+    search.note(memory, answers)
     found = rows(answers, memory.devices)
     if options.json:
         told = [asdict(answer) for answer in answers]
-        print(json.dumps({"devices": [asdict(row) for row in found], "answers": told}))
+        print(json.dumps({"devices": found, "answers": told}))
     else:
         _print(found)
     for line in remarks(answers):
         _warn(line)
     if not ports:
         _warn(_NOTHING)
-    return 0 if any(row.seen == NOW for row in found) else 1
+    return 0 if any(row["seen"] == NOW for row in found) else 1
 
 
-def rows(answers: list[Answer], known: list[KnownDevice]) -> list[Row]:
-    """Return the devices that are here, and then those that are only remembered."""
+def rows(answers: list[Answer], known: list[KnownDevice]) -> list[dict[str, str]]:
+    """Return the devices that are here, and then those that are only remembered, by `_TITLES`."""
     here = [answer for answer in answers if answer.outcome == "orb"]
-    found = [Row(a.device_id, a.name, _kind(a.virtual), a.url, NOW) for a in here]
     present = {answer.device_id for answer in here}
-    found += [
-        Row(k.device_id, k.name, _kind(k.virtual), k.port, k.seen)
+    devices = [(a.device_id, a.name, a.virtual, a.url, NOW) for a in here]
+    devices += [
+        (k.device_id, k.name, k.virtual, k.port, k.seen)
         for k in known
         if k.device_id not in present
     ]
-    return found
+    return [
+        dict(zip(_TITLES, (device, name, "virtual" if virtual else "orb", port, seen), strict=True))
+        for device, name, virtual, port, seen in devices
+    ]
 
 
 def remarks(answers: list[Answer]) -> list[str]:
     """Return a sentence for every port that is no orb, and for identities that are there twice."""
     lines = [answer.why for answer in answers if answer.outcome != "orb"]
     for device_id in dict.fromkeys(a.device_id for a in answers if a.outcome == "orb"):
-        claims = claiming(answers, device_id)
+        claims = search.claiming(answers, device_id)
         if len(claims) > 1:
             lines.append(
                 f"{len(claims)} ports say that they are {device_id}: {', '.join(claims)}; "
                 "name the one that you mean with --link"
             )
     return lines
-
-
-def _kind(virtual: bool) -> str:
-    return "virtual" if virtual else "orb"
 
 
 def _forget(memory: DeviceStore, words: str) -> int:
@@ -101,11 +88,11 @@ def _forget(memory: DeviceStore, words: str) -> int:
     return 0
 
 
-def _print(found: list[Row]) -> None:
+def _print(found: list[dict[str, str]]) -> None:
     if not found:
         return
-    told = ((r.device, r.name, r.kind, r.port, r.seen) for r in found)
-    table = [_TITLES, *(tuple(map(one_line, cells)) for cells in told)]
+    titles = (*_TITLES[:-1], "last seen")
+    table = [titles, *(tuple(map(one_line, row.values())) for row in found)]
     widths = [max(len(row[column]) for row in table) for column in range(len(_TITLES))]
     for row in table:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
@@ -129,7 +116,7 @@ def _parser() -> argparse.ArgumentParser:
         "ports", nargs="*", metavar="PORT", help="ask these ports or URLs, and no others"
     )
     parser.add_argument(
-        "--all", action="store_true", help="open every serial port; what is there hears our Hello"
+        "--all", action="store_true", help="open every serial port; each is sent our Hello"
     )
     parser.add_argument(
         "--seconds",

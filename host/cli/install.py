@@ -15,16 +15,15 @@ from controller.console import TROUBLE
 from controller.errors import UserError, reason
 from controller.files import read_bytes
 from controller.protocol import psk
-from controller.protocol.host_session import Connected, Received, Refused
+from controller.protocol.link_events import Received
 from host.connection.bundle_upload import BundleUpload
 from host.connection.device_store import DeviceStore
-from host.connection.observers import Orb
-from host.connection.receiver import Receiver
-from host.connection.transport import LinkError, open_transport
-from host.discovery.seek import DevicePort
+from host.connection.receiver import MessageLink, Receiver, ever_connected
+from host.connection.transport import open_transport
+from host.discovery.search import DevicePort
 
 MOST: Final = 64 << 20  # bytes; an orb takes no more
-TURN_S: Final = 0.05  # the longest that the courier waits for news
+TURN_S: Final = 0.05  # the longest wait for messages
 
 
 class FileError(UserError, ValueError):
@@ -38,21 +37,35 @@ def main(argv: list[str]) -> int:
 
 def _install(options: argparse.Namespace) -> int:
     """Deliver a bundle; return the exit status."""
-    courier = load(options.file)
+    upload = load(options.file)
     try:
         receiver = _receiver(options)
         receiver.start()
         try:
-            deliver(courier, receiver, _Progress())
+            _deliver(InstallProgress(upload, receiver.send), receiver)
         finally:
             receiver.close()
     except KeyboardInterrupt:
         _warn("interrupted; the orb keeps what it has, and the same command goes on from there")
         return console.INTERRUPTED
-    if courier.stage == "declined":
-        return console.complain("host", _declined(courier), TROUBLE)
-    print(courier.told)
+    if upload.stage == "declined":
+        return console.complain("host", outcome(upload), TROUBLE)
+    print(outcome(upload))
     return 0
+
+
+def _deliver(progress: InstallProgress, link: MessageLink) -> None:
+    """Run the link until the upload is over.
+
+    Raises:
+        LinkError: The first connection failed; later ones are tried again and again.
+    """
+    connected = False
+    while not progress.upload.over:
+        link.wait(TURN_S)
+        received = link.poll()
+        connected = ever_connected(received, connected)
+        progress.on_received(received)
 
 
 def _receiver(options: argparse.Namespace) -> Receiver:
@@ -68,7 +81,7 @@ def _receiver(options: argparse.Namespace) -> Receiver:
 
 
 def load(path: Path) -> BundleUpload:
-    """Return a courier for a file.
+    """Return the upload of a file.
 
     Raises:
         FileError: It cannot be read, or is no bundle by its size.
@@ -82,83 +95,54 @@ def load(path: Path) -> BundleUpload:
     return BundleUpload(path.name, data)
 
 
-def deliver(
-    courier: BundleUpload,
-    orb: Orb,
-    tell: Callable[[BundleUpload], object],
-    clock: Callable[[], float] = time.monotonic,
-) -> None:
-    """Turn until the bundle is delivered, or declined.
-
-    Args:
-        courier: Who delivers.
-        orb: The link.
-        tell: Is shown the courier after every turn.
-        clock: Seconds that never go back.
-
-    Raises:
-        LinkError: The first connection failed; later ones are tried again and again.
-    """
-    met = False
-    while not courier.over:
-        orb.wait(TURN_S)
-        news = orb.poll()
-        for item in news:
-            if isinstance(item, Refused) and not met:
-                raise LinkError(item.reason)
-            met = met or isinstance(item, Connected)
-        courier.turn(news, clock(), orb.send)
-        tell(courier)
+def outcome(upload: BundleUpload) -> str:
+    """Return the sentence about an upload that is over."""
+    declined = upload.stage == "declined"
+    return f"the orb does not take it: {upload.told}" if declined else upload.told
 
 
 class InstallProgress:
-    """A delivery beside a game: it hears what the game hears, and tells in a line how it goes."""
+    """An upload, with its state on the terminal; a log gets one line for each stage.
+
+    Attributes:
+        upload: The bundle.
+    """
 
     def __init__(
-        self,
-        courier: BundleUpload,
-        send: Callable[..., object],
-        clock: Callable[[], float] = time.monotonic,
+        self, upload: BundleUpload, send: Callable[..., object], *, announce: bool = False
     ) -> None:
-        """Deliver through `send` whenever there is news."""
-        self._courier, self._send, self._clock = courier, send, clock
-        self._tell = _Progress()
-
-    def hear(self, news: Sequence[Received]) -> None:
-        """Take what is new, and go on."""
-        if self._courier.over:
-            return
-        self._courier.turn(news, self._clock(), self._send)
-        self._tell(self._courier)
-        if self._courier.over:
-            declined = self._courier.stage == "declined"
-            _warn(_declined(self._courier) if declined else self._courier.told)
-
-
-class _Progress:
-    """A line on the terminal that is written over; a log gets one for each stage."""
-
-    def __init__(self) -> None:
+        """Deliver through `send`; announce the outcome, too, where nothing else does."""
+        self.upload = upload
+        self._send, self._announce = send, announce
         self._last = ""
 
-    def __call__(self, courier: BundleUpload) -> None:
-        words: str = courier.stage
-        with contextlib.suppress(OSError, ValueError):  # it is for people only; none may be there
-            terminal = sys.stderr.isatty()
-            if courier.stage == "sending" and terminal:
-                words = f"sending {100 * courier.offset // courier.size:3d} %"
-            if words != self._last:
-                self._last = words
-                end = "" if terminal and not courier.over else "\n"
-                print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
+    def on_received(self, received: Sequence[Received]) -> None:
+        """Take what came over the link, and send what it asks for."""
+        upload = self.upload
+        if upload.over:
+            return
+        upload.turn(received, time.monotonic(), self._send)
+        with contextlib.suppress(OSError, ValueError):  # standard error may be closed
+            self._show(sys.stderr.isatty())
+        if upload.over and self._announce:
+            _warn(outcome(upload))
+
+    def _show(self, terminal: bool) -> None:
+        upload, words = self.upload, str(self.upload.stage)
+        if upload.stage == "sending" and terminal:
+            words = f"sending {100 * upload.offset // upload.size:3d} %"
+        if words != self._last:
+            self._last = words
+            end = "" if terminal and not upload.over else "\n"
+            print(f"\r{words:16}", end=end, file=sys.stderr, flush=True)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="host install",
-        description="Send an orb a new bundle. It proves it on itself, while whoever plays goes "
-        "on playing, and then takes it into use; `controller rollback` on the orb goes back. Only "
-        "a link that proves who is there takes any: one with a key, or paired over Bluetooth.",
+        description="Send an orb a new bundle. The orb tests it while play goes "
+        "on, and then takes it into use; `controller rollback` on the orb goes back. Only "
+        "an authenticated link takes any: one with a key, or paired over Bluetooth.",
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="the bundle, NAME.orb")
     where = parser.add_mutually_exclusive_group(required=True)
@@ -166,10 +150,6 @@ def _parser() -> argparse.ArgumentParser:
     where.add_argument("--device", metavar="NAME", help="the orb of this identity or name")
     parser.add_argument("--key", metavar="FILE", type=Path, help="the key that the orb has")
     return parser
-
-
-def _declined(courier: BundleUpload) -> str:
-    return f"the orb does not take it: {courier.told}"
 
 
 def _warn(words: str) -> None:

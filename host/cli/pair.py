@@ -1,4 +1,4 @@
-"""`host pair`: find an orb that waits to be paired, pair with it, and say what to run next."""
+"""`host pair`: find an orb that waits to be paired, pair with it, and print what to run next."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
 from host.bluetooth import sdp, sockets
 
 LOOK_S: Final = 30
-PAIR_S: Final = 60.0  # somebody has to compare digits, on two screens
+PAIR_S: Final = 60.0  # a person compares digits on two screens
 _WORDS: Final = {
     "win32": """\
 On the orb: controller pair
@@ -62,13 +62,13 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
         description="Find an orb that waits to be paired (controller pair, or its button) and pair "
         "with it. Both show six digits; confirm them here if they are the same.",
-        epilog="On Windows and macOS it says what to click: their own settings pair.",
+        epilog="On Windows and macOS it prints what to click: their own settings pair.",
     )
     add = parser.add_argument
     add("address", metavar="ADDRESS", nargs="?", type=_address, help="the orb's (default: look)")
     add("--adapter", metavar="NAME", default="", help="hci1, or an address (default: the first)")
     add("--seconds", metavar="N", type=int, default=LOOK_S, help="to look for (default: 30)")
-    add("--yes", action="store_true", help="ask nobody to compare digits")
+    add("--yes", action="store_true", help="pair without comparing digits")
     return parser
 
 
@@ -88,8 +88,8 @@ async def _pair(options: argparse.Namespace) -> int:
         if not await bus.get(adapter, ADAPTER, "Powered"):
             await bus.set(adapter, ADAPTER, "Powered", "b", True)
         agent = PairingAgent(bus, accept_all if options.yes else Prompt().confirm)
-        # Not the default agent: BlueZ asks the one of whoever calls Pair, and nobody else's
-        # pairing is ours to answer.
+        # Not the default agent: BlueZ asks the agent of the caller of Pair, and other
+        # programs' pairings are not ours to answer.
         await agent.register(NO_SCREEN if options.yes else SCREEN, default=False)
         path, device = await _find(bus, adapter, options.address, options.seconds)
         who = f"{device.get('Alias', 'the orb')} ({device['Address']})"
@@ -157,7 +157,7 @@ async def _find(
 
 
 async def _what_next(address: str, local: str) -> int:
-    """Ask the orb for its service, and say what to run."""
+    """Look the orb's service up, and print what to run."""
     loop = asyncio.get_running_loop()
     try:
         channel = await loop.run_in_executor(None, sdp.channel, address, SERVICE_UUID, local)

@@ -18,7 +18,6 @@ from host.cli import VERBS, install
 from host.cli import _device_defaults as remembering
 from host.connection.device_store import DeviceStore
 from host.connection.latency import EndToEndLatency
-from host.connection.observers import Ear, ObservedReceiver
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
@@ -26,7 +25,7 @@ from host.injection import backends
 from host.taps import open_taps
 from host.targets import TargetOptions
 
-_DEMO_S = 120.0  # how long the demo plays unless told otherwise
+_DEMO_S = 120.0  # default length of the demo
 _USUAL = "tetris"  # the target, if neither the user nor the device's past names one
 _UNSEEN = ("keyboard", "gamepad")  # targets that act elsewhere, and need no window of ours
 
@@ -52,7 +51,6 @@ def main(words: list[str]) -> int:
 def _play(options: argparse.Namespace, seed: int) -> None:
     """Open the window and the link, and play until the window is closed."""
     memory = DeviceStore(warn=_warn)
-    ears: list[Ear] = []
     with ExitStack() as stack:
         for number in _ends():
             stack.callback(signal.signal, number, signal.signal(number, _end))
@@ -61,10 +59,9 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         wish = TargetOptions(
             seed, options.mapping, options.backend, options.dry_run, options.profile or ""
         )
-        ears += [worker.hear for worker in open_taps(options.tap, stack, _warn)]
+        workers = open_taps(options.tap, stack, _warn)
         if seeker is not None:
             receiver = Receiver(seeker.open, key=key)
-            ears.append(seeker.hear)
         elif options.link is not None:
             receiver = Receiver(lambda: open_transport(options.link), key=key)
         else:
@@ -72,6 +69,10 @@ def _play(options: argparse.Namespace, seed: int) -> None:
             stack.callback(own.close)
             receiver = Receiver(own.open, token=own.token)
         stack.callback(receiver.close)
+        for worker in workers:
+            receiver.subscribe(worker.hear)
+        if seeker is not None:
+            receiver.subscribe(seeker.on_received)
         target = targets.load(options.target, wish)
         stack.callback(target.close)  # before the receiver, which may take seconds to close
         unseen = options.headless and options.target in _UNSEEN
@@ -79,22 +80,24 @@ def _play(options: argparse.Namespace, seed: int) -> None:
         if options.link is not None or seeker is not None:
             noted = remembering.DeviceDefaults(memory, options, target, seeker)
             stack.callback(noted.close)
-            ears.append(noted.hear)
+            receiver.subscribe(noted.on_received)
         else:
             remembering.offer(memory, _warn)
         if options.install is not None:
-            ears.append(install.InstallProgress(install.load(options.install), receiver.send).hear)
+            upload = install.InstallProgress(
+                install.load(options.install), receiver.send, announce=True
+            )
+            receiver.subscribe(upload.on_received)
         hops = EndToEndLatency(lambda: receiver.clock_offset_ms)
-        ears.append(hops.hear)
+        receiver.subscribe(hops.on_received)
         stack.callback(_end_undisturbed)
         receiver.start()
-        orb = ObservedReceiver(receiver, ears)
         if surface is None:
-            loop.serve(target, orb, seconds=options.seconds)
+            loop.serve(target, receiver, seconds=options.seconds)
         else:
             loop.play(
                 target,
-                orb,
+                receiver,
                 surface,
                 seconds=options.seconds,
                 screenshot=options.screenshot,
@@ -290,7 +293,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_picture,
         help="save the last picture of the window, as .png",
     )
-    add("--verbose", action="store_true", help="tell what happens to the link")
+    add("--verbose", action="store_true", help="log what happens to the link")
     return parser
 
 

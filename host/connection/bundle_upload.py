@@ -1,4 +1,4 @@
-"""Send an orb a new bundle, in pieces, beside whatever else goes on over the link."""
+"""Upload of a bundle to an orb, in chunks, beside other traffic on the link."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, Literal
 
 from controller.protocol.codec import fitted
-from controller.protocol.host_session import Connected, Delivered, Lost, Received
+from controller.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,
@@ -24,7 +24,7 @@ AHEAD: Final = 16  # pieces under way
 PATIENCE_S: Final = 1.0  # without an answer: what was under way is sent again
 REPEATS: Final = 30  # without progress, then it is given up
 PROOF_REPEATS: Final = 600  # the same while the orb proves it; two engines may take minutes
-PROOFS: Final = 3  # begun, without a word of how they went; then it is given up as well
+PROOFS: Final = 3  # begun, without an outcome; then it is given up as well
 NO_OUTCOME: Final = "it did not say what became of it; look at its log, and send it once more"
 
 Stage = Literal["waiting", "sending", "proving", "in use", "declined"]
@@ -36,7 +36,7 @@ class BundleUpload:
     Attributes:
         stage: "waiting" for a connection; "sending"; "proving", when the orb has all of it; then
             "in use" or "declined", also when it is given up.
-        told: What the orb said last, a sentence; "" if nothing. `NO_OUTCOME` when it is given up.
+        told: The orb's last answer, a sentence; "" if nothing. `NO_OUTCOME` when it is given up.
         offset: Bytes that the orb has.
         size: Bytes of the file.
     """
@@ -53,7 +53,7 @@ class BundleUpload:
         )
         self._next = 0  # offset of the next piece to send
         self._heard_s = 0.0
-        self._there = False  # somebody to deliver to
+        self._there = False  # whether a session is live
         self._repeats = 0  # since the last progress
         self._proofs = 0  # begun
 
@@ -68,7 +68,7 @@ class BundleUpload:
         """Take what is new, and send what it asks for.
 
         Args:
-            news: What the receiver told since the last turn.
+            news: What came since the last turn.
             now_s: Seconds that never go back.
             send: Sends a message without waiting.
         """

@@ -17,12 +17,13 @@ is put aside.
 from __future__ import annotations
 
 import errno
-import json
 import logging
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
+
+import tomli_w
 
 from controller.config import parse_toml
 from controller.errors import reason
@@ -118,31 +119,21 @@ class DeviceStore:
             return _parse(parse_toml(read_text(self._path, _MAX_BYTES), _MAX_BYTES))
         except FileNotFoundError:
             return {}
-        except OSError as error:
-            if error.errno not in _DAMAGES:
+        except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and error.errno not in _DAMAGES:
                 self._warn(f"cannot read {self._path}: {reason(error)}")
-                return {}
-            self._put_aside(reason(error))
-            return {}
-        except ValueError as error:
-            self._put_aside(str(error))
+            else:
+                self._put_aside(reason(error) if isinstance(error, OSError) else str(error))
             return {}
 
     def _put_aside(self, why: str) -> None:
+        """Rename a damaged file, in place of the one that was damaged before."""
         try:
-            aside = _free_name(self._path)
-            self._path.rename(aside)
+            aside = self._path.replace(self._path.with_stem(f"{self._path.stem}-damaged"))
         except OSError as error:
             self._warn(f"{self._path} is damaged ({why}), and stays: {reason(error)}")
         else:
             self._warn(f"{self._path} was damaged ({why}); it is now {aside.name}")
-
-
-def _free_name(path: Path) -> Path:
-    number = 1
-    while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
-        number += 1
-    return aside
 
 
 def _parse(table: dict[str, Any]) -> dict[str, KnownDevice]:
@@ -168,13 +159,8 @@ _NAMES: Final = tuple(field.name for field in fields(KnownDevice) if field.name 
 
 
 def _format(known: dict[str, KnownDevice]) -> str:
-    lines = ["# What host remembers of its devices; docs/find.md."]
-    for device in known.values():
-        lines += ["", f"[device.{_written(device.device_id)}]"]
-        lines += [f"{name} = {_written(getattr(device, name))}" for name in _NAMES]
-    return "\n".join([*lines, ""])
-
-
-def _written(value: str | bool) -> str:
-    """Return a value as TOML, which differs from JSON in one control character only."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    devices = {
+        device.device_id: {name: getattr(device, name) for name in _NAMES}
+        for device in known.values()
+    }
+    return "# Devices that host remembers; docs/find.md.\n\n" + tomli_w.dumps({"device": devices})

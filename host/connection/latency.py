@@ -1,4 +1,4 @@
-"""The rest of a frame's way: from the orb's schedule to here, and from here to the screen."""
+"""End-to-end latency of frames: from the orb's schedule to here, and from here to the screen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SHARES: Final = (50.0, 95.0, 99.0)
 
 
 class EndToEndLatency:
-    """How long frames take, hop by hop; it hears what the game hears.
+    """How long frames take, stage by stage; subscribe `on_received` to a receiver.
 
     Attributes:
         pace: What the orb said last of its own hops.
@@ -42,7 +42,7 @@ class EndToEndLatency:
         self._draw: deque[float] = deque(maxlen=FRAMES)
         self._taken_ms: float | None = None  # when the newest frame was, that is not drawn yet
 
-    def hear(self, news: Sequence[Received]) -> None:
+    def on_received(self, news: Sequence[Received]) -> None:
         """Take what is new."""
         now_ms = self._clock_ns() / 1e6
         for item in news:

@@ -1,4 +1,4 @@
-"""The link behind `poll()`: one thread that connects, listens, keeps alive, and connects again.
+"""Link thread behind `poll()`: connects, receives, keeps alive, and connects again.
 
     receiver = Receiver(lambda: open_transport("/dev/ttyACM0"))
     receiver.connect()  # or start(), to keep trying from the first
@@ -19,20 +19,22 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
-from typing import Literal
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal, Protocol
 
 from controller.console import count
 from controller.protocol.auth import NONCE
-from controller.protocol.host_session import Connected as Connected
-from controller.protocol.host_session import Delivered as Delivered
-from controller.protocol.host_session import HostSession, SessionHistory, pause_s
-from controller.protocol.host_session import Lost as Lost
-from controller.protocol.host_session import Missed as Missed
-from controller.protocol.host_session import Received as Received
-from controller.protocol.host_session import Refused as Refused
-from controller.protocol.host_session import Stale as Stale
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Connected as Connected
+from controller.protocol.link_events import Delivered as Delivered
+from controller.protocol.link_events import Lost as Lost
+from controller.protocol.link_events import Missed as Missed
+from controller.protocol.link_events import Received as Received
+from controller.protocol.link_events import Refused as Refused
+from controller.protocol.link_events import Stale as Stale
+from controller.protocol.link_events import pause_s
 from controller.protocol.messages import Command, Message, Welcome
+from controller.protocol.retransmit import SessionHistory
 from host.connection.transport import LinkError as LinkError
 from host.connection.transport import Transport
 
@@ -42,15 +44,44 @@ CONNECT_S = 30.0  # for the first connection: an orb of our own needs seconds to
 
 log = logging.getLogger(__name__)
 
+Listener = Callable[[Sequence[Received]], None]  # takes items, oldest first, without waiting
+
+
+class MessageLink(Protocol):
+    """The part of a `Receiver` that loops need."""
+
+    def poll(self) -> list[Received]:
+        """Return what is new, oldest first, without waiting."""
+
+    def send(self, message: Message) -> object:
+        """Send without waiting."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when there is something to poll, or after the timeout."""
+
+
+def ever_connected(received: Sequence[Received], before: bool) -> bool:
+    """Return whether there was a connection, now or `before`.
+
+    Raises:
+        LinkError: The first connection failed; later ones are tried again and again.
+    """
+    for item in received:
+        if isinstance(item, Refused) and not before:
+            raise LinkError(item.reason)
+        before = before or isinstance(item, Connected)
+    return before
+
 
 class Receiver:
-    """A connection that mends itself.
+    """A link that reconnects by itself.
 
     Attributes:
         state: "connecting" at first; "live"; "stale" when nothing came for 300 ms; "lost" from the
             loss to the next Connected.
         late: Commands dropped because they would have come too late.
         past: What is known of the device's commands, across connections.
+        bytes_received, bytes_sent: Over the port, across connections.
     """
 
     def __init__(
@@ -66,12 +97,13 @@ class Receiver:
         Args:
             open_transport: Opens the port, within seconds, or raises OSError whose text is a
                 sentence for the user. Called on the thread, for every attempt.
-            token: What the device wants to hear.
+            token: The one-time token of the device.
             granted: Whether we shall own the device's clock, see `Grant`.
             key: What every frame is sealed with, on both ends; b"": frames are not sealed.
         """
         self.state: Literal["connecting", "live", "stale", "lost"] = "connecting"
-        self.late = 0
+        self.late = self.bytes_received = self.bytes_sent = 0
+        self._listeners: list[Listener] = []
         self._open = open_transport
         self._token, self._granted, self._key = token, granted, key
         self.past = SessionHistory(host_nonce=secrets.randbits(32) or 1)
@@ -83,14 +115,14 @@ class Receiver:
         self._closing = threading.Event()
         self._failure: BaseException | None = None
         self._first: queue.Queue[Welcome | str] = queue.Queue(maxsize=1)  # outcome of attempt one
-        self._refusal = ""  # the last one told, which is not told again
+        self._refusal = ""  # the last one reported, which is not repeated
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
 
     @property
     def rtt_ms(self) -> int | None:
         """The newest round trip, whole milliseconds; None while none is measured."""
         with self._lock:
-            return None if self._session is None else self._session.echo.rtt_ms
+            return None if self._session is None else self._session.clock.rtt_ms
 
     @property
     def clock_offset_ms(self) -> int | None:
@@ -98,12 +130,16 @@ class Receiver:
         with self._lock:
             return None if self._session is None else self._session.clock_offset_ms
 
+    def subscribe(self, listener: Listener) -> None:
+        """Pass what `poll` returns to a listener first."""
+        self._listeners.append(listener)
+
     def start(self) -> None:
         """Begin to connect, and keep trying."""
         self._thread.start()
 
     def connect(self, timeout_s: float = CONNECT_S) -> Welcome:
-        """Begin, and wait for the outcome of the first attempt; `poll` tells it again.
+        """Begin, and wait for the outcome of the first attempt; `poll` returns it again.
 
         Raises:
             LinkError: It failed; one sentence says why. The receiver is closed.
@@ -112,7 +148,7 @@ class Receiver:
         try:
             outcome = self._first.get(timeout=timeout_s)
         except queue.Empty:
-            outcome = f"the orb did not answer within {timeout_s:g} s; start it anew"
+            outcome = f"the orb did not answer within {timeout_s:g} s; restart it"
         if isinstance(outcome, str):
             self.close()
             self._raise_failure()
@@ -136,10 +172,13 @@ class Receiver:
                 received.append(Missed(1))
             else:
                 received.append(news)
+        if received:
+            for listener in self._listeners:
+                listener(received)
         return received
 
     def send(self, message: Message) -> bool:
-        """Send without waiting; return False if nobody is there, and it is dropped.
+        """Send without waiting; return False if no session is live, and it is dropped.
 
         Raises:
             ProtocolError: The wire cannot carry it.
@@ -148,20 +187,20 @@ class Receiver:
             session, transport = self._session, self._transport
             if session is None or transport is None or not session.send(message, _now_ms()):
                 return False
-            # If the port has gone the thread will notice, too, and tell.
+            # If the port has gone, the thread notices, too, and reports it.
             with contextlib.suppress(OSError):
                 self._flush(session, transport)
                 return True
             return False
 
     def wait(self, timeout_s: float) -> None:
-        """Return when `poll` has something to tell, or after the timeout."""
+        """Return when there is something to poll, or after the timeout."""
         if not self._ready:
             with contextlib.suppress(queue.Empty):
                 self._ready.append(self._inbox.get(timeout=max(timeout_s, 0.0)))
 
     def close(self) -> None:
-        """Say Bye, and end the thread."""
+        """Send Bye, and end the thread."""
         self._closing.set()
         with self._lock:
             if self._transport is not None:
@@ -231,12 +270,13 @@ class Receiver:
         return session.welcomed
 
     def _listen(self, session: HostSession, transport: Transport) -> None:
-        """Read, answer and tell, until the session is over or `close` is called."""
+        """Read, answer and report, until the session is over or `close` is called."""
         while session.state != "over" and not self._closing.is_set():
             with self._lock:
                 self._flush(session, transport)
                 wait_ms = session.wait_ms(_now_ms())
             data = transport.read(wait_ms / 1000)
+            self.bytes_received += len(data)
             with self._lock:
                 now_ms = _now_ms()
                 news = session.receive(data, now_ms) if data else session.tick(now_ms)
@@ -251,7 +291,7 @@ class Receiver:
                 self._tell(news)
 
     def _part(self, session: HostSession, transport: Transport) -> None:
-        """Say Bye if somebody is there, and close the port."""
+        """Send Bye if a session is live, and close the port."""
         with contextlib.suppress(OSError):
             session.close("the host was closed", _now_ms())
             self._flush(session, transport)
@@ -260,6 +300,7 @@ class Receiver:
 
     def _flush(self, session: HostSession, transport: Transport) -> None:
         if session.output:
+            self.bytes_sent += len(session.output)
             transport.write(bytes(session.output))
             session.output.clear()
 

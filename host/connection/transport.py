@@ -1,4 +1,4 @@
-"""Bytes to and from a port: pyserial behind four methods that suit one thread, and its errors.
+"""Transport of bytes to and from a port: pyserial behind four methods that suit one thread.
 
 pyserial opens everything, but waits in its own ways: its methods block, its socket:// sleeps 0.3 s
 when it is closed, leaks the socket if the peer was faster, and forgets error numbers. What is here
@@ -74,7 +74,7 @@ def open_transport(url: str) -> Transport:
     Raises:
         LinkError: It cannot be opened; one sentence says why.
     """
-    make = _Socket if url.startswith("socket://") else serial.serial_for_url
+    make = SocketPort if url.startswith("socket://") else serial.serial_for_url
     try:
         port = make(url, baudrate=BAUD, timeout=0, write_timeout=0, exclusive=True)
     except LinkError:
@@ -165,19 +165,24 @@ def _address(url: str) -> tuple[str, int]:
     raise ValueError("expected is socket://ADDRESS:PORT")
 
 
-class _Socket(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not typed
+class SocketPort(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not typed
     """pyserial's socket:// without delays: no Nagle, no sleep at close, and it always closes."""
 
     def open(self) -> None:
+        """Connect; the port never waits afterwards."""
         self.logger = None
-        self._socket = socket.create_connection(_address(self.portstr), timeout=OPEN_S)
-        if self._socket.getsockname() == self._socket.getpeername():
-            # A connection to a free port of this machine can, by chance, end in itself.
-            self._socket.close()
-            raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
+        self._socket = self._connect()
         self._socket.setblocking(False)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.is_open = True
+
+    def _connect(self) -> socket.socket:
+        connection = socket.create_connection(_address(self.portstr), timeout=OPEN_S)
+        if connection.getsockname() == connection.getpeername():
+            # A connection to a free port of this machine can, by chance, end in itself.
+            connection.close()
+            raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return connection
 
     @property
     def connection(self) -> socket.socket:
@@ -186,6 +191,7 @@ class _Socket(protocol_socket.Serial):  # type: ignore[misc]  # pyserial is not 
         return connection
 
     def close(self) -> None:
+        """Close at once, also if the other end was faster."""
         if self.is_open:
             self.is_open = False
             self._socket.close()
@@ -197,7 +203,7 @@ def _direct(port: Any) -> tuple[Callable[[int], bytes], Callable[[bytes], int]]:
     pyserial's own methods ask the system again whether it is ready, which costs more than reading;
     where they do more than that, as in spy://, they are kept.
     """
-    if isinstance(port, _Socket):
+    if isinstance(port, SocketPort):
         return port.connection.recv, port.connection.send
     if os.name == "posix" and type(port) is serial.Serial:
         number: int = port.fileno()
@@ -240,7 +246,7 @@ class _Selected:
             return b""
         try:
             data = self._receive(CHUNK)
-        except BlockingIOError:  # somebody else was told of it, too
+        except BlockingIOError:  # another reader was faster
             return b""
         if not data:
             raise ConnectionResetError(errno.ECONNRESET, "the other end closed it")

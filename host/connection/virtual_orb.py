@@ -1,4 +1,4 @@
-"""An orb of our own: the virtual one, started as a process and ended with the program."""
+"""Virtual orb as a child process, which ends with the program."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ log = logging.getLogger(__name__)
 class VirtualOrbProcess:
     """A virtual orb that belongs to this program; pass `open` and `token` to a Receiver.
 
-    It answers only to who knows the one-time token, which it gets through its environment. Its
+    It answers only to holders of the one-time token, which it gets through its environment. Its
     standard input is a pipe that ends when this program ends, in whichever way.
 
     Attributes:
-        token: What it wants to hear in Hello.
+        token: The one-time token, for Hello.
         process: The present process; None while there is none.
     """
 
@@ -75,7 +75,7 @@ class VirtualOrbProcess:
         if self.process is None:
             self._start()
         transport = open_transport(self._url)
-        transport.name = "the virtual orb"  # its port is nobody's concern
+        transport.name = "the virtual orb"  # its port means nothing to the user
         return transport
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A player for the demo: looks at the board, decides, and asks the virtual orb's hand to act.
+"""Autoplayer of the demo: looks at the board, decides, and asks the virtual orb's hand to act.
 
 It sees what a player sees, the board, and nothing of what the orb makes of its gestures. It
 errs in no other way than its hand does.
@@ -30,7 +30,7 @@ LAST_S: Final = 3.0  # before the end nothing is begun that could not be answere
 LOOK_S: Final = (0.3, 0.7)  # from the last finger's leaving to the next gesture
 STRAY_S: Final = (9.0, 20.0)  # from one brush or resting hand to the next: >= 2 a minute
 AIM: Final = 0.15  # deviation of where a press is meant, grid units; the hand adds its own
-COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s of somebody's life
+COMMAND_COST: Final = 1.0  # what a gesture is worth in the bot's values: 1.3 s of play
 NUDGE: Final = 0.3  # how often the player lets a piece down a row to see where it will land
 
 
@@ -51,7 +51,7 @@ class Autoplayer:
         self._manual = MANUAL
 
     def meet(self, welcome: Welcome) -> None:
-        """Take note of what an orb says of itself.
+        """Take an orb's labels and commands.
 
         A gesture that is not in the manual, and `hold` that is not either, belong together: that is
         what its owner has taught it.

@@ -1,4 +1,4 @@
-"""The demo: a player, the virtual orb's own hand, and the product's whole path between them.
+"""Closed-loop demo: a player, the virtual orb's own hand, and the whole path between them.
 
 The host owns the clock: it grants the device one tick after another, so that a game is the
 same for its seed at every speed. What the hand truly did comes back with the telemetry, and
@@ -8,7 +8,8 @@ judges what was recognised.
 import json
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -20,7 +21,7 @@ from controller.errors import TroubleError
 from controller.protocol.messages import Command, Grant, Granted, GroundTruth, Perform
 from controller.recognition.event_metric import Answer, Event, judge
 from host.connection.receiver import Connected, Delivered, Lost, Received, Receiver, Refused
-from host.connection.transport import Transport, open_transport
+from host.connection.transport import open_transport
 from host.connection.virtual_orb import VirtualOrbProcess
 from host.demo.autoplayer import Autoplayer
 from host.targets.tetris import TetrisTarget, TickResult
@@ -34,40 +35,6 @@ ANSWER_S: Final = 5.0  # an orb that takes longer for a tick has died
 
 class DemoError(TroubleError, RuntimeError):
     """The demo cannot go on; the message is one sentence."""
-
-
-@dataclass(slots=True)
-class ByteMeter:
-    """Counts the bytes that really crossed the link."""
-
-    received: int = 0
-    sent: int = 0
-
-    def on(self, open_transport: Callable[[], Transport]) -> Callable[[], Transport]:
-        """Return the same opener, its transports counted."""
-
-        def opened() -> Transport:
-            return _Counted(open_transport(), self)
-
-        return opened
-
-
-class _Counted:
-    """A transport that tells the meter."""
-
-    def __init__(self, inner: Transport, meter: ByteMeter) -> None:
-        self._inner, self._meter = inner, meter
-        self.name = inner.name
-        self.wake, self.close = inner.wake, inner.close
-
-    def read(self, timeout_s: float) -> bytes:
-        data = self._inner.read(timeout_s)
-        self._meter.received += len(data)
-        return data
-
-    def write(self, data: bytes) -> None:
-        self._meter.sent += len(data)
-        self._inner.write(data)
 
 
 @dataclass(slots=True)
@@ -95,17 +62,23 @@ class DemoRecord:
                 self.pieces += 1
                 self.lines += len(event.rows)
 
-    def verdict(self, seed: int, seconds: float, meter: ByteMeter) -> dict[str, Any]:
-        """Return the figures: the event metric over every gesture that the hand performed."""
+    def verdict(
+        self, seed: int, seconds: float, received: int = 0, sent: int = 0
+    ) -> dict[str, Any]:
+        """Return the figures: the event metric over every gesture that the hand performed.
+
+        Args:
+            seed: Of the game.
+            seconds: Length of the demo.
+            received: Bytes over the link.
+            sent: The same, to the orb.
+        """
         gestures = [truth for truth in self.truths if self.meant[truth.number]]
         events = [
             Event(truth.onset_ms / 1000, truth.release_ms / 1000, self.meant[truth.number])
             for truth in gestures
         ]
         score = judge(events, [Answer(ms / 1000, name) for ms, name in self.commands])
-        by_command: dict[str, int] = {}
-        for event in events:
-            by_command[event.kind] = by_command.get(event.kind, 0) + 1
         return {
             "seed": seed,
             "seconds": seconds,
@@ -121,9 +94,9 @@ class DemoRecord:
             },
             "pieces": self.pieces,
             "lines": self.lines,
-            "by_command": dict(sorted(by_command.items())),
+            "by_command": dict(sorted(Counter(event.kind for event in events).items())),
             "stray_touches": len(self.truths) - len(gestures),
-            "link_bytes": {"received": meter.received, "sent": meter.sent},
+            "link_bytes": {"received": received, "sent": sent},
             "commands": self.commands,
             "events": [[one.onset_ms, one.release_ms, self.meant[one.number]] for one in gestures],
         }
@@ -137,13 +110,12 @@ class Demo:
     ) -> None:
         self.target = TetrisTarget(seed)
         self.record = DemoRecord()
-        self.meter = ByteMeter()
         self.seed, self.seconds = seed, seconds
         self.tick_number = 0
         self._player = Autoplayer(seed, seconds)
         self._device = VirtualOrbProcess(seed, orb_options)
         opened = self._device.open if link is None else lambda: open_transport(link)
-        self._receiver = Receiver(self.meter.on(opened), token=self._device.token, granted=True)
+        self._receiver = Receiver(opened, token=self._device.token, granted=True)
 
     def __enter__(self) -> "Demo":
         """Start the orb and connect.
@@ -197,14 +169,15 @@ class Demo:
 
     def verdict(self) -> dict[str, Any]:
         """Return the figures so far."""
-        return self.record.verdict(self.seed, self.now_s, self.meter)
+        link = self._receiver
+        return self.record.verdict(self.seed, self.now_s, link.bytes_received, link.bytes_sent)
 
     def _perform(self, performance: Perform, command: str) -> None:
         self.record.meant[performance.number] = command
         self._receiver.send(performance)
 
     def _answer(self, until: int) -> list[Received]:
-        """Return everything that the device says up to `until`."""
+        """Return all messages of the device up to `until`."""
         received: list[Received] = []
         deadline = time.monotonic() + ANSWER_S
         while True:

@@ -1,4 +1,4 @@
-"""The serial ports that the system knows, without opening one, and which of them may be an orb's.
+"""List of the system's serial ports, without opening one, and which may be an orb's.
 
     python -m host.discovery.ports     prints them as JSON; a process, because listing can hang
 
@@ -7,15 +7,23 @@ Windows' list stalls on Bluetooth ports whose device is away (pyserial issue 450
 
 from __future__ import annotations
 
+import asyncio
 import json
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from serial.tools import list_ports
+
+from controller.links.bluetooth import bluez
+from controller.links.bluetooth.bluez import BluetoothError, Bus, Objects, bonded, devices
+from controller.links.bluetooth.identifiers import ALIAS, SERVICE_UUID
+
+BLUEZ_S: Final = 2.0  # for BlueZ to answer
 LIST_S: Final = 5.0  # for the list; then there is none
 PRODUCT: Final = "orbtouch"  # in a USB descriptor of ours, in any case
-# What a Raspberry Pi says over its own USB port, when it is set up as a serial device.
+# USB identities of a Raspberry Pi's own USB port, when it is set up as a serial device.
 USB: Final = {
     (0x0525, 0xA4A7): "Linux serial gadget",
     (0x1D6B, 0x0104): "Linux composite gadget",
@@ -30,7 +38,7 @@ class Port:
 
     Attributes:
         url: Its name.
-        why: Why it may be an orb's; "" if nothing says so.
+        why: Why it may be an orb's; "" for no reason.
         about: What the system calls it.
         key: The file with the key that the orb there was met with; "": none.
     """
@@ -57,7 +65,7 @@ def listed() -> list[Port]:
 
 
 def describe(entry: Any) -> Port:
-    """Return what one entry of pyserial's list tells.
+    """Return the port of one entry of pyserial's list.
 
     Args:
         entry: A `serial.tools.list_ports_common.ListPortInfo`.
@@ -73,15 +81,34 @@ def describe(entry: Any) -> Port:
     return Port(entry.device, "", about)
 
 
+def paired() -> list[Port]:
+    """Return the orbs that BlueZ has paired; none where there is no BlueZ. Nothing is opened."""
+    if not bluez.available():
+        return []
+    try:
+        objects = asyncio.run(asyncio.wait_for(_objects(), BLUEZ_S))
+    except (BluetoothError, TimeoutError):
+        return []
+    return [
+        Port(f"rfcomm://{device['Address']}", "paired over Bluetooth", str(device.get("Alias", "")))
+        for device in devices(objects).values()
+        if bonded(device)
+        and (SERVICE_UUID in device.get("UUIDs", ()) or device.get("Alias") == ALIAS)
+    ]
+
+
+async def _objects() -> Objects:
+    bus = await Bus.connect()
+    try:
+        return await bus.objects()
+    finally:
+        bus.close()
+
+
 def main() -> None:
     """Print what pyserial lists, and orbs that are paired over Bluetooth."""
-    from serial.tools import list_ports
-
-    from host.bluetooth import paired
-
     found = [describe(entry) for entry in list_ports.comports()]
-    found += [Port(url, "paired over Bluetooth", name) for url, name in paired.orbs()]
-    print(json.dumps([asdict(port) for port in found]))
+    print(json.dumps([asdict(port) for port in (*found, *paired())]))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Ask one port who is there, and say so as one line of JSON.
+"""Probe of one port for an orb; prints one line of JSON.
 
     python -m host.discovery.probe URL [KEYFILE]
 
-It is a process of its own, so that whoever asks can give up on it. It says Hello, waits for the
-answer, says Bye, and leaves.
+It is a process of its own, which the caller can kill. It sends Hello, waits for the answer, and
+sends Bye.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from typing import Literal
 
 from controller.protocol import psk
 from controller.protocol.auth import NONCE
-from controller.protocol.host_session import Connected, HostSession, Received, Refused
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Connected, Received, Refused
 from controller.protocol.messages import SILENCE_MS
 from host.connection.transport import Transport, open_transport
 
@@ -33,7 +34,7 @@ class Answer:
     Attributes:
         url: The port.
         outcome: "orb": a device, named below; "refused": one that would not talk to us;
-            "foreign": something else, or nobody; "closed": it does not open; "stuck": no end of it.
+            "foreign": something else, or nothing; "closed": it does not open; "stuck": it hangs.
         why: One sentence, if it is no orb.
         device_id: The device's identity.
         name: What it calls itself.
@@ -49,7 +50,7 @@ class Answer:
 
 
 def ask(url: str, key: str = "", *, clock: Callable[[], float] = time.monotonic) -> Answer:
-    """Open a port, and ask who is there.
+    """Open a port, and probe it.
 
     Args:
         url: The port.

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.errors import how_to_install
-from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Command, Telemetry, Welcome
 from host.taps.base import Tap, TapError, TapUnavailableError
 
 NETWORK: Final = "network"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from controller.errors import how_to_install
-from controller.protocol.messages import Command, Telemetry, Welcome, image_from_bytes
+from controller.protocol.codec import image_from_bytes
+from controller.protocol.messages import Command, Telemetry, Welcome
 from host.taps.base import Tap, TapError, TapUnavailableError
 
 if TYPE_CHECKING:

@@ -26,9 +26,8 @@ from tetris.engine.events import Paused
 from tetris.engine.game import Action, Config, Event, Game, Phase
 from tetris.files import config_folder
 from tetris.window import bindings
-from tetris.window.keys import Keys
-from tetris.window.menu_navigation import OF_ACTION, OF_CODE, MenuStep
-from tetris.window.settings import FILE_NAME, Settings, changed, load
+from tetris.window.menu import OF_ACTION, OF_CODE, MenuStep
+from tetris.window.settings import FILE_NAME, Settings, changed, hands, load
 from tetris.window.theme_choice import ThemeChoice
 
 # An orb gives about one command a second, and a placement needs up to eight: at level 3 a
@@ -91,7 +90,7 @@ class TetrisTarget(Target):
         self._settings = settings or Settings()
         self._look = _look(self._settings)
         self.game = Game(seed, config or PACE)
-        self.keys = _hands(self._settings)
+        self.keys = hands(self._settings)
         self.correcting = CorrectionKeys()
         self.reason = ""
         self._now_s = 0.0
@@ -274,15 +273,6 @@ class TetrisTarget(Target):
 def _look(settings: Settings) -> ThemeChoice:
     """Return the player's theme settings, in the colours and the language of the panel."""
     return ThemeChoice.chosen(changed(settings, theme="dark", language="en"))
-
-
-def _hands(settings: Settings) -> Keys:
-    return Keys(
-        bindings.table(settings.keys),
-        das_s=settings.das_ms / 1000,
-        arr_s=settings.arr_ms / 1000,
-        drop_guard=settings.drop_guard,
-    )
 
 
 def create(options: TargetOptions) -> TetrisTarget:

@@ -1,4 +1,4 @@
-"""`That was a twist`: keys with which a player tells the orb what the latest touch was.
+"""Keyboard shortcuts that correct the orb's latest recognition: `that was a twist`.
 
 Ctrl+1 ... 9: it was that gesture, in the order of the panel; Ctrl+0: it was none; Ctrl+backspace:
 take the last correction back. The orb learns it while play goes on (docs/teach.md).
@@ -10,7 +10,7 @@ import pygame
 
 from controller.protocol.messages import Correction, UploadStatus
 
-SHOWN_S: Final = 6.0  # what the orb says of it stands below the dome for so long
+SHOWN_S: Final = 6.0  # how long its answer stands below the dome
 PATIENCE_S: Final = 60.0  # while it learns
 NULL_LABEL: Final = "null"
 _FIRST: Final = pygame.K_1
@@ -18,14 +18,14 @@ _LAST: Final = pygame.K_9
 
 
 class CorrectionKeys:
-    """Corrections on their way to the orb, and what it says of them.
+    """Corrections to send to the orb, and its answers.
 
     Attributes:
         labels: The orb's, "null" first; empty before the handshake.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing to say."""
+        """Begin without a correction."""
         self.labels: tuple[str, ...] = ()
         self._due: list[Correction] = []
         self._told, self._until_s = "", 0.0
@@ -50,12 +50,12 @@ class CorrectionKeys:
         return True
 
     def outgoing(self) -> list[Correction]:
-        """Return what the orb has to be told, once."""
+        """Return the corrections to send, each once."""
         due, self._due = self._due, []
         return due
 
     def answer(self, message: UploadStatus, now_s: float) -> None:
-        """Take what the orb says of it."""
+        """Take the orb's answer."""
         if message.told:
             busy = message.told == "learning"
             self._say(message.told, now_s, PATIENCE_S if busy else SHOWN_S)

@@ -1,4 +1,4 @@
-"""The dome as a picture: a lit balloon, and the field of the taxels living on it.
+"""Picture of the dome: a lit balloon, and the heat map of the taxels on it.
 
 The balloon is drawn once per size, in NumPy and with supersampling. The field is drawn for every
 picture: a small image is looked up in one table of colours and scaled up, which costs less than
@@ -46,12 +46,13 @@ _RAMP: Final = (
 
 
 def _smooth(edge_low: float, edge_high: float, value: Array) -> Array:
+    """Return the smooth step of values of any shape, 0 below the low edge, 1 above the high one."""
     t = np.clip((value - edge_low) / (edge_high - edge_low), 0.0, 1.0)
     return np.asarray(t * t * (3 - 2 * t), np.float32)
 
 
 def _normals(x: Array, y: Array) -> tuple[Array, Array, Array]:
-    """Return the unit normals of an inflated membrane over the unit disc."""
+    """Return the unit normals of an inflated membrane over the unit disc, each (height, width)."""
     inside = np.minimum(x * x + y * y, 1.0)
     slope = 0.86 / np.sqrt(1.07 - inside)  # steep at the clamp, flat on top
     nx, ny = x * slope, y * slope
@@ -85,7 +86,7 @@ def _lit(x: Array, y: Array) -> Array:
 
 @lru_cache(maxsize=4)
 def balloon(radius_px: int) -> pygame.Surface:
-    """Return the dome on its base, with its shadow, seen from above.
+    """Return the dome on its base, with its shadow, seen from above; drawn as (side, side, 4).
 
     The surface is square, with the dome's centre in its middle; `PADDING` of the radius lies
     round the dome.
@@ -100,6 +101,7 @@ def balloon(radius_px: int) -> pygame.Surface:
     picture = np.zeros((steps, steps, 4), np.float32)
 
     def lay(colour: Array, alpha: Array) -> None:
+        """Lay a colour, (3,) or (height, width, 3), over the picture; alpha is (height, width)."""
         below = picture[..., 3:]
         cover = alpha[..., None]
         total = cover + below * (1 - cover)
@@ -126,6 +128,7 @@ def balloon(radius_px: int) -> pygame.Surface:
 
 
 def _surface(rgba: NDArray[np.uint8]) -> pygame.Surface:
+    """Return the surface of pixels, (height, width, 4)."""
     height, width = rgba.shape[:2]
     surface = pygame.image.frombuffer(np.ascontiguousarray(rgba).tobytes(), (width, height), "RGBA")
     return surface.convert_alpha() if pygame.display.get_surface() else surface.copy()
@@ -133,7 +136,7 @@ def _surface(rgba: NDArray[np.uint8]) -> pygame.Surface:
 
 @lru_cache(maxsize=1)
 def _colours() -> NDArray[np.uint32]:
-    """Return 0xAARRGGBB for each level of heat times each level of shade."""
+    """Return 0xAARRGGBB of each heat and shade, (HEAT_LEVELS * SHADE_LEVELS,), shade fastest."""
     stops = np.array([stop for stop, _ in _RAMP], np.float32)
     table = np.array([colour for _, colour in _RAMP], np.float32)
     heat = np.linspace(-1, 1, HEAT_LEVELS, dtype=np.float32)
@@ -157,6 +160,7 @@ def _weights(taxels: int, radius: float) -> tuple[Array, Array]:
     """
 
     def kernel(t: Array) -> Array:
+        """Return the weights at distances, (FIELD, taxels), in taxels."""
         t = np.abs(t)
         near = (7 * t**3 - 12 * t**2 + 16 / 3) / 6
         far = (-7 / 3 * t**3 + 12 * t**2 - 20 * t + 32 / 3) / 6
@@ -177,7 +181,7 @@ def _weights(taxels: int, radius: float) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=1)
 def _inside() -> Array:
-    """Return how much of the field shows at each pixel: 1 on the dome, 0 at the clamp."""
+    """Return the opacity of the field, (FIELD, FIELD): 1 on the dome, 0 at the clamp."""
     line = (np.arange(FIELD, dtype=np.float32) + 0.5) / FIELD * 2 - 1
     x, y = np.meshgrid(line, -line)
     return _smooth(0.985, 0.72, np.sqrt(x * x + y * y))

@@ -11,6 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.protocol.codec import image_from_bytes
 from controller.protocol.messages import (
     Command,
     Contact,
@@ -18,7 +19,6 @@ from controller.protocol.messages import (
     Telemetry,
     UserIdentified,
     Welcome,
-    image_from_bytes,
 )
 
 Deviation = NDArray[np.float32]  # (rows, columns), z - 1: 0 where untouched, top row first
@@ -58,8 +58,8 @@ class OrbState:
         hops: How long frames take: in the orb, from its schedule to here, to the screen.
         period_ms: From frame to frame in the orb; 0 while it has not said.
         health: What is wrong with the sensor, worst first; stands in the hint's place.
-        user: Who touches, as far as the device can tell; "" nobody that it knows.
-        sure: How probable that is; 0 where it knows nobody at all.
+        user: The identified user; "" for none that it knows.
+        sure: How probable that is; 0 where the device knows no users.
     """
 
     link: LinkState = "connecting"

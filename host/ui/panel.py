@@ -1,6 +1,7 @@
-"""The orb on the screen: what it feels and what it understood, drawn from telemetry only."""
+"""Panel of the orb: its image, its recognition and its link, drawn from telemetry only."""
 
 from dataclasses import dataclass
+from textwrap import TextWrapper
 from typing import Final
 
 import pygame
@@ -23,9 +24,9 @@ _LINK: Final[dict[LinkState, tuple[str, Colour]]] = {
 }
 _PILL: Final = 64  # design units that "virtual" takes
 _RATE: Final = 76  # that the rate takes at most
-_REASON_LETTERS: Final = 40  # a line below the dome
+_REASON: Final = TextWrapper(40, break_long_words=False, break_on_hyphens=False)  # below the dome
 _REASON_LINES: Final = 5
-_HEALTH_LETTERS: Final = 52  # smaller ones
+_HEALTH: Final = TextWrapper(52, break_long_words=False, break_on_hyphens=False)  # in small letters
 _SILENT: Final = {"connecting": "connecting", "stale": "no word from the orb", "lost": "link lost"}
 
 
@@ -63,7 +64,7 @@ class Panel:
         self.place(pygame.Rect(0, 0, WIDTH, HEIGHT), DomeArea())
 
     def place(self, rect: pygame.Rect, pad: DomeArea) -> None:
-        """Say where the orb is to be drawn, and which; changes `projection`."""
+        """Set where the orb is drawn, and which; changes `projection`."""
         self.rect = rect
         self._unit = sprites.SpriteScale(min(rect.width / WIDTH, rect.height / HEIGHT))
         self._inner = rect.width - 2 * self._unit.px(18)  # pixels: what a line of text may take
@@ -161,9 +162,9 @@ class Panel:
         surface.blit(label, label.get_rect(center=box.center))
 
     def _caption(self, surface: pygame.Surface, view: OrbState, top: int) -> int:
-        """Say below the dome what matters most; return where the next part begins."""
+        """Draw below the dome what matters most; return where the next part begins."""
         if view.health and not view.gesture:
-            for number, line in enumerate(_wrapped(view.health[0], _HEALTH_LETTERS)[:2]):
+            for number, line in enumerate(_HEALTH.wrap(view.health[0])[:2]):
                 label = self._unit.text(line, 16, theme.WARN, self._inner)
                 at = (self.rect.centerx, top + self._unit.px(17) * number)
                 surface.blit(label, label.get_rect(midtop=at))
@@ -176,8 +177,8 @@ class Panel:
         return top + self._unit.px(36)
 
     def _reason(self, surface: pygame.Surface, view: OrbState, top: int) -> None:
-        """Say why there is no link, where the probabilities would be."""
-        for line in _wrapped(view.reason, _REASON_LETTERS)[:_REASON_LINES]:
+        """Draw why there is no link, where the probabilities would be."""
+        for line in _REASON.wrap(view.reason)[:_REASON_LINES]:
             label = self._unit.text(line, 19, theme.TEXT, self._inner)
             surface.blit(label, label.get_rect(midtop=(self.rect.centerx, top)))
             top += self._unit.px(22)
@@ -260,13 +261,3 @@ class Panel:
 
 def _step(alpha: float) -> int:
     return min(255, max(0, round(alpha / 16) * 16))
-
-
-def _wrapped(message: str, letters: int) -> list[str]:
-    lines: list[str] = []
-    for word in message.split():
-        if lines and len(lines[-1]) + 1 + len(word) <= letters:
-            lines[-1] += " " + word
-        else:
-            lines.append(word)
-    return lines

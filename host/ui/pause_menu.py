@@ -1,12 +1,11 @@
-"""The menu of a game that its player has stopped; the orb's six commands are enough for it."""
+"""Menu of a paused game; the orb's six commands are enough for it."""
 
 from collections.abc import Callable
 from typing import Final
 
 import pygame
 
-from tetris.window.menu import Cursor, Item, Menu
-from tetris.window.menu_navigation import MenuStep
+from tetris.window.menu import Cursor, Item, Menu, MenuStep
 from tetris.window.menu_view import MenuView
 from tetris.window.scenery import draw_card
 from tetris.window.settings import Settings, stepped
@@ -18,7 +17,7 @@ _PANEL: Final = 470  # the menu's width in them
 
 
 class PauseMenu:
-    """Go on, begin anew, or change what is seen."""
+    """Go on, restart, or change what is seen."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""From a mouse or a touch screen to fingers on the virtual orb; no pixels, no clock.
+"""Pointer input: mouse and touch screen to fingers on the virtual orb; no pixels, no clock.
 
 Everything is in grid units, x to the right and y up, as the player sees the dome.
 A mouse has three ways to touch:
@@ -35,7 +35,7 @@ TWIST_FINGERS_DEG: Final = (270.0, 57.0, 90.0, 123.0)
 RIM_MARGIN: Final = 0.55  # grid units beyond the outer taxels, where the rim begins
 SKIRT: Final = 1.8  # grid units from the outer taxel to the clamp: 38 mm dome, 10 mm pitch
 EDGE: Final = 0.96  # of the dome's radius: a finger slides along the clamp, never over it
-DEAD_CENTRE: Final = 0.3  # grid units; nearer to the centre an angle says nothing
+DEAD_CENTRE: Final = 0.3  # grid units; nearer to the centre an angle means nothing
 
 SEND_EVERY_S: Final = 1 / 60  # a moving finger is sent at most this often
 KEEP_ALIVE_S: Final = 0.1  # a resting finger is repeated, so that silence means loss
@@ -95,7 +95,7 @@ class DomeArea:
 
 @dataclass
 class PointerInput:
-    """Fingers on the dome, and when to tell the device about them.
+    """Fingers on the dome, and when to send them to the device.
 
     Positions are in grid units, times in seconds of any clock that never turns back.
     `two_fingers` makes the left button pinch; see `hold_two` for the key that switches it.

@@ -1,4 +1,4 @@
-"""The cards beside the game: what was understood lately, and how to touch and play."""
+"""Cards beside the game: the latest commands, and how to touch and play."""
 
 from typing import Final
 

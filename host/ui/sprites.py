@@ -155,7 +155,7 @@ def rim_arrows(radius: int, colour: Colour, alpha: int) -> pygame.Surface:
 
 @lru_cache(maxsize=256)
 def icon(name: str, size: int, colour: Colour) -> pygame.Surface:
-    """Return the icon of a gesture or a command; a name nobody drew gets a dot."""
+    """Return the icon of a gesture or a command; an unknown name gets a dot."""
     surface = _canvas((size, size))
     _ICONS.get(name, _dot)(surface, colour, size * SMOOTH)
     return pygame.transform.smoothscale(surface, (size, size))

@@ -7,10 +7,9 @@ A command's file has
     EXAMPLE      a first thing to try
     add(parser)  its options
     run(arguments) -> int  does it; the exit status
-    resumes(arguments) -> bool  whether the same command goes on where Ctrl-C ended it; optional
 
 and imports at its top only what every machine has: PyTorch and the like inside `run`, after
-`models.cli._extras.require`.
+`models.cli._options.require`. A command that resumes after Ctrl-C sets the default `resumes`.
 """
 
 import importlib

@@ -37,8 +37,9 @@ def _run(words: Sequence[str]) -> int:
         return console.INTERRUPTED
     if sys.stderr.isatty():  # behind what shows how far it has come
         print(file=sys.stderr)
-    goes_on = arguments.resumes(arguments)
-    kept = "the same command goes on from here" if goes_on else "every file written is whole"
+    kept = (
+        "the same command goes on from here" if arguments.resumes else "every file written is whole"
+    )
     return console.complain("models", f"interrupted; {kept}", console.INTERRUPTED)
 
 
@@ -76,8 +77,6 @@ def _parser(first: Sequence[str]) -> argparse.ArgumentParser:
         options = listed.add_parser(
             name, help=command.SUMMARY, description=command.DESCRIPTION, epilog=command.EXAMPLE
         )
+        options.set_defaults(run=command.run, resumes=False)
         command.add(options)
-        options.set_defaults(
-            run=command.run, resumes=getattr(command, "resumes", lambda arguments: False)
-        )
     return parser

@@ -1,13 +1,65 @@
-"""Kinds of values that the commands' options take; what does not fit is one sentence."""
+"""Options that several commands have, kinds of values, and the check for optional packages."""
 
 import argparse
+import os
 import sys
 from collections.abc import Callable
+from dataclasses import fields
+from importlib.util import find_spec
+from typing import Any, Final
+
+from controller.errors import how_to_install
+
+# Module -> its package name.
+PACKAGES: Final = {
+    "torch": "torch",
+    "tomli_w": "tomli-w",
+    "jinja2": "jinja2",
+    "matplotlib": "matplotlib",
+    "sklearn": "scikit-learn",
+    "joblib": "joblib",
+    "distributed": "dask[distributed]",
+}
+# PyTorch with one thread, and a GPU that adds up in one order.
+ENVIRONMENT: Final = {"OMP_NUM_THREADS": "1", "CUBLAS_WORKSPACE_CONFIG": ":4096:8"}
 
 
 def say(line: str) -> None:
     """Print a message: to standard error, because results go to standard output."""
     print(line, file=sys.stderr, flush=True)
+
+
+def require(what: str, *modules: str, extra: str = "train") -> None:
+    """Check for optional packages; where PyTorch is among them, prepare its environment.
+
+    Args:
+        what: The purpose: "training".
+        modules: Required modules, of `PACKAGES`.
+        extra: The extra of pyproject.toml that holds them.
+
+    Raises:
+        ValueError: One is not installed; the message has the command to install it.
+    """
+    missing = [PACKAGES[module] for module in modules if find_spec(module) is None]
+    if missing:
+        raise ValueError(
+            f"{what} needs {' and '.join(missing)}; install it with: {how_to_install(extra)}"
+        )
+    if "torch" in modules:
+        for name, value in ENVIRONMENT.items():  # before PyTorch is imported
+            os.environ.setdefault(name, value)
+
+
+def chosen(arguments: argparse.Namespace, kind: type[Any]) -> dict[str, Any]:
+    """Return the values of options that are fields of a dataclass, by name."""
+    given = vars(arguments)
+    return {field.name: given[field.name] for field in fields(kind) if field.name in given}
+
+
+def take_labels(parser: argparse.ArgumentParser, words: str) -> None:
+    """Add the option that chooses the source of the labels."""
+    sources = ("auto", "true", "button", "key", "cue")
+    parser.add_argument("--labels", choices=sources, default="auto", help=words)
 
 
 def take_all(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +92,7 @@ def minutes(text: str) -> float:
 
 
 def whole(least: int, most: int) -> Callable[[str], int]:
-    """Return what reads whole numbers of a range."""
+    """Return a parser of whole numbers in a range."""
 
     def read(text: str) -> int:
         value = int(text)
@@ -53,7 +105,7 @@ def whole(least: int, most: int) -> Callable[[str], int]:
 
 
 def number(least: float, most: float) -> Callable[[str], float]:
-    """Return what reads numbers of a range."""
+    """Return a parser of numbers in a range."""
 
     def read(text: str) -> float:
         value = float(text)

@@ -32,11 +32,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("bundle", type=Path, nargs="?", help="default: the one that ships")
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels count; auto: the truth where it is known, else what people said, "
+    options.take_labels(
+        parser,
+        "source of the labels; auto: the truth where it is known, else people's labels, "
         "moved to where the touches were (default: auto)",
     )
     add(
@@ -47,7 +45,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add("--sessions", type=options.count, default=20, help="simulated, a preset (default: 20)")
     add("--minutes", type=options.minutes, default=6.0, help="of each of them (default: 6)")
-    add("--hand", choices=("person", "pointer"), default="person", help="whose touches they are")
+    add(
+        "--hand",
+        choices=("person", "pointer"),
+        default="person",
+        help="source of the simulated touches (default: person)",
+    )
     add("--card", type=Path, metavar="FILE", help="write the figures as Markdown")
     add("--json", type=Path, metavar="FILE", help="write them as JSON")
     add("--html", type=Path, metavar="FILE", help="write them as a report to look at")
@@ -56,16 +59,15 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge the bundle."""
     from controller.bundles import bundle
-    from models import json_values, user_files
-    from models.cli import _extras as extras
     from models.evaluation.evaluate import evaluate, summarise, summarise_broken
     from models.reports import cards
+    from models.results import storage
     from models.results.evaluation import Evaluation
 
     for path in filter(None, (arguments.card, arguments.json)):
-        user_files.target(path)
+        storage.target(path)
     if arguments.html:
-        extras.require("a report", "jinja2", "matplotlib")
+        options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
 
         page.read(arguments.html)  # a file that is no report is refused before the work begins
@@ -97,9 +99,9 @@ def run(arguments: argparse.Namespace) -> int:
     content = cards.evaluation(found)
     print(content)
     if arguments.card:
-        user_files.write_text(arguments.card, f"{content}\n")
+        storage.write_text(arguments.card, f"{content}\n")
     if arguments.json:
-        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
+        storage.write_json(arguments.json, found)
     if arguments.html:
         page.write(arguments.html, page.ReportData(evaluation=found))
     return 0
@@ -109,19 +111,14 @@ def _recorded(
     loaded: "Bundle", arguments: argparse.Namespace
 ) -> tuple[dict[str, Played], list[str], str]:
     """Return each folder as a set and all files as one, what can be broken in them, and a note."""
-    from controller.recordings import reader
     from models.data import examples, test_sessions
     from models.data import faults as faulty
 
     grid = loaded.rows, loaded.columns
-    sets: dict[str, Played] = {}
-    loose = [path for path in arguments.data if not path.is_dir()]
-    for paths in [[path] for path in arguments.data if path.is_dir()] + ([loose] if loose else []):
-        files = examples.recording_files(paths)
-        for file in files:
-            reader.survey(file)  # a file that cannot be read is refused before the work begins
-        name = str(paths[0]) if paths is not loose else "recordings"
-        sets[name] = partial(test_sessions.named, files, grid)
+    sets: dict[str, Played] = {
+        name: partial(test_sessions.named, files, grid)
+        for name, files in examples.recording_sets(arguments.data).items()
+    }
     note = (
         "How a dead electrode reads cannot be known from recordings: its taxels are taken not to "
         "react."
@@ -155,4 +152,4 @@ def _simulated(
 
 
 def _quiet(line: str) -> None:
-    """Say nothing: one line for a fault is enough."""
+    """Ignore progress: one line for a fault is enough."""

@@ -1,7 +1,6 @@
 """`models figures`: figure 7 of the paper, for both recipes and presets."""
 
 import argparse
-import os
 from pathlib import Path
 from typing import Final
 
@@ -22,6 +21,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add(
         "--out",
@@ -56,12 +56,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and draw."""
-    from models import user_files
-    from models.cli import _extras as extras
     from models.reports import markdown
 
-    extras.require("drawing figures", "torch", "matplotlib")
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    options.require("drawing figures", "torch", "matplotlib")
     from models.studies.figure7 import report, study
     from models.studies.figure7.experiments import Settings
     from models.training.loop import prepare_torch
@@ -69,19 +66,13 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.out.is_dir():
         raise ValueError(f"{arguments.out} is no directory; make it first")
     if arguments.paper:
-        markdown.check(arguments.paper, report.BEGIN, report.END)
+        markdown.check(arguments.paper, report.COMMAND)
     prepare_torch(arguments.seed)
     settings = Settings(arguments.minutes, arguments.epochs, arguments.place_epochs, arguments.seed)
     found = study.measure(settings, arguments.out / report.MEASURED, options.say)
     for path in report.draw(found, arguments.out):
         options.say(f"wrote {path}")
     if arguments.paper:
-        page = user_files.read_text(arguments.paper)
-        user_files.write_text(arguments.paper, report.into(page, found))
+        markdown.update(arguments.paper, report.COMMAND, report.text(found))
     print(report.text(found))
     return 0
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command continues an interrupted one."""
-    return True

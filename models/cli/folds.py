@@ -1,14 +1,11 @@
 """`models folds`: cross-validation over people or sessions."""
 
 import argparse
-import os
 import shlex
 import sys
-from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
-from models.cli import _extras as extras
 from models.cli import _options as options
 from models.data.recipe import STEPS
 
@@ -26,6 +23,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="the figures, as JSON")
@@ -46,12 +44,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="images in a window, for both models (default: those of one second)",
     )
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels to learn and to judge by (default: auto: the first of these that names "
-        "a gesture)",
+    options.take_labels(
+        parser,
+        "source of the labels (default: auto: the first of these that names a gesture)",
     )
     options.take_all(parser)
     add(
@@ -77,22 +72,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, judge, and print the report."""
-    extras.require("training in folds", "torch", "sklearn")
-    # Before PyTorch is imported: one thread, and a GPU that adds in one order.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    options.require("training in folds", "torch", "sklearn")
     from models.studies import fold_card
     from models.studies.cross_validation import Request, cross
 
-    known = {field.name for field in fields(Request)}
-    chosen = {key: value for key, value in vars(arguments).items() if key in known}
+    chosen = options.chosen(arguments, Request)
     request = Request(**chosen, command=f"models {shlex.join(sys.argv[1:])}")
     found = cross(request, options.say)
     print(fold_card.text(found))
     options.say(f"wrote {request.out}")
     return 0
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
-    return True

@@ -26,11 +26,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parser.add_argument
     add("data", type=Path, nargs="*", metavar="DIR", help="recordings, or folders of them")
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="source of the labels; auto: the truth where it is known, else people's labels, "
+    options.take_labels(
+        parser,
+        "source of the labels; auto: the truth where it is known, else people's labels, "
         "moved to the touches (default: auto)",
     )
     add(
@@ -57,22 +55,20 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print, and draw."""
-    from models import user_files
-    from models.cli import _extras as extras
     from models.reports import markdown
 
-    extras.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    options.require("estimating information", "torch", "sklearn", "matplotlib", "jinja2")
     from models.studies.information import games, report, results, study, tables
 
     out = arguments.out
+    arguments.resumes = out is not None
     if out and not out.is_dir():
         raise ValueError(f"{out} is no directory; make it first")
     for name in arguments.only:
         if name not in PARTS:
             raise ValueError(f"there is no part {name!r}; there are {', '.join(PARTS)}")
     if arguments.paper:
-        markdown.check(arguments.paper, tables.BEGIN, tables.END)
+        markdown.check(arguments.paper, tables.COMMAND)
     kept = out / results.MEASURED if out else None
     sets, players = _sets(arguments), _players(arguments.games)
     found = study.measure(sets, arguments.only, arguments.workers, kept, options.say)
@@ -84,33 +80,21 @@ def run(arguments: argparse.Namespace) -> int:
         for path in report.write(out, found):
             options.say(f"wrote {path}")
     if arguments.paper:
-        page = user_files.read_text(arguments.paper)
-        user_files.write_text(arguments.paper, tables.into(page, found))
+        markdown.update(arguments.paper, tables.COMMAND, tables.text(found))
     return 0
 
 
 def _sets(arguments: argparse.Namespace) -> "list[RecordingSet]":
     """Return each folder as a set, and all single files as one; without any, both presets."""
-    from controller.recordings import reader
     from models.data import examples
     from models.studies.information import study
 
     if not arguments.data:
         return study.simulated(arguments.quick)
-    folders = [path for path in arguments.data if path.is_dir()]
-    single = [path for path in arguments.data if not path.is_dir()]
-    names = [path.name or str(path) for path in folders]
-    if len(set(names)) < len(names):  # two folders of one name
-        names = [str(path) for path in folders]
-    groups = [*zip(names, ([path] for path in folders), strict=True), ("recordings", single)]
-    made = []
-    for name, paths in groups:
-        if paths:
-            files = tuple(examples.recording_files(paths))
-            for file in files:
-                reader.survey(file)  # an unreadable file is refused before anything is measured
-            made.append(study.RecordingSet(name.replace("|", "_"), files, "", arguments.labels))
-    return made
+    return [
+        study.RecordingSet(name.replace("|", "_"), tuple(files), "", arguments.labels)
+        for name, files in examples.recording_sets(arguments.data).items()
+    ]
 
 
 def _players(paths: list[Path]) -> "dict[str, list[Session]]":
@@ -125,8 +109,3 @@ def _players(paths: list[Path]) -> "dict[str, list[Session]]":
         name = path.name if path.is_dir() else "games"
         made.setdefault(name, []).extend(games.read(file) for file in files)
     return made
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command continues an interrupted one."""
-    return arguments.out is not None

@@ -40,13 +40,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Choose and write."""
     from controller import console
     from controller.bundles import bundle
-    from models import user_files
-    from models.cli import _extras as extras
     from models.data.examples import read_training
+    from models.results import storage
     from models.training import rehearsal
 
-    user_files.bundle_target(arguments.out)
-    extras.require("writing a bundle", "tomli_w")
+    storage.bundle_target(arguments.out)
+    options.require("writing a bundle", "tomli_w")
     loaded = bundle.read(arguments.bundle)
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     chosen = rehearsal.choose(loaded, recordings, arguments.frames)

@@ -19,6 +19,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add("--out", type=Path, required=True, metavar="DIR", help="folder to write into")
     add("--users", type=options.count, default=10, metavar="N", help="how many play (default: 10)")
@@ -50,7 +51,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add(
         "--one-orb",
         action="store_true",
-        help="everybody touches the same orb, on days of their own (default: each session has "
+        help="all users touch the same orb, on days of their own (default: each session has "
         "another orb)",
     )
     add(
@@ -77,6 +78,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--rate",
+        dest="rate_hz",
         type=options.number(1.0, 200.0),
         default=10.0,
         metavar="HZ",
@@ -92,6 +94,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("--columns", type=options.taxels, default=5, metavar="C", help="taxel columns (default: 5)")
     add(
         "--pitch",
+        dest="pitch_mm",
         type=options.number(0.5, 34.0),
         metavar="MM",
         help="distance of two taxels (default: the grid is 40 mm long)",
@@ -105,28 +108,15 @@ def run(arguments: argparse.Namespace) -> int:
 
     listed = arguments.gestures.split(",")
     files = tuple(Path(entry) for entry in listed if entry.endswith(".toml"))
-    data = DataSet(
-        seed=arguments.seed,
-        minutes=arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
-        protocol=arguments.protocol,
-        preset=arguments.preset,
-        hand=arguments.hand,
-        rate_hz=arguments.rate,
-        rows=arguments.rows,
-        columns=arguments.columns,
-        pitch_mm=arguments.pitch,
-        gestures=tuple(
+    own = {
+        "minutes": arguments.minutes or (6.0 if arguments.protocol == "free" else 29.0),
+        "gestures": tuple(
             label_in(Path(entry)) if entry.endswith(".toml") else entry for entry in listed
         ),
-        files=files,
-        one_orb=arguments.one_orb,
-    )
+        "files": files,
+    }
+    data = DataSet(**options.chosen(arguments, DataSet) | own)
     out, users, sessions = arguments.out, arguments.users, arguments.sessions
     generate(data, out, users, sessions, arguments.workers, options.say)
     print(arguments.out)
     return 0
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
-    return True

@@ -8,7 +8,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from models.cli import _extras as extras
 from models.cli import _options as options
 
 if TYPE_CHECKING:
@@ -27,6 +26,7 @@ EXAMPLES: Final = files("models.studies.sweep").joinpath("examples")
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     workers = options.whole(1, 1024)
     cores = "this machine's cores"
@@ -55,10 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise ValueError("name a file; models sweep --example prints one")
     if arguments.cluster and arguments.workers:
         raise ValueError("--workers are this machine's; start a cluster's own (docs/sweeps.md)")
-    extras.require("sweeping", "torch", "joblib", "matplotlib", extra="train,sweep")
+    options.require("sweeping", "torch", "joblib", "matplotlib", extra="train,sweep")
     if arguments.cluster:
-        extras.require("a cluster", "distributed", extra="sweep")
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # before PyTorch is imported
+        options.require("a cluster", "distributed", extra="sweep")
     sweep = _sweep(arguments)
     return _list(sweep) if arguments.list else _run(sweep)
 
@@ -109,8 +108,3 @@ def _list(sweep: "Sweep") -> int:
     for name, job in sweep.named().items():
         print(f"{name} {'done' if name in done else '    '} {run.describe(job)}")
     return 0
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command goes on where Ctrl-C ended it."""
-    return True

@@ -1,11 +1,10 @@
 """`models train`: from folders of recordings to a proven bundle."""
 
 import argparse
-import os
 import shlex
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from models.cli import _options as options
 from models.training.request import Request
@@ -24,6 +23,7 @@ EXAMPLE: Final = (
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
+    parser.set_defaults(resumes=True)
     add = parser.add_argument
     add("paths", type=Path, nargs="+", metavar="DIR", help="folders of recordings, or files")
     add("--out", type=Path, required=True, metavar="FILE", help="bundle to write: NAME.orb")
@@ -31,34 +31,19 @@ def add(parser: argparse.ArgumentParser) -> None:
         if field.metadata:
             how = dict(field.metadata)
             flag, limits = how.pop("flag", field.name), how.pop("range", None)
-            if isinstance(field.default, bool):
-                how["action"] = "store_false" if field.default else "store_true"
-            elif limits:
+            if limits:
                 how["type"] = options.whole(*limits)
-            elif field.name in ("auxiliary", "others"):
-                how |= {"type": Path, "nargs": "+"}
-            elif field.default is None:
-                how["type"] = Path
-            elif field.name == "gestures":
-                how["type"] = _labels
             add(f"--{flag}", dest=field.name, default=field.default, **how)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Train, and print the figures."""
-    from models.cli import _extras as extras
-
-    extras.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
-    # Before PyTorch wakes up: one thread, and a GPU that adds in one order.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    options.require("training", "torch", "tomli_w", "jinja2", "matplotlib")
     from models.reports import cards
     from models.results.training import Training
     from models.training.train import train
 
-    given: dict[str, Any] = {
-        field.name: getattr(arguments, field.name, "") for field in fields(Request)
-    }
+    given = options.chosen(arguments, Request)
     for name in ("paths", "auxiliary", "others"):
         given[name] = tuple(given[name])
     request = Request(**given)
@@ -74,10 +59,6 @@ def run(arguments: argparse.Namespace) -> int:
     options.say(f"wrote {request.out}, and its card and figures beside it")
     options.say(f"next: {follow}")
     return 0
-
-
-def _labels(text: str) -> tuple[str, ...]:
-    return tuple(word for word in text.split(",") if word)
 
 
 def _check(request: Request) -> None:
@@ -112,8 +93,3 @@ def _command(request: Request) -> str:
         elif value is not True:
             words.append(str(value))
     return shlex.join([*words, "--out", request.out.name])
-
-
-def resumes(arguments: argparse.Namespace) -> bool:
-    """Whether the same command resumes after Ctrl-C."""
-    return True

@@ -36,11 +36,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add("bundle", type=Path, help="bundle to tune")
     add("data", type=Path, nargs="+", metavar="DIR", help="labelled recordings, or folders of them")
     add("--out", type=Path, metavar="FILE", help="bundle to write (default: only show)")
-    add(
-        "--labels",
-        choices=("auto", "true", "button", "key", "cue"),
-        default="auto",
-        help="whose labels count (default: auto: the truth, else what people said)",
+    options.take_labels(
+        parser,
+        "source of the labels (default: auto: the truth, else people's labels)",
     )
     for name, default, most, metavar, meaning in GOAL:
         add(
@@ -65,24 +63,23 @@ def run(arguments: argparse.Namespace) -> int:
 
     from controller.bundles import bundle
     from controller.console import count
-    from models import json_values, user_files
-    from models.cli import _extras as extras
     from models.data.examples import read_training
-    from models.data.ground_truth import know
+    from models.data.ground_truth import GroundTruth
     from models.evaluation import position_error
     from models.evaluation.replay import Batched
     from models.evaluation.replay import run as play
     from models.evaluation.tune import Goal, spread, tune, write
     from models.reports import markdown, tables, terminal_plot
+    from models.results import storage
 
     if arguments.out:
-        user_files.bundle_target(arguments.out)
-        extras.require("writing a bundle", "tomli_w")
+        storage.bundle_target(arguments.out)
+        options.require("writing a bundle", "tomli_w")
     page_of = arguments.html or (arguments.out and arguments.out.with_suffix(".html"))
     if arguments.json:
-        user_files.target(arguments.json)
+        storage.target(arguments.json)
     if page_of:
-        extras.require("a report", "jinja2", "matplotlib")
+        options.require("a report", "jinja2", "matplotlib")
         from models.reports import page
 
         page.read(page_of)  # a file that is no report is refused before the work begins
@@ -90,11 +87,11 @@ def run(arguments: argparse.Namespace) -> int:
     recordings = read_training(arguments.data)  # seeds that are for tests are refused
     networks, streams = Batched(loaded), []
     for survey, recording in zip(recordings.surveys, recordings, strict=True):
-        known = know(recording, loaded.labels, survey.path.stem, arguments.labels)
+        truth = GroundTruth.of(recording, loaded.labels, survey.path.stem, arguments.labels)
         streams.append(
-            play(replace(loaded, spread=position_error.BARE), networks, recording, known)
+            play(replace(loaded, spread=position_error.BARE), networks, recording, truth)
         )
-        options.say(f"{survey.path.stem}: {count(len(known.events), 'event')}")
+        options.say(f"{survey.path.stem}: {count(len(truth.events), 'event')}")
     goal = Goal(*(getattr(arguments, name) for name, *_ in GOAL))
     command = f"models {shlex.join(sys.argv[1:])}"
     found = tune(arguments.bundle.name, loaded.labels, loaded.debounce, streams, goal, command)
@@ -111,11 +108,11 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"losses below {unseen:.1%} cannot be seen in {count(found.events, 'event')}: "
               "record more before you make it faster")  # fmt: skip
     if arguments.json:
-        user_files.write_text(arguments.json, f"{json_values.text(found)}\n")
+        storage.write_json(arguments.json, found)
     if page_of:
         page.write(page_of, page.ReportData(tuning=found))
     if arguments.out:
-        said = f"on {on}; {found.goal}"
-        made = write(arguments.out, arguments.bundle, found.chosen.settings, said, far)
+        entry = f"on {on}; {found.goal}"
+        made = write(arguments.out, arguments.bundle, found.chosen.settings, entry, far)
         options.say(f"{arguments.out} is written, SHA-256 {made.hash[:16]}…")
     return 0

@@ -26,7 +26,7 @@ DEAD_TAXELS: Final = 0.06  # of an example that has some
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """What may be done to an example of each class.
+    """Permitted transformations of the examples of each class.
 
     Attributes:
         turns: Quarter turns counterclockwise that leave it the same gesture, for each class.
@@ -40,7 +40,7 @@ class Symmetry:
 
     @classmethod
     def of(cls, vocabulary: Vocabulary, rows: int, columns: int) -> "Symmetry":
-        """Return what the gestures declare, as far as the grid allows: quarters need a square."""
+        """Return the declared symmetries that the grid permits: quarters need a square."""
         labels = vocabulary.labels
         grid = QUARTERS["all" if rows == columns else "half"]
         turns = [tuple(k for k in QUARTERS[e.rotations] if k in grid) for e in vocabulary.entries]
@@ -57,13 +57,13 @@ class Symmetry:
         )
 
     def common(self, classes: Iterable[int]) -> "Symmetry":
-        """Return what may be done to each of some classes, as the symmetry of one class."""
+        """Return the symmetries that some classes share, as the symmetry of one class."""
         some = list(classes)
         turns = tuple(k for k in range(4) if all(k in self.turns[i] for i in some))
         return Symmetry((turns,), (0 if all(self.mirror[i] == i for i in some) else -1,))
 
     def sentences(self, labels: Sequence[str]) -> list[str]:
-        """Return what will be done, a sentence for each kind."""
+        """Return the transformations, a sentence for each kind."""
         lines = []
         for words, turns in (
             ("turned by quarters", QUARTERS["all"]),
@@ -118,9 +118,9 @@ def vary_images(
     """Return varied z images (batch, rows, columns) and their touches (batch, 2), grid units.
 
     Args:
-        how: How much they are varied.
+        how: Amounts of augmentation.
         images: z.
-        touches: Where they are touched.
+        touches: Their positions, grid units, (batch, 2).
         symmetry: Of the one class that they are of.
         generator: Draws.
     """
@@ -144,7 +144,7 @@ def vary_user_windows(
     """Return varied z windows (batch, images, rows, columns), of one user on another day.
 
     Args:
-        how: How much they are varied.
+        how: Amounts of augmentation.
         windows: z, (batch, images or more, rows, columns).
         images: In a window.
         generator: Draws.

@@ -25,6 +25,46 @@ COLUMNS: Final[dict[Labels, str]] = {
     "true": "label", "button": "button", "key": "key", "cue": "cue"
 }  # fmt: skip
 
+Column = NDArray[np.int16]  # (frames,): class of each frame, -1 unknown
+Mask = NDArray[np.bool_]  # (n,)
+
+
+def run_starts(frame: NDArray[np.integer], *keys: NDArray[np.integer], gap: int = 0) -> Mask:
+    """Return which entries begin a run, (n,): a key changes, or a frame is far from the last one.
+
+    Args:
+        frame: Rising number of each entry, (n,).
+        keys: Values that are equal in a run, such as class and session, (n,) each.
+        gap: Frames from one to the next in a run, at most; 0: any number.
+    """
+    found = np.zeros(len(frame), dtype=np.bool_)
+    found[:1] = True
+    for key in keys:
+        found[1:] |= np.diff(key) != 0
+    if gap:
+        found[1:] |= np.diff(frame) > gap
+    return found
+
+
+def column(recording: Recording, labels: Labels) -> Column:
+    """Return the truth, or the labels of one labeller, (frames,)."""
+    given: Column = getattr(recording, COLUMNS[labels])
+    return given
+
+
+def labellers(
+    recording: Recording, among: Iterable[Labels] = tuple(COLUMNS), least: int = 1
+) -> list[Labels]:
+    """Return the sources of labels that name a gesture; with `least` 0, a gesture or null."""
+    return [name for name in among if (column(recording, name) >= least).any()]
+
+
+def renumbered(label: NDArray[np.integer], own: Sequence[str], names: Sequence[str]) -> Column:
+    """Return labels (frames,) by other names; classes that are not among them become unknown."""
+    numbers = [*(names.index(name) if name in names else UNKNOWN for name in own), UNKNOWN]
+    found: Column = np.array(numbers, dtype=np.int16)[label]  # -1, unknown, takes the last one
+    return found
+
 
 @dataclass(frozen=True, slots=True)
 class Examples:
@@ -33,7 +73,7 @@ class Examples:
     Attributes:
         images: z images, float32 (frames, rows, columns).
         label: Class of each frame, -1 unknown, (frames,).
-        touch: Where a press truly is, grid units, NaN elsewhere, (frames, 2).
+        touch: True position of a press, grid units, NaN elsewhere, (frames, 2).
         ends: Last frame of every whole window whose class is known, (windows,).
         session: Session number of each frame, (frames,).
         idle: Mean of |z - 1| while nothing touched, as the device knew it then, (frames,).
@@ -62,11 +102,7 @@ class Examples:
             ends: Last frame of each window, in order, (windows,).
             gap: Frames from one to the next in a run, at most; 0: any number.
         """
-        found = np.ones(len(ends), dtype=np.bool_)
-        found[1:] = (np.diff(self.label[ends]) != 0) | (np.diff(self.session[ends]) != 0)
-        if gap:
-            found[1:] |= np.diff(ends) > gap
-        return found
+        return run_starts(ends, self.label[ends], self.session[ends], gap=gap)
 
     def windows(self, ends: NDArray[np.int64]) -> NDArray[np.float32]:
         """Cut windows by their last frames, (windows, window, rows, columns), oldest first."""
@@ -82,7 +118,7 @@ class Source:
     Attributes:
         frames: As they were read, (n, rows, columns).
         label: Class of each frame, -1 unknown, (n,).
-        touch: Where a press truly is, grid units, NaN elsewhere, (n, 2).
+        touch: True position of a press, grid units, NaN elsewhere, (n, 2).
         sequence: Number of each frame; None: none is missing, (n,).
         excluded: Frames that are not learned from; None: there are none, (n,).
     """
@@ -95,29 +131,32 @@ class Source:
 
     @classmethod
     def of(
-        cls, recorded: Recording, labels: Labels = "true", names: Sequence[str] | None = None
+        cls,
+        recorded: Recording,
+        labels: Labels = "true",
+        names: Sequence[str] = (),
+        label: Column | None = None,
     ) -> "Source":
         """Return a recording as training needs it.
 
         Args:
             recorded: From a simulation or from the world; only the first knows true touches.
-            labels: Which labels to learn from.
-            names: What classes shall count; by default the recording's own labels.
+            labels: Source of the labels.
+            names: Names of the classes; by default the recording's own labels.
+            label: These labels in place of the source's, (frames,), such as repaired ones.
 
         Raises:
             ValueError: It has no such labels at all.
         """
-        label: NDArray[np.int16] = getattr(recorded, COLUMNS[labels])
+        label = column(recorded, labels) if label is None else label
         if (label == UNKNOWN).all():
-            others = [n for n, c in COLUMNS.items() if (getattr(recorded, c) != UNKNOWN).any()]
+            others = labellers(recorded, least=0)
             instead = f"learn from {' or '.join(others)} labels, or leave it out"
             raise ValueError(
                 f"a recording of {recorded.origin.device_id} lacks {labels} labels; "
                 f"{instead if others else 'label it first, or leave it out'}"
             )
-        if names is not None:
-            numbers = [*(names.index(own) for own in recorded.origin.labels), UNKNOWN]
-            label = np.array(numbers, dtype=np.int16)[label]  # -1, unknown, takes the last one
+        label = renumbered(label, recorded.origin.labels, names or recorded.origin.labels)
         nowhere = np.full((len(label), 2), np.nan, dtype=np.float32)
         touch = recorded.truth.touch if recorded.truth else nowhere
         return cls(recorded.frames, label, touch, recorded.sequence, recorded.excluded)
@@ -190,6 +229,26 @@ def recording_files(paths: Iterable[Path]) -> list[Path]:
     return found
 
 
+def recording_sets(paths: Iterable[Path]) -> dict[str, list[Path]]:
+    """Return the recordings of each folder by its name, and all single files as "recordings".
+
+    Raises:
+        RecordingError: One cannot be read.
+        ValueError: A folder has none.
+    """
+    named = list(paths)
+    folders = [path for path in named if path.is_dir()]
+    names = [path.name or str(path) for path in folders]
+    if len(set(names)) < len(names):  # two folders of one name
+        names = [str(path) for path in folders]
+    sets = {name: recording_files([path]) for name, path in zip(names, folders, strict=True)}
+    if single := [path for path in named if not path.is_dir()]:
+        sets["recordings"] = single
+    for file in (file for files_of in sets.values() for file in files_of):
+        reader.survey(file)
+    return sets
+
+
 def digest(recordings: Iterable[Path]) -> str:
     """Return the SHA-256 over recordings, in order.
 
@@ -244,7 +303,7 @@ def prepare(sources: Iterable[Source], settings: PreprocessSettings) -> Examples
 
     Args:
         sources: One after the other; none is kept.
-        settings: How images and windows are made.
+        settings: Preprocessing settings.
 
     Raises:
         ValueError: No session has frames enough for one window, or grids differ.
@@ -283,10 +342,9 @@ def _usable(
     if source.excluded is not None:
         usable &= ~source.excluded
     use = np.flatnonzero(usable)
-    begins = np.ones(len(use), dtype=np.bool_)  # a row of frames that lacks none
-    begins[1:] = np.diff(use) != 1
+    begins = run_starts(use, gap=1)  # a row of frames that lacks none
     if source.sequence is not None:
-        begins[1:] |= np.diff(source.sequence[use]) != 1
+        begins |= run_starts(source.sequence[use], gap=1)
     place = np.arange(len(use))
     length = place - np.maximum.accumulate(np.where(begins, place, 0)) + 1
     last = np.flatnonzero((length >= window) & (source.label[use] != UNKNOWN))

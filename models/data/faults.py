@@ -32,33 +32,33 @@ def electrodes(rows: int, columns: int) -> list[str]:
 
 def others(rows: int, columns: int) -> list[str]:
     """Return one fault of every other kind, in the middle of the sensor where it has a place."""
-    middle = {2: f":{rows // 2},{columns // 2}", 0: ""}
+    middle = {"taxel": f":{rows // 2},{columns // 2}", "": ""}
     found = []
     for name, kind in KINDS.items():
         if name in (DEAD, *OPEN):
             continue
         side = rows if name.endswith("row") else columns
-        found.append(name + middle.get(kind.places, f":{(side - 1) // 2}"))
+        found.append(name + middle.get(kind.place, f":{(side - 1) // 2}"))
     return found
 
 
 def meaning(fault: str) -> str:
-    """Return what a fault is, in words."""
+    """Return the description of a fault."""
     name = fault.partition(":")[0]
     return KINDS[name].meaning.partition("; size")[0]
 
 
 def broken(recording: Recording, fault: Fault) -> Recording:
-    """Return a recording as it would be, had these taxels not reacted.
+    """Return a recording in which some taxels do not react.
 
-    What they read while something touched is replaced by what they had read just before it, the
-    latest first, noise and drift and all. An electrode is taken for a whole line of such taxels.
+    Their readings during touches are replaced by untouched ones from just before, the latest first,
+    with their noise and drift. An electrode is a whole line of such taxels.
 
     Raises:
-        ValueError: Frames cannot tell what this fault would have done to them.
+        ValueError: The effect of the fault cannot be derived from frames.
     """
     if fault.kind not in (DEAD, *OPEN):
-        raise ValueError(f"what {fault.kind} does cannot be seen in frames; simulate it instead")
+        raise ValueError(f"{fault.kind} cannot be applied to frames; simulate it instead")
     hit = np.zeros(recording.frames.shape[1:], dtype=np.bool_)
     if fault.kind == DEAD:
         hit[fault.row, fault.column] = True

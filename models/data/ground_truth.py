@@ -14,23 +14,23 @@ from controller.bundles.vocabulary import Vocabulary
 from controller.recognition.event_metric import Event
 from controller.recordings.recording import UNKNOWN, Recording
 from models.data import label_repair
-from models.data.examples import COLUMNS, Choice, Labels
+from models.data.examples import COLUMNS, Choice, Labels, labellers, renumbered
 
 _PLACE: Final = re.compile(r"go (\S+) at (-?[0-9.]+),(-?[0-9.]+)")  # a cue's mark
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class GroundTruth:
     """Ground truth of a recording's n frames.
 
     Attributes:
         name: Of the recording.
-        user: Who; "" unknown.
+        user: Identity of the user; "" unknown.
         t: End of each scan, seconds, (n,).
         label: Class of each frame, -1 unknown, (n,).
         events: True gestures, in order.
         contact_s: When something first touched for each of them, to a frame; NaN: unknown.
-        place: Where a touch is, grid units, NaN elsewhere, (n, 2).
+        place: Position of the touch, grid units, NaN elsewhere, (n, 2).
         excluded: Frames that do not count, (n,).
     """
 
@@ -43,33 +43,35 @@ class Known:
     place: NDArray[np.float32]
     excluded: NDArray[np.bool_]
 
+    @classmethod
+    def of(
+        cls, recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto"
+    ) -> "GroundTruth":
+        """Return the ground truth of a recording.
 
-def know(recording: Recording, labels: Sequence[str], name: str, choice: Choice = "auto") -> Known:
-    """Return what is known of a recording.
+        Args:
+            recording: With truth, or with labels of people, which are moved to the touches.
+            labels: The bundle's, "null" first.
+            name: Of the recording.
+            choice: Source of the labels; "auto": the truth, else button, keys, cues.
 
-    Args:
-        recording: With truth, or with labels of people, which are moved to the touches.
-        labels: The bundle's, "null" first.
-        name: Of the recording.
-        choice: Whose labels count; "auto": the truth, else button, keys, cues.
-
-    Raises:
-        ValueError: There are no labels, or one is of a gesture that the bundle does not know.
-    """
-    label = classes_of(recording, labels, name, choice)
-    events = events_of(recording, choice)
-    events = tuple(event for event in events if not _excluded(recording, event))
-    user = f"{recording.origin.seed} {recording.origin.user}" if recording.origin.user else ""
-    return Known(
-        name,
-        user,
-        recording.t,
-        label,
-        events,
-        _contacts(recording, events),
-        true_places(recording, label, vocabularies.of(labels)),
-        recording.excluded,
-    )
+        Raises:
+            ValueError: There are no labels, or one is of a gesture that the bundle lacks.
+        """
+        label = classes_of(recording, labels, name, choice)
+        events = events_of(recording, choice)
+        events = tuple(event for event in events if not _excluded(recording, event))
+        origin = recording.origin
+        return cls(
+            name,
+            f"{origin.seed} {origin.user}" if origin.user else "",
+            recording.t,
+            label,
+            events,
+            _contacts(recording, events),
+            true_places(recording, label, vocabularies.of(labels)),
+            recording.excluded,
+        )
 
 
 def classes_of(
@@ -87,8 +89,7 @@ def classes_of(
             f"{name} has the gesture {own[odd[0]]!r}, the bundle {', '.join(labels[1:])}; "
             "choose another bundle"
         )
-    number = [*(labels.index(one) if one in labels else UNKNOWN for one in own), UNKNOWN]
-    return np.array(number, dtype=np.int64)[column]  # unknown takes the last one
+    return renumbered(column, own, labels).astype(np.int64)
 
 
 def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16]:
@@ -99,8 +100,7 @@ def labels_of(recording: Recording, choice: Choice = "auto") -> NDArray[np.int16
     """
     listed: tuple[Labels, ...] = tuple(COLUMNS) if choice == "auto" else (choice,)
     for least in (1, 0):  # labels with a gesture, else labels of null alone
-        named = [n for n in listed if (getattr(recording, COLUMNS[n]) >= least).any()]
-        if named:
+        if named := labellers(recording, listed, least):
             break
     else:
         kind = "" if choice == "auto" else f"{choice} "

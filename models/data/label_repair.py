@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from controller.recordings.quality.labels import spans
 from controller.recordings.quality.response import Response, respond
 from controller.recordings.recording import UNKNOWN, Recording
-from models.data.examples import COLUMNS, Labels
+from models.data.examples import Column, Labels, column, run_starts
 from models.results.training import Lateness
 
 # Shares of a gesture's strength: above the first it is made, at the others it has begun and ended.
@@ -31,8 +31,6 @@ WEAK: Final = 0.2  # of what its label usually shows: less is no touch
 FAINT: Final = 0.35  # noise over strength: more is none either; presses on paper-snr have 0.3
 UNNAMED: Final = 3  # touched frames in a row that no label names make a touch
 ROUNDS: Final = 2  # until what a gesture looks like agrees with when it is made
-
-Column = NDArray[np.int16]  # (n,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +79,12 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
 
     Args:
         recording: Frames and labels; its noise is estimated from the frames.
-        labeller: Which labels.
+        labeller: Source of the labels.
 
     Returns:
         The label of each frame, -1 where it is unknown or unclear, (n,); and what was done.
     """
-    given: Column = getattr(recording, COLUMNS[labeller])
+    given = column(recording, labeller)
     response, t = respond(recording), recording.t
     breaks = np.diff(recording.sequence, prepend=recording.sequence[0]) > 1
     used = np.where(recording.excluded, 0, given).astype(np.int16)
@@ -111,11 +109,13 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
             masked |= np.abs(t - edge_s) < unclear_s
     label[masked] = UNKNOWN
     runs = np.diff(np.flatnonzero(np.diff(response.touched & ~named, prepend=False, append=False)))
-    felt = [one for one in labels if one.found is not None]
+    touched = [one for one in labels if one.found is not None]
     counts: dict[str, Any] = {
-        "moved": sum((f.first, f.end) != (one.first, one.end) for one in felt if (f := one.found)),
+        "moved": sum(
+            (f.first, f.end) != (one.first, one.end) for one in touched if (f := one.found)
+        ),
         "masked": int(masked.sum()),
-        "unfelt": len(labels) - len(felt),
+        "unfelt": len(labels) - len(touched),
         "unlabelled": int((runs[::2] >= UNNAMED).sum()),
     }
     begin, end = _medians(begins), _medians(ends)
@@ -123,17 +123,10 @@ def repair(recording: Recording, labeller: Labels) -> tuple[Column, Lateness]:
     return label, Lateness(begin[0], begin[1], end[0], end[1], len(begins), **counts)
 
 
-def with_labels(recording: Recording, labeller: Labels, given: Column) -> Recording:
-    """Return a recording with other labels of one labeller, (n,)."""
-    columns: dict[str, Any] = {COLUMNS[labeller]: given}
-    return replace(recording, **columns)
-
-
 def examples(label: NDArray[np.integer], labels: tuple[str, ...]) -> dict[str, int]:
     """Return how often each gesture was made, from labels (n,); unknown frames do not part it."""
-    known = label[label != UNKNOWN]
-    begins = np.flatnonzero(np.diff(known, prepend=0) != 0)
-    count = np.bincount(known[begins].astype(np.int64), minlength=len(labels))
+    known = label[label != UNKNOWN].astype(np.int64)
+    count = np.bincount(known[run_starts(known, known)], minlength=len(labels))
     return {name: int(count[i]) for i, name in enumerate(labels) if i}
 
 
@@ -146,7 +139,7 @@ def _search(
         t: Time of each frame, (n,).
         response: Of the sensor.
         labels: In order.
-        lags: How late labels usually begin and end, seconds.
+        lags: Usual lateness of the labels' begins and ends, seconds.
     """
     change = response.change.reshape(len(t), -1).astype(np.float64)
     idle = change[response.idle]
@@ -178,11 +171,11 @@ def _made(
     idle: NDArray[np.float64],
     offset: int,
 ) -> Found | None:
-    """Return where in some frames a gesture is made.
+    """Return the gesture in some frames; None if there is none.
 
     Args:
         t: Times, (n,).
-        change: How far each taxel is from rest, (n, taxels).
+        change: Difference of each taxel from rest, (n, taxels).
         inner: First frame, and frame after the last, in which it is thought to be made.
         idle: Frames in which nothing touches, (m, taxels).
         offset: Number of the first frame.

@@ -17,16 +17,20 @@ from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings.quality import check
 from controller.recordings.quality.duplicates import FrameIndex
 from controller.recordings.quality.response import respond
+from controller.recordings.reader import Survey
 from controller.recordings.recording import PICOFARAD, RATE_TOLERANCE, UNKNOWN, Recording
 from models.data import label_repair
 from models.data.examples import (
     COLUMNS,
     Choice,
+    Column,
     Examples,
     Labels,
     Recordings,
     Source,
+    column,
     digest,
+    labellers,
     prepare,
     read_training,
 )
@@ -48,19 +52,19 @@ SAID: Final = 3  # recordings left out that an error names
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """What there is to learn from.
+    """Examples of a data set, with the facts on its recordings.
 
     Attributes:
         examples: Of all sessions; `examples.session` counts `rows`.
-        rows: What is known of each recording, held out or not.
+        rows: Facts on each recording, held out or not.
         session: Group of each recording: parts of one session are one.
         user: Group of each recording: those of one user are one.
         vocabulary: Its gestures.
-        settings: How images and windows are made.
+        settings: Preprocessing settings.
         pitch_mm: Of the sensor.
         unit: Of the frames.
         digest: SHA-256 over all files, in order.
-        notes: What was left out, in sentences.
+        notes: Recordings left out, in sentences.
     """
 
     examples: Examples
@@ -73,17 +77,6 @@ class Data:
     unit: str
     digest: str
     notes: tuple[str, ...] = ()
-
-
-@dataclass(slots=True)
-class _Found:
-    """Facts on the recordings, collected while they are read."""
-
-    rows: list[SessionRow] = field(default_factory=list)
-    session: list[str] = field(default_factory=list)
-    user: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    copies: FrameIndex = field(default_factory=FrameIndex)
 
 
 def read(
@@ -99,8 +92,8 @@ def read(
 
     Args:
         paths: Folders and files.
-        recipe: How networks will be trained.
-        choice: Whose labels are learned.
+        recipe: Training recipe.
+        choice: Source of the labels.
         say: Takes lines of progress.
         window: Images in a window; 0: those of a second.
         every: Recordings that fail the check are taken too.
@@ -115,63 +108,82 @@ def read(
     settings = recipe.settings(origin.rate_hz, length)
     if origin.unit != PICOFARAD:
         settings = replace(settings, normalise="difference", scale=_scale(recordings))
-    found = _Found()
-    sources = _sources(recordings, recipe, choice, vocabulary, found, say, every=every)
+    reader = _Reader(recordings, recipe, choice, vocabulary, every)
     try:
-        examples = prepare(sources, settings)
+        examples = prepare(reader.sources(say), settings)
     except ValueError as error:
-        raise ValueError(_nothing(found, len(recordings), str(error))) from None
+        raise ValueError(reader.nothing(str(error))) from None
+    shared = reader.copies.shared()
     return Data(
         examples,
-        tuple(found.rows),
-        _join(found.session, found.copies.shared()),
-        _join(found.user, found.copies.shared()),
+        tuple(reader.rows),
+        _join(reader.session, shared),
+        _join(reader.user, shared),
         vocabulary,
         settings,
         origin.pitch_mm,
         origin.unit,
         digest(survey.path for survey in recordings.surveys),
-        tuple(found.notes),
+        tuple(reader.notes),
     )
 
 
-def _sources(
-    recordings: Recordings,
-    recipe: Recipe,
-    choice: Choice,
-    vocabulary: Vocabulary,
-    found: _Found,
-    say: Say,
-    *,
-    every: bool,
-) -> Iterator[Source]:
-    """Yield each recording as it is learned from, and note what is known about it."""
-    for number, survey in enumerate(recordings.surveys):
-        recording = recordings[number]
+class _LeftOutError(ValueError):
+    """A recording is not learned from; the message is the reason."""
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Reads recordings as training uses them, and collects the facts on them."""
+
+    recordings: Recordings
+    recipe: Recipe
+    choice: Choice
+    vocabulary: Vocabulary
+    every: bool
+    rows: list[SessionRow] = field(default_factory=list)
+    session: list[str] = field(default_factory=list)
+    user: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    copies: FrameIndex = field(default_factory=FrameIndex)
+
+    def sources(self, say: Say) -> Iterator[Source]:
+        """Yield each recording as training uses it; the others are noted with the reason."""
+        for number, survey in enumerate(self.recordings.surveys, 1):
+            try:
+                source = self._source(survey, self.recordings[number - 1])
+            except _LeftOutError as why:
+                self.notes.append(f"{survey.path} is left out: {why}")
+                continue
+            if number % 20 == 0:
+                say(f"read {number} of {len(self.recordings)} recordings")
+            yield source
+
+    def nothing(self, error: str) -> str:
+        """Return why there is nothing to learn from, with the first recordings left out."""
+        if not self.rows:
+            error = f"nothing can be learned from {count(len(self.recordings), 'recording')}"
+        more = len(self.notes) - SAID
+        rest = [f"and {more} more"] if more > 0 else []
+        return "; ".join([error, *self.notes[:SAID], *rest])
+
+    def _source(self, survey: Survey, recording: Recording) -> Source:
+        """Return a recording as training uses it, and note the facts on it.
+
+        Raises:
+            _LeftOutError: It is left out.
+        """
         report = check.examine(survey.path, recording)
-        labeller = _labeller(recording, choice, recipe)
-        if labeller is None:
-            found.notes.append(f"{survey.path} is left out: {_unlabelled(recording, choice)}")
-            continue
+        labeller = self._labeller(recording)
         if why := _failed(report, recording):
-            done = "taken although it failed the check" if every else "left out"
-            found.notes.append(f"{survey.path} is {done}: {why}")
-            if not every:
-                continue
-        lateness = None
-        if labeller != "true":
-            repaired, lateness = label_repair.repair(recording, labeller)
-            labels = repaired if recipe.repair else getattr(recording, COLUMNS[labeller])
-            if choice == "auto" and recipe.truth:  # the truth is better where it is known
-                labels = np.where(recording.label != UNKNOWN, recording.label, labels)
-            recording = label_repair.with_labels(recording, labeller, labels)
-            if (labels == UNKNOWN).all():
-                found.notes.append(f"{survey.path} is left out: {_vanished(lateness, labeller)}")
-                continue
-        source = Source.of(recording, labeller, vocabulary.labels)
-        source = replace(source, touch=true_places(recording, source.label, vocabulary))
+            if not self.every:
+                raise _LeftOutError(why)
+            self.notes.append(f"{survey.path} is taken although it failed the check: {why}")
+        labels, lateness = self._labels(recording, labeller)
+        source = Source.of(recording, labeller, self.vocabulary.labels, labels)
+        source = replace(source, touch=true_places(recording, source.label, self.vocabulary))
         origin = recording.origin
-        found.rows.append(
+        self.rows.append(
             SessionRow(
                 str(survey.path),
                 origin.user,
@@ -181,21 +193,56 @@ def _sources(
                 tuple(finding.text for finding in report.findings),
                 labeller,
                 held_out=False,
-                examples=label_repair.examples(source.label, vocabulary.labels),
+                examples=label_repair.examples(source.label, self.vocabulary.labels),
                 lateness=lateness,
             )
         )
         user = f"{origin.seed} {origin.user}" if origin.user else str(survey.path)
-        found.user.append(user)
-        found.session.append(f"{user} {origin.session}" if origin.session else str(survey.path))
-        found.copies.add(recording)
-        if (number + 1) % 20 == 0:
-            say(f"read {number + 1} of {len(recordings)} recordings")
-        yield source
+        self.user.append(user)
+        self.session.append(f"{user} {origin.session}" if origin.session else str(survey.path))
+        self.copies.add(recording)
+        return source
+
+    def _labeller(self, recording: Recording) -> Labels:
+        """Return the source of the labels.
+
+        Raises:
+            _LeftOutError: None of them names a gesture.
+        """
+        listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
+        if self.choice != "auto":
+            listed = (self.choice,)
+        elif self.recipe.truth and (recording.label != UNKNOWN).mean() > KNOWN:
+            listed = ("true",)
+        if named := labellers(recording, listed):
+            return named[0]
+        others = labellers(recording)
+        kind = "" if self.choice == "auto" else f"{self.choice} "
+        other = f"; it has {' and '.join(others)} labels" if others else ""
+        raise _LeftOutError(f"no {kind}label names a gesture{other}")
+
+    def _labels(self, recording: Recording, labeller: Labels) -> tuple[Column, Lateness | None]:
+        """Return the labels to learn, (frames,), and the lateness of those that people gave.
+
+        Raises:
+            _LeftOutError: Nothing is left of the labels after their repair.
+        """
+        labels = column(recording, labeller)
+        if labeller == "true":
+            return labels, None
+        repaired, lateness = label_repair.repair(recording, labeller)
+        labels = repaired if self.recipe.repair else labels
+        if self.choice == "auto" and self.recipe.truth:  # the truth is better where it is known
+            labels = np.where(recording.label != UNKNOWN, recording.label, labels)
+        if (labels != UNKNOWN).any():
+            return labels, lateness
+        if lateness.unfelt:
+            raise _LeftOutError(f"the sensor shows no touch where its {labeller} labels are")
+        raise _LeftOutError(f"its {labeller} labels are too short: all frames are near an edge")
 
 
 def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
-    """Return a hash of all that a training learns from: recordings, and what is known of them.
+    """Return a hash of all data of a training: recordings and their vocabulary.
 
     Args:
         digest: SHA-256 over the recordings.
@@ -206,7 +253,7 @@ def fingerprint(digest: str, vocabulary: Vocabulary) -> str:
 
 
 def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
-    """Return what lies beside the recordings, or what is known of their labels.
+    """Return the vocabulary beside the recordings, or the shipped entries of their labels.
 
     Raises:
         ValueError: It is of other gestures, or there are several that differ.
@@ -227,33 +274,6 @@ def vocabulary_of(paths: Iterable[Path], labels: tuple[str, ...]) -> Vocabulary:
     return vocabulary
 
 
-def _labeller(recording: Recording, choice: Choice, recipe: Recipe) -> Labels | None:
-    """Return which labels are learned; None if none of them names a gesture."""
-    listed: tuple[Labels, ...] = ("button", "key", "cue", "true")
-    if choice != "auto":
-        listed = (choice,)
-    elif recipe.truth and (recording.label != UNKNOWN).mean() > KNOWN:
-        listed = ("true",)
-    named = [name for name in listed if (getattr(recording, COLUMNS[name]) > 0).any()]
-    return named[0] if named else None
-
-
-def _nothing(found: _Found, recordings: int, error: str) -> str:
-    """Return why there is nothing to learn from, with the first recordings that are left out."""
-    if not found.rows:
-        error = f"nothing can be learned from {count(recordings, 'recording')}"
-    more = len(found.notes) - SAID
-    rest = [f"and {more} more"] if more > 0 else []
-    return "; ".join([error, *found.notes[:SAID], *rest])
-
-
-def _unlabelled(recording: Recording, choice: Choice) -> str:
-    """Return why no labels of a recording can be learned."""
-    labels = [n for n, column in COLUMNS.items() if (getattr(recording, column) > 0).any()]
-    other = f"; it has {' and '.join(labels)} labels" if labels else ""
-    return f"no {'' if choice == 'auto' else choice + ' '}label names a gesture{other}"
-
-
 def _failed(report: check.Report, recording: Recording) -> str:
     """Return why a recording should not be learned from; "": it may."""
     off = recording.rate_hz / recording.origin.rate_hz - 1.0
@@ -265,29 +285,19 @@ def _failed(report: check.Report, recording: Recording) -> str:
     return next((f.text for f in report.findings if f.level is check.Level.FAILED), "")
 
 
-def _vanished(lateness: Lateness, labeller: Labels) -> str:
-    """Return why nothing is left of a recording's labels after their repair."""
-    if lateness.unfelt:
-        return f"the sensor felt no touch where its {labeller} labels are"
-    return f"its {labeller} labels are too short: every frame is near an edge of one"
-
-
 def _scale(recordings: Recordings) -> float:
-    """Return what makes a firm touch as strong as the orb's, in the frames' unit."""
+    """Return the scale that makes a firm touch as strong as the orb's, in the frames' unit."""
     firm = []
     for number in range(min(SAMPLED, len(recordings))):
         recording = recordings[number]
         response = respond(recording)
-        named = (
-            np.any([getattr(recording, column) > 0 for column in COLUMNS.values()], axis=0)
-            & response.known
-        )
+        named = np.any([column(recording, name) > 0 for name in COLUMNS], axis=0) & response.known
         energy = response.energy[named if named.any() else response.touched]
         if len(energy):
             firm.append(float(np.quantile(energy, 0.75)))
     usual = float(np.median(firm)) if firm else 0.0
     if not usual > 0.0:
-        raise ValueError("nothing is felt in these recordings; check the sensor")
+        raise ValueError("these recordings show no response to touches; check the sensor")
     return float(f"{usual / FIRM:.3g}")
 
 

@@ -11,7 +11,7 @@ NEVER_S: Final = 1e9  # thirty years: what begins after so long never does
 
 @dataclass(frozen=True, slots=True)
 class Augmentation:
-    """How much examples are varied.
+    """Amounts of augmentation of the training examples.
 
     Attributes:
         turned: Share of examples that are turned by quarters, as far as their gestures declare.
@@ -55,7 +55,7 @@ UNTOUCHED: Final = Augmentation(
 
 @dataclass(frozen=True, slots=True)
 class UserAugmentation:
-    """How much an example of the user network is varied; deviations of normal distributions.
+    """Augmentation of examples of the user network; deviations of normal distributions.
 
     Symmetries are left out: which hand a user has, and from where it comes, identifies the
     user. What differs from day to day in one user is varied instead, so that the network cannot
@@ -86,7 +86,7 @@ UNVARIED_USER: Final = UserAugmentation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class NetworkRecipe:
-    """How one network is trained.
+    """Hyperparameters of the training of one network.
 
     Attributes:
         epochs: Passes over the examples; 0: as many as `steps` takes, within `limits`.
@@ -110,7 +110,7 @@ class NetworkRecipe:
         normalised: Layers are normalised over each batch while they learn.
         coarse: While it learns, factors of matrix products are rounded to 8 bits on processors that
             are faster then (bfloat16); sums are not.
-        augmentation: How examples are varied.
+        augmentation: Augmentation of the examples.
     """
 
     epochs: int = 0
@@ -160,10 +160,10 @@ class NetworkRecipe:
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """How both networks are trained.
+    """Training recipe of both networks.
 
     Attributes:
-        name: What it is called.
+        name: Name of the recipe.
         gesture: CNN-3D.
         location: CNN-2D.
         averaged: CNN-2D sees the image of a touch so far
@@ -184,7 +184,7 @@ class Recipe:
     tracked: bool = True
 
     def settings(self, rate_hz: float, window: int) -> PreprocessSettings:
-        """Return how images and windows are made."""
+        """Return the preprocessing settings."""
         plain = PreprocessSettings(rate_hz=rate_hz, window=window)
         if self.tracked:
             return plain
@@ -192,7 +192,7 @@ class Recipe:
         return replace(plain, start_s=10.0, settle_s=NEVER_S, adopt_s=NEVER_S)
 
     def sentences(self, *, gesture: bool, location: bool) -> list[str]:
-        """Return what it does to the networks that are trained, for people."""
+        """Return a description of the trained networks, in sentences."""
         rest = "followed while nothing touches" if self.tracked else "the first ten seconds, fixed"
         lines = [
             f"rest: {rest}",

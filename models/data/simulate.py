@@ -24,13 +24,14 @@ from controller.simulator.orb import OrbModel
 from controller.simulator.presets import preset
 from controller.simulator.session import DATA, Protocol, Session, simulate
 from controller.simulator.user_style import UserStyle, person
-from models import formatting, processes, user_files
+from models import formatting, processes
+from models.results import storage
 
 DESCRIPTION: Final = "dataset.json"  # beside the recordings: how they were made
 _INFLATION: Final = 0.05  # sessions differ so much in how far the pump has inflated the dome
 _SPAN_MM: Final = 40.0  # the paper's grid: five taxels, 10 mm apart
 
-ORB: Final = 78  # tag of the orb that everybody touches
+ORB: Final = 78  # tag of the orb that all users share
 _DAYS: Final = 100_000  # more than any user has
 
 Hand = Literal["person", "pointer"]
@@ -39,21 +40,21 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class DataSet:
-    """What all sessions of a data set have in common.
+    """Settings that all sessions of a data set share.
 
     Attributes:
         seed: Of its users and their sessions.
         minutes: Length of a session.
         protocol: "free" or "blocks".
         preset: Quality of the orbs.
-        hand: Whose touches they are: a "person"'s, or a "pointer"'s on a screen.
+        hand: Source of the touches: a "person", or a "pointer" on a screen.
         rate_hz: Frames per second.
         rows: Taxel rows.
         columns: Taxel columns.
         pitch_mm: Distance of two taxels; None: the grid is 40 mm long, as the paper's.
         gestures: Labels that are played.
         files: Gestures of the user's own.
-        one_orb: Everybody touches the same orb, on days of their own; else each session has
+        one_orb: All users touch the same orb, on days of their own; else each session has
             another one.
     """
 
@@ -81,7 +82,7 @@ class DataSet:
         return replace(preset(self.preset), rows=self.rows, columns=self.columns, pitch_mm=pitch)
 
     def repertoire(self) -> Repertoire:
-        """Return what the hands can do.
+        """Return the gestures of the simulated hands.
 
         Raises:
             GestureError: A file holds no gesture.
@@ -97,13 +98,13 @@ class DataSet:
         return known
 
     def style(self, user: int) -> UserStyle:
-        """Return how a user touches; users count from 0."""
+        """Return the touch style of a user; users count from 0."""
         return person(self.seed, user)
 
     def describe(self) -> str:
         """Return the settings as the text of `DESCRIPTION`."""
         own = {
-            path.name: hashlib.sha256(files.read_bytes(path, user_files.MAX_BYTES)).hexdigest()
+            path.name: hashlib.sha256(files.read_bytes(path, storage.MAX_BYTES)).hexdigest()
             for path in self.files
         }
         settings = {**asdict(self), "pitch_mm": self.model().pitch_mm, "files": own}
@@ -215,8 +216,8 @@ def generate(
     Args:
         data: Their settings.
         out: The folder; made if it does not exist.
-        users: How many play.
-        sessions: How often each of them.
+        users: Number of users.
+        sessions: Sessions of each user.
         workers: Processes.
         say: Takes lines of progress.
 
@@ -226,7 +227,7 @@ def generate(
         OSError: A recording cannot be written.
     """
     data.model(), data.repertoire()  # impossible settings are refused before anything is written
-    user_files.folder_target(out)
+    storage.folder_target(out)
     _claim(out, data.describe())
     wanted = {(u, n): out / name(u, n) for u in range(users) for n in range(sessions)}
     missing = [key for key, path in wanted.items() if not _whole(path)]
@@ -257,8 +258,8 @@ def _claim(out: Path, description: str) -> None:
     if not path.exists():
         if any(out.glob("[!.]*.npz")):
             raise ValueError(f"{out} holds recordings of another origin; choose another --out")
-        user_files.write_text(path, description)
-    elif user_files.read_text(path) != description:
+        storage.write_text(path, description)
+    elif storage.read_text(path) != description:
         raise ValueError(
             f"{out} holds a data set with other settings ({path}); repeat them, or choose "
             "another --out"

@@ -12,9 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from models.data.examples import Examples
+from controller.console import count
 from models.data.load import Data
-from models.data.touch_images import Touches
 
 Index = NDArray[np.int64]  # (n,)
 Mask = NDArray[np.bool_]  # (n,)
@@ -28,6 +27,7 @@ BLOCKS: Final = 6  # of a session, if time is split; the last one is held out
 # The paper's protocol is measured on so many windows drawn at random, which are not learned from.
 RANDOM_SHARE: Final = 0.02
 RANDOM_LEAST: Final = 500
+_DRAW: Final = 6  # stream of random numbers that draws users, of a training's seed
 RANDOM_MOST: Final = 0.1  # share; of very few windows fewer are taken
 
 
@@ -40,7 +40,7 @@ class Fold:
     """One way to train on some windows and test on others.
 
     Attributes:
-        name: What is tested.
+        name: Name of the tested part.
         train: Positions of the training windows in `ends`.
         test: Positions of the test windows.
     """
@@ -69,7 +69,7 @@ class Parts:
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """How a training's examples are split.
+    """Split of a training's examples.
 
     Attributes:
         words: The rule, a sentence.
@@ -94,7 +94,7 @@ def by_group(ends: Index, window: int, group: NDArray[np.integer], folds: int = 
         ends: Last frame of each window, (windows,).
         window: Frames in a window.
         group: Session or user of each frame, (frames,).
-        folds: How many; 0: one for each group.
+        folds: Number of folds; 0: one for each group.
 
     Raises:
         ValueError: There are fewer than two groups.
@@ -136,31 +136,6 @@ def by_time(
     return made
 
 
-def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
-    """Return a fold of a fold's training windows, whose test part is there to choose on.
-
-    Args:
-        fold: Of `by_group`.
-        ends: Last frame of each window, (windows,).
-        window: Frames in a window.
-        group: Session or user of each frame, (frames,).
-
-    Raises:
-        ValueError: It learns from fewer than two groups.
-    """
-    of = group[ends[fold.train]]
-    names = np.unique(of)
-    if len(names) < 2:
-        raise ValueError(
-            "a fold that learns from one person has nobody to choose on; record another, or ask "
-            "for more folds"
-        )
-    held = np.isin(of, spread(names, max(1, round(SHARE * len(names)))))
-    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
-    check(inner, ends, window)
-    return inner
-
-
 def random_windows(count: int, share: float, rng: np.random.Generator) -> Fold:
     """Return the paper's protocol: windows at random. It leaks; its score is for comparison."""
     tested = np.zeros(count, dtype=np.bool_)
@@ -186,13 +161,13 @@ def require(name: str) -> str:
 
 
 def check(fold: Fold, ends: Index, window: int) -> None:
-    """Refuse a fold that leaks.
+    """Refuse a fold of windows by their last frames, (windows,), that leaks.
 
     Raises:
         LeakError: A frame is in a training window and in a test window.
     """
     size = int(ends.max(initial=0)) + 1
-    both = _covered(ends[fold.train], window, size) & _covered(ends[fold.test], window, size)
+    both = covered(ends[fold.train], window, size) & covered(ends[fold.test], window, size)
     if both.any():
         raise LeakError(
             f"the split {fold.name!r} has {int(both.sum())} frames on both sides; "
@@ -243,82 +218,103 @@ def split_windows(data: Data, by: str, seed: int) -> Split:
         listed = ", ".join(f"{path.parent.name}/{path.stem}" for path in paths[:4])
         more = ", ..." if len(paths) > 4 else ""
         words = f"{len(taken)} of {len(names)} {chosen}s held out: {listed}{more}"
-    return Split(words, held, _parts(fold.train, fold.test, seed))
+    return Split(words, held, parts_of(fold.train, fold.test, seed))
 
 
-def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
-    """Return the same split of images of touches, by whole touches; or by sites if it says so.
+# --- hold-out of recordings ----------------------------------------------------------------------
 
-    A touch is learned from if none of its frames is in a window held out, and held out if all
-    of them are. Where one side would have none, as where places were recorded in one session
-    only, the last touches of each session are held out.
+
+@dataclass(frozen=True, slots=True)
+class HoldOut:
+    """Hold-out of whole users or sessions.
+
+    Attributes:
+        by: "user" or "session".
+        folds: Number of folds, each group being held out in one of them; 0: `hold` counts.
+        fold: Number of the fold held out, from 0.
+        hold: Number of groups held out, evenly spread; or of each user the last sessions.
+        enrolled: Sessions of every user are held out, so that all users are learned from.
     """
-    count = int(found.touch.max(initial=-1)) + 1
-    if split.sites:
-        held, words = _sites(found, count)
-        learned = ~held
-    else:
-        ends = examples.ends[split.windows.check]
-        tested = _covered(ends, examples.window, len(examples.label))
-        tested |= split.held[examples.session]
-        frames = np.bincount(found.touch, minlength=count)
-        inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
-        learned, held, words = inside == 0, inside == frames, ""
-        if not (learned.any() and held.any()):
-            recording = np.zeros(count, dtype=np.int64)
-            recording[found.touch] = examples.session[found.frame]
-            held = last_events(recording)
-            learned = ~held
-            words = (
-                f"places are known in too few sessions to hold one out: of each, the last "
-                f"{1 / SHARE:.0f}th of the touches is held out"
-            )
-    train, test = np.flatnonzero(learned[found.touch]), np.flatnonzero(held[found.touch])
-    return replace(_parts(train, test, seed), words=words)
+
+    by: str
+    folds: int = 0
+    fold: int = 0
+    hold: int = 0
+    enrolled: bool = False
+
+    def held(self, user: Index, session: Index) -> Mask:
+        """Return which recordings are held out, (recordings,).
+
+        Args:
+            user: User of each recording, (recordings,).
+            session: Session of each recording, rising in the order of recording, (recordings,).
+
+        Raises:
+            ValueError: There are too few groups, or a user has too few sessions.
+        """
+        if self.enrolled:
+            return self._sessions_of_each(user, session)
+        group = user if self.by == "user" else session
+        names = np.unique(group)
+        self._check(len(names), f"there are {len(names)} {self.by}s")
+        parts = np.array_split(names, self.folds) if self.folds else [spread(names, self.hold)]
+        return np.isin(group, parts[self.fold])
+
+    def _sessions_of_each(self, user: Index, session: Index) -> Mask:
+        """Return which recordings are held out, (recordings,), of every user."""
+        held = np.zeros(len(user), dtype=np.bool_)
+        for one in np.unique(user):
+            own = np.unique(session[user == one])
+            self._check(len(own), f"a user has {count(len(own), 'session')}")
+            part = slice(self.fold, None, self.folds) if self.folds else slice(-self.hold, None)
+            held |= np.isin(session, own[part])
+        return held
+
+    def _check(self, groups: int, found: str) -> None:
+        if groups < max(2, self.folds, self.hold + 1):
+            wanted = f"{self.folds} folds" if self.folds else f"{self.hold} held out"
+            raise ValueError(f"{found}, too few for {wanted}; record more, or hold out fewer")
 
 
-def last_events(recording: Index) -> Mask:
-    """Return which events are in the last block of their recording, (events,).
-
-    The only event of a recording is not.
+def learned(user: Index, session: Index, held: Mask, users: int, sessions: int, seed: int) -> Mask:
+    """Return which recordings are learned from, (recordings,): first sessions of drawn users.
 
     Args:
-        recording: Recording of each event, (events,).
+        user: User of each recording, (recordings,).
+        session: Session of each recording, rising in the order of recording, (recordings,).
+        held: Recordings held out, (recordings,).
+        users: Number of users; 0: all. Fewer users are a subset of more.
+        sessions: Number of sessions of each; 0: all.
+        seed: Draws the users.
+
+    Raises:
+        ValueError: There are fewer.
     """
-    held = np.zeros(len(recording), dtype=np.bool_)
-    for number in np.unique(recording):
-        events = np.flatnonzero(recording == number)
-        if len(events) > 1:
-            held[events[-max(1, len(events) // BLOCKS) :]] = True
-    return held
+    left = np.unique(user[~held])
+    advice = "beside the held-out ones; record more, or learn from fewer"
+    if users > len(left):
+        raise ValueError(
+            f"{users} users to learn from are wanted, and {len(left)} are left {advice}"
+        )
+    drawn = np.random.default_rng((seed, _DRAW)).permutation(left)[: users or len(left)]
+    chosen = ~held & np.isin(user, drawn)
+    for one in drawn if sessions else ():
+        own = np.unique(session[chosen & (user == one)])
+        if len(own) < sessions:
+            wanted = f"{sessions} sessions of each user to learn from are wanted"
+            raise ValueError(f"{wanted}, and of one {len(own)} are left {advice}")
+        chosen &= (user != one) | np.isin(session, own[:sessions])
+    return chosen
 
 
-def _parts(train: Index, test: Index, seed: int) -> Parts:
+# --- parts of the rules ---------------------------------------------------------------------------
+
+
+def parts_of(train: Index, test: Index, seed: int) -> Parts:
     """Return the parts of training (n,) and test examples (m,), a few of the former at random."""
     share = min(RANDOM_MOST, max(RANDOM_SHARE, RANDOM_LEAST / max(1, len(train))))
     random = random_windows(len(train), share, np.random.default_rng((seed, 2)))
     return Parts(train[random.train], test, train[random.test])
-
-
-def _sites(found: Touches, count: int) -> tuple[Mask, str]:
-    """Return which touches are held out, being nearest to a site held out, (touches,); in words.
-
-    Raises:
-        ValueError: All touches are at one site.
-    """
-    place = np.zeros((count, 2))
-    place[found.touch] = found.place  # of its last image, where they differ
-    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
-    if len(sites) < 2:
-        raise ValueError(
-            "all touches are at one site; record others with: controller teach --protocol locations"
-        )
-    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
-    listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
-    return np.isin(own.reshape(-1), taken), (
-        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
-        f"{listed}"
-    )
 
 
 def spread(names: Index, count: int) -> Index:
@@ -333,7 +329,7 @@ def _fold(name: str, ends: Index, window: int, train: Mask, test: Mask) -> Fold:
     return fold
 
 
-def _covered(ends: Index, window: int, size: int) -> Mask:
+def covered(ends: Index, window: int, size: int) -> Mask:
     """Return which frames the windows are made of, (size,)."""
     change = np.zeros(size + 1, dtype=np.int64)
     np.add.at(change, ends - window + 1, 1)

@@ -23,8 +23,8 @@ class People:
     """Simulated people at play.
 
     Attributes:
-        data: What their sessions have in common.
-        users: How many there are; sessions go round among them.
+        data: Settings of their sessions.
+        users: Number of users; sessions go round among them.
     """
 
     data: DataSet
@@ -64,7 +64,7 @@ class People:
         return cls(data, users)
 
     def sessions(self, count: int, faults: Sequence[str] = ()) -> Iterator[tuple[str, Recording]]:
-        """Yield named sessions; what is broken is so from the first frame on."""
+        """Yield named sessions with faults from the first frame on."""
         broken = [Fault.parse(one, self.data.rows, self.data.columns) for one in faults]
         for number in range(count):
             user, session = number % self.users, number // self.users
@@ -78,9 +78,9 @@ def named(
     """Yield recordings with their names, one at a time.
 
     Args:
-        files: Where they are.
+        files: Their paths.
         grid: Rows and columns of the sensor.
-        faults: What is broken in them afterwards.
+        faults: Faults applied to them afterwards.
 
     Raises:
         RecordingError: One cannot be read.

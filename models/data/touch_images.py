@@ -1,13 +1,17 @@
-"""Images of touches with their places: what CNN-2D learns from, made by the device's own stage."""
+"""Images of touches with their places: training data of CNN-2D, by the device's own stage.
 
-from dataclasses import dataclass
+Touches are held out with their windows, or by place.
+"""
+
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.touch_position import TouchImage
-from models.data.examples import Examples
+from models.data.examples import Examples, run_starts
+from models.data.splits import BLOCKS, SHARE, Index, Mask, Parts, Split, covered, parts_of, spread
 
 # Frames until the networks notice a touch; drawn for each touch, so that none is relied upon.
 LAGS: Final = (0, 1, 2)
@@ -20,11 +24,11 @@ class Touches:
 
     Attributes:
         images: z of the touch so far, float32 (images, rows, columns).
-        place: Where it is, grid units, (images, 2).
+        place: Position of the touch, grid units, (images, 2).
         frame: Frame of the examples that each ends at, (images,).
         touch: Number of its touch, (images,).
         last: It is the last of its touch, (images,).
-        blur: How noisy each image is against its strength; NaN: unknown, (images,).
+        blur: Noise of each image over its strength; NaN: unknown, (images,).
     """
 
     images: NDArray[np.float32]
@@ -49,10 +53,8 @@ def find(examples: Examples, averaged: bool, seed: int) -> Touches:
     if averaged and len(frames):
         shown, images, blur = _laid(examples, frames, seed)
         frames = frames[shown]
-    begins = np.ones(len(frames), dtype=np.bool_)
-    begins[1:] = (np.diff(frames) != 1) | (np.diff(examples.session[frames]) != 0)
-    last = np.ones(len(frames), dtype=np.bool_)
-    last[:-1] = begins[1:]
+    begins = run_starts(frames, examples.session[frames], gap=1)
+    last = np.append(begins[1:], np.ones(len(frames[:1]), dtype=np.bool_))
     number = np.cumsum(begins) - 1
     place = examples.touch[frames]
     if averaged:  # one place for each touch
@@ -96,3 +98,71 @@ def _unnoticed(label: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np
     for begin, lag in zip(begins, rng.choice(LAGS, len(begins)), strict=True):
         null[begin : begin + lag] = True
     return null
+
+
+def split_touches(split: Split, examples: Examples, found: Touches, seed: int) -> Parts:
+    """Return the same split of images of touches, by whole touches, or by sites if `split.sites`.
+
+    A touch is learned from if none of its frames is in a window held out, and held out if all
+    of them are. Where one side would have none, as where places were recorded in one session
+    only, the last touches of each session are held out.
+    """
+    count = int(found.touch.max(initial=-1)) + 1
+    if split.sites:
+        held, words = _sites(found, count)
+        learned = ~held
+    else:
+        ends = examples.ends[split.windows.check]
+        tested = covered(ends, examples.window, len(examples.label))
+        tested |= split.held[examples.session]
+        frames = np.bincount(found.touch, minlength=count)
+        inside = np.bincount(found.touch, tested[found.frame].astype(np.float64), minlength=count)
+        learned, held, words = inside == 0, inside == frames, ""
+        if not (learned.any() and held.any()):
+            recording = np.zeros(count, dtype=np.int64)
+            recording[found.touch] = examples.session[found.frame]
+            held = last_events(recording)
+            learned = ~held
+            words = (
+                f"places are known in too few sessions to hold one out: of each, the last "
+                f"{1 / SHARE:.0f}th of the touches is held out"
+            )
+    train, test = np.flatnonzero(learned[found.touch]), np.flatnonzero(held[found.touch])
+    return replace(parts_of(train, test, seed), words=words)
+
+
+def last_events(recording: Index) -> Mask:
+    """Return which events are in the last block of their recording, (events,).
+
+    The only event of a recording is not.
+
+    Args:
+        recording: Recording of each event, (events,).
+    """
+    held = np.zeros(len(recording), dtype=np.bool_)
+    for number in np.unique(recording):
+        events = np.flatnonzero(recording == number)
+        if len(events) > 1:
+            held[events[-max(1, len(events) // BLOCKS) :]] = True
+    return held
+
+
+def _sites(found: Touches, count: int) -> tuple[Mask, str]:
+    """Return which touches are held out, being nearest to a site held out, (touches,); in words.
+
+    Raises:
+        ValueError: All touches are at one site.
+    """
+    place = np.zeros((count, 2))
+    place[found.touch] = found.place  # of its last image, where they differ
+    sites, own = np.unique(np.rint(place).astype(np.int64), axis=0, return_inverse=True)
+    if len(sites) < 2:
+        raise ValueError(
+            "all touches are at one site; record others with: controller teach --protocol locations"
+        )
+    taken = spread(np.arange(len(sites)), max(1, round(SHARE * len(sites))))
+    listed = ", ".join(f"({x}, {y})" for x, y in sites[taken].tolist())
+    return np.isin(own.reshape(-1), taken), (
+        f"places: {len(taken)} of {len(sites)} sites held out, with all touches nearest to them: "
+        f"{listed}"
+    )

@@ -21,8 +21,8 @@ DRAWS: Final = 2000
 EVENT_DRAWS: Final = 400
 _SILENT: Final = 3.0  # -ln 0.05, about: expected events of which none has p = 0.05
 
-Values = NDArray[np.float64]
-Index = NDArray[np.int64]
+Values = NDArray[np.float64]  # (n,), or (draws,) of resamplings
+Index = NDArray[np.int64]  # (n,)
 Picks = NDArray[np.int64]  # (draws, sessions): numbers of the sessions of each resampling
 
 
@@ -44,7 +44,7 @@ def share(right: ArrayLike, total: ArrayLike, seed: int = 0) -> Figure:
     """Return a share, such as the events that were recognised.
 
     Args:
-        right: How many in each session, (sessions,).
+        right: Hits in each session, (sessions,).
         total: Of how many, (sessions,).
         seed: Of the resampling.
     """
@@ -85,7 +85,7 @@ def event_mean(part: Values, event: Index, seed: int = 0) -> Figure:
     known = np.isfinite(part)
     if not known.any():
         return Figure(np.nan, np.nan, np.nan)
-    sums, counts = _by_event(part[known], event[known])
+    sums, counts = group_sums(part[known], event[known])
     drawn = weights(len(sums), seed, EVENT_DRAWS)
     return Figure(float(part[known].mean()), *middle((drawn @ sums) / (drawn @ counts)))
 
@@ -103,8 +103,10 @@ def event_gain(log_p: Values, y: Index, event: Index, seed: int = 0) -> Figure:
     log_p, y, event = log_p[known], y[known], event[known]
     if not len(y):
         return Figure(np.nan, np.nan, np.nan)
-    sums, counts = _by_event(log_p, event)
-    classes = np.stack([_by_event(own, event)[0] for own in np.eye(int(y.max()) + 1)[:, y]], axis=1)
+    sums, counts = group_sums(log_p, event)
+    classes = np.stack(
+        [group_sums(own, event)[0] for own in np.eye(int(y.max()) + 1)[:, y]], axis=1
+    )
 
     def gain(drawn: Values) -> Values:
         total = drawn @ counts
@@ -114,6 +116,12 @@ def event_gain(log_p: Values, y: Index, event: Index, seed: int = 0) -> Figure:
 
     whole = gain(np.ones((1, len(sums))))
     return Figure(float(whole[0]), *middle(gain(weights(len(sums), seed, EVENT_DRAWS))))
+
+
+def group_sums(values: ArrayLike, group: NDArray[np.integer]) -> tuple[Values, Values]:
+    """Return the sum and the number of the values (n,) of each group that occurs, (groups,)."""
+    _, number = np.unique(group, return_inverse=True)
+    return np.bincount(number, values).astype(np.float64), np.bincount(number).astype(np.float64)
 
 
 def middle(values: Values) -> tuple[float, float]:
@@ -150,12 +158,6 @@ def _bounds(
     if sessions < 2:
         return np.nan, np.nan
     return middle(of(np.random.default_rng(seed).integers(0, sessions, (draws, sessions))))
-
-
-def _by_event(part: Values, event: Index) -> tuple[Values, Values]:
-    """Return the sum of each event's parts and their number, both (events,)."""
-    _, number = np.unique(event, return_inverse=True)
-    return np.bincount(number, part).astype(np.float64), np.bincount(number).astype(np.float64)
 
 
 def _ratio_figure(top: Values, bottom: Values, seed: int) -> Figure:

@@ -1,7 +1,6 @@
 """Figures with 95 % intervals of many sessions that were played through a bundle."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from controller.recognition.debounce import NULL
 from controller.recordings.recording import Recording
 from models.data import faults
 from models.data.examples import Choice
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.evaluation import bootstrap, position_error, scores
 from models.evaluation.event_counts import Counts, Tally, tally
 from models.evaluation.replay import Batched, run
@@ -24,8 +23,6 @@ from models.results.evaluation import (
     Result,
     Row,
 )
-
-ON_SITE: Final = 0.25  # grid units from a taxel, the finger's aim being no better
 
 Say = Callable[[str], None]
 
@@ -53,8 +50,8 @@ def evaluate(
     networks, labels = Batched(bundle), bundle.labels
     tallies = []
     for name, recording in recordings:
-        known = know(recording, labels, name, choice)
-        stream = run(bundle, networks, recording, known, located=located)
+        truth = GroundTruth.of(recording, labels, name, choice)
+        stream = run(bundle, networks, recording, truth, located=located)
         tallies.append(tally(stream, labels))
         say(f"{name}: {tallies[-1].hits} of {count(tallies[-1].events, 'event')}")
     return tallies
@@ -118,7 +115,7 @@ def summarise_broken(
 
     Args:
         on: Name of the set.
-        fault: What is broken.
+        fault: The fault, such as "dead:2,3".
         labels: The bundle's, "null" first.
         tallies: One a session; at least one.
     """
@@ -154,7 +151,7 @@ def _location(tallies: Sequence[Tally]) -> LocationFigures | None:
     if not sum(map(len, places)):
         return None
     errors = [np.abs(one[:, 2:]).mean(axis=1) for one in places]
-    away = [np.abs(one[:, :2] - np.rint(one[:, :2])).max(axis=1) > ON_SITE for one in places]
+    away = [position_error.between_taxels(one[:, :2]) for one in places]
     half, most = np.quantile(np.concatenate(errors), (0.5, 0.95)).tolist()
     sigmas = np.concatenate([t.sigmas for t in tallies])
     touches = np.concatenate(places)

@@ -8,15 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.recognition.debounce import NULL
-from controller.recognition.event_metric import TAIL_S, Answer, Event
+from controller.recognition.event_metric import TAIL_S, Answer, Event, attach
 from controller.recordings.recording import UNKNOWN
-from models.data.ground_truth import Known
+from models.data.ground_truth import GroundTruth
 from models.evaluation.replay import Stream
 
 TURNS: Final = ("twist_cw", "twist_ccw")
 INSIDE_S: Final = 0.2  # from an event's edges: what comes closer may be either
 
-Counts = NDArray[np.int64]
+Counts = NDArray[np.int64]  # (classes, classes)
+Index = NDArray[np.int64]  # (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,16 +26,16 @@ class Tally:
 
     Attributes:
         name: Of the session.
-        user: Whose.
+        user: Identity of the user.
         minutes: Its length.
         idle_minutes: Time in which no gesture lasts or may still be answered.
-        answered: Events (rows; 0: nothing) by what was answered (columns; 0: nothing).
-        named: Events by what the mean probability names.
-        answers: How often each gesture was answered, (classes,).
+        answered: Events (rows; 0: nothing) by answer (columns; 0: nothing).
+        named: Events by class of the mean probability.
+        answers: Answers of each gesture, (classes,).
         wrong: Answers with another name than the event's.
         duplicates: Right answers again.
         latencies_s: From onset, of each right answer.
-        contact_latencies_s: From first contact, likewise, where it is known.
+        contact_latencies_s: The same from first contact, where it is known.
         frames: (right, all) frames.
         turns: The same inside twists.
         sure: Probabilities of the frames whose class is known, and that class.
@@ -48,14 +49,14 @@ class Tally:
     idle_minutes: float
     answered: Counts
     named: Counts
-    answers: Counts
+    answers: Index
     wrong: int
     duplicates: int
     latencies_s: NDArray[np.float64]
     contact_latencies_s: NDArray[np.float64]
     frames: tuple[int, int]
     turns: tuple[int, int]
-    sure: tuple[NDArray[np.float32], Counts]
+    sure: tuple[NDArray[np.float32], Index]
     places: NDArray[np.float64]
     sigmas: NDArray[np.float64]
 
@@ -80,37 +81,26 @@ class Tally:
         return int(self.answered[0].sum())
 
 
-def attach(events: Sequence[Event], answers: Sequence[Answer]) -> list[int]:
-    """Return which event each answer belongs to, -1 none, as `event_metric.judge` does."""
-    onsets = [event.onset_s for event in events]
-    owners = []
-    for answer in answers:
-        index = int(np.searchsorted(onsets, answer.time_s, side="right")) - 1
-        late = index < 0 or answer.time_s > events[index].release_s + TAIL_S
-        owners.append(-1 if late else index)
-    return owners
-
-
 def tally(stream: Stream, labels: Sequence[str]) -> Tally:
     """Count one session."""
-    known, classes = stream.known, len(labels)
+    truth, classes = stream.truth, len(labels)
     number = {label: i for i, label in enumerate(labels)}
-    answers = [a for a in stream.answers if not known.excluded[_frame(known, a.time_s)]]
+    answers = [a for a in stream.answers if not truth.excluded[_frame(truth, a.time_s)]]
     answered, named = np.zeros((2, classes, classes), dtype=np.int64)
-    got, counts = _matched(known, answers, answered, number)
-    for event, kind in zip(known.events, got, strict=True):
+    got, counts = _matched(truth, answers, answered, number)
+    for event, kind in zip(truth.events, got, strict=True):
         answered[number[event.kind], kind] += 1
         named[number[event.kind], _name(stream, event)] += 1
-    use = (known.label != UNKNOWN) & ~known.excluded
-    right = stream.probabilities.argmax(axis=1) == known.label
-    inside = use & _inside_turns(known)
-    step_min = float(np.median(np.diff(known.t))) / 60.0 if len(known.t) > 1 else 0.0
-    idle = stream.ready & ~known.excluded & ~_attached(known)
+    use = (truth.label != UNKNOWN) & ~truth.excluded
+    right = stream.probabilities.argmax(axis=1) == truth.label
+    inside = use & _inside_turns(truth)
+    step_min = float(np.median(np.diff(truth.t))) / 60.0 if len(truth.t) > 1 else 0.0
+    idle = stream.ready & ~truth.excluded & ~_attached(truth)
     sure = use & stream.ready
     return Tally(
-        known.name,
-        known.user,
-        len(known.t) * step_min,
+        truth.name,
+        truth.user,
+        len(truth.t) * step_min,
         int(idle.sum()) * step_min,
         answered,
         named,
@@ -118,7 +108,7 @@ def tally(stream: Stream, labels: Sequence[str]) -> Tally:
         *counts,
         (int(right[use].sum()), int(use.sum())),
         (int(right[inside].sum()), int(inside.sum())),
-        (stream.probabilities[sure], known.label[sure]),
+        (stream.probabilities[sure], truth.label[sure]),
         *_places(stream),
     )
 
@@ -127,65 +117,65 @@ _Matches = tuple[int, int, NDArray[np.float64], NDArray[np.float64]]
 
 
 def _matched(
-    known: Known, answers: Sequence[Answer], answered: Counts, number: Mapping[str, int]
+    truth: GroundTruth, answers: Sequence[Answer], answered: Counts, number: Mapping[str, int]
 ) -> tuple[list[int], _Matches]:
     """Return the answer to each event, and counts: wrong, duplicates, latencies, after contact.
 
     False alarms are added to the first row of `answered`, (classes, classes).
     """
-    got = [0] * len(known.events)
+    got = [0] * len(truth.events)
     wrong = duplicates = 0
     latencies, contacts = [], []
-    for answer, owner in zip(answers, attach(known.events, answers), strict=True):
+    for answer, owner in zip(answers, attach(truth.events, answers), strict=True):
         kind = number[answer.kind]
         if owner < 0:
             answered[0, kind] += 1
-        elif answer.kind != known.events[owner].kind:
+        elif answer.kind != truth.events[owner].kind:
             wrong += 1
             got[owner] = got[owner] or kind
         elif got[owner] == kind:
             duplicates += 1
         else:
             got[owner] = kind
-            latencies.append(answer.time_s - known.events[owner].onset_s)
-            contacts.append(answer.time_s - known.contact_s[owner])
+            latencies.append(answer.time_s - truth.events[owner].onset_s)
+            contacts.append(answer.time_s - truth.contact_s[owner])
     after = np.array([late for late in contacts if np.isfinite(late)])
     return got, (wrong, duplicates, np.array(latencies), after)
 
 
-def _frame(known: Known, time_s: float) -> int:
-    return min(int(np.searchsorted(known.t, time_s)), len(known.t) - 1)
+def _frame(truth: GroundTruth, time_s: float) -> int:
+    return min(int(np.searchsorted(truth.t, time_s)), len(truth.t) - 1)
 
 
-def _between(known: Known, event: Event) -> slice:
+def _between(truth: GroundTruth, event: Event) -> slice:
     """Return the frames in which a gesture lasts: at least one, the next after its onset."""
-    first, end = np.searchsorted(known.t, (event.onset_s, event.release_s))
+    first, end = np.searchsorted(truth.t, (event.onset_s, event.release_s))
     return slice(int(first), int(max(end, first + 1)))
 
 
 def _name(stream: Stream, event: Event) -> int:
-    """Return what the mean probability over an event names, null aside; 0: nothing was ready."""
-    frames = _between(stream.known, event)
+    """Return the class of the mean probability over an event, null aside; 0: no frame is ready."""
+    frames = _between(stream.truth, event)
     if not stream.ready[frames].any():
         return NULL
     return NULL + 1 + int(stream.probabilities[frames, NULL + 1 :].mean(axis=0).argmax())
 
 
-def _attached(known: Known) -> NDArray[np.bool_]:
+def _attached(truth: GroundTruth) -> NDArray[np.bool_]:
     """Return the frames in which an answer would belong to a gesture, (n,)."""
-    within = np.zeros(len(known.t), dtype=np.bool_)
-    for event in known.events:
-        within |= (known.t >= event.onset_s) & (known.t <= event.release_s + TAIL_S)
+    within = np.zeros(len(truth.t), dtype=np.bool_)
+    for event in truth.events:
+        within |= (truth.t >= event.onset_s) & (truth.t <= event.release_s + TAIL_S)
     return within
 
 
-def _inside_turns(known: Known) -> NDArray[np.bool_]:
+def _inside_turns(truth: GroundTruth) -> NDArray[np.bool_]:
     """Return the frames inside twists, away from their edges, (n,)."""
-    within = np.zeros(len(known.t), dtype=np.bool_)
-    for event in known.events:
+    within = np.zeros(len(truth.t), dtype=np.bool_)
+    for event in truth.events:
         if event.kind in TURNS:
-            late_enough = known.t >= event.onset_s + INSIDE_S
-            within |= late_enough & (known.t < event.release_s - INSIDE_S)
+            late_enough = truth.t >= event.onset_s + INSIDE_S
+            within |= late_enough & (truth.t < event.release_s - INSIDE_S)
     return within
 
 
@@ -211,11 +201,11 @@ def _places(stream: Stream) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return found[:, :4], found[:, 4]
 
 
-def _presses(stream: Stream) -> Iterator[tuple[NDArray[np.float64], Counts]]:
+def _presses(stream: Stream) -> Iterator[tuple[NDArray[np.float64], Index]]:
     """Yield the true position of each press, (2,), and the frames with an estimate, (frames,)."""
-    for event in stream.known.events:
-        frames = _between(stream.known, event)
-        truth = stream.known.place[frames]
-        felt = frames.start + np.flatnonzero(np.isfinite(stream.touches[frames, 0]))
-        if np.isfinite(truth[:, 0]).any() and len(felt):
-            yield np.nanmedian(truth, axis=0).astype(np.float64), felt
+    for event in stream.truth.events:
+        frames = _between(stream.truth, event)
+        place = stream.truth.place[frames]
+        located = frames.start + np.flatnonzero(np.isfinite(stream.touches[frames, 0]))
+        if np.isfinite(place[:, 0]).any() and len(located):
+            yield np.nanmedian(place, axis=0).astype(np.float64), located

@@ -15,7 +15,7 @@ from controller.bundles.bundle import Bundle
 from controller.recordings import reader
 from controller.recordings.recording import Recording
 from models.data.examples import Choice
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.data.load import Data
 from models.data.splits import Split
 from models.evaluation.event_counts import tally
@@ -26,9 +26,9 @@ def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], .
     """Return the gestures held out (rows; 0: nothing) by what is answered (columns; 0: nothing).
 
     Args:
-        loaded: What was learned, as a bundle.
-        data: What there is.
-        split: What of it was held out. Recordings with gestures that the bundle does not answer
+        loaded: Bundle of the trained networks.
+        data: Examples of the training.
+        split: Its split. Recordings with gestures that the bundle does not answer
             are left out.
     """
     networks, labels = Batched(loaded), loaded.labels
@@ -37,11 +37,11 @@ def replay(loaded: Bundle, data: Data, split: Split) -> tuple[tuple[int, ...], .
         row = data.rows[number]
         if any(count for label, count in row.examples.items() if label not in labels):
             continue
-        known = know(recording, labels, row.path, cast(Choice, row.labeller))
+        truth = GroundTruth.of(recording, labels, row.path, cast(Choice, row.labeller))
         inputs = network_inputs(recording.frames, loaded.preprocess)
-        said = networks.probabilities(inputs.windows)
+        outputs = networks.probabilities(inputs.windows)
         total += tally(
-            debounced_stream(known, inputs, said, labels, loaded.debounce), labels
+            debounced_stream(truth, inputs, outputs, labels, loaded.debounce), labels
         ).answered
     return tuple(tuple(counts) for counts in total.tolist())
 

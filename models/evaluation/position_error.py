@@ -14,10 +14,11 @@ from controller.recognition.touch_position import PositionSpread
 
 FEWEST: Final = 20  # presses for an estimate
 BARE: Final = PositionSpread(0.0, 1.0)  # of a bundle that is measured: it reports the blur itself
+ON_SITE: Final = 0.25  # grid units from a taxel, the finger's aim being no better
 _ROUNDS: Final = 20
 _LEAST: Final = 1e-6  # variance: no standard deviation is below a thousandth
 
-Values = NDArray[np.float64]
+Values = NDArray[np.float64]  # (n,) of images, or (n, 2) of their errors
 
 
 def measure(blur: Values, errors: Values) -> PositionSpread | None:
@@ -52,6 +53,11 @@ def within(sigma: Values, errors: Values) -> tuple[float, float]:
         return float("nan"), float("nan")
     off = np.abs(errors[known]) / sigma[known, None]
     return float((off <= 1.0).mean()), float((off <= 2.0).mean())
+
+
+def between_taxels(places: Values) -> NDArray[np.bool_]:
+    """Return which places (n, 2), grid units, are not within `ON_SITE` of a taxel, (n,)."""
+    return np.asarray(np.abs(places - np.rint(places)).max(axis=1, initial=0.0) > ON_SITE)
 
 
 def _least_squares(causes: Values, effect: Values) -> Values:

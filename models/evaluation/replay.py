@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from controller.bundles.bundle import Bundle
 from controller.bundles.inference import onnxruntime_engine
-from controller.recognition.debounce import NULL, DebounceSettings, Probabilities, fire, smooth
+from controller.recognition.debounce import NULL, DebounceSettings, fire, smooth
 from controller.recognition.event_metric import Answer
-from controller.recognition.pipeline import Pipeline, Touch
+from controller.recognition.pipeline import Networks, Pipeline, Touch
 from controller.recognition.preprocess import Image, Preprocessor, PreprocessSettings, Window
 from controller.recordings.recording import PICOFARAD, Recording, refuse_misfit
-from models.data.ground_truth import Known
+from models.data.ground_truth import GroundTruth
 
 BATCH: Final = 64  # windows in a run of a network: more are no faster
 _NOWHERE: Final = (float("nan"), float("nan"))
@@ -44,15 +44,15 @@ class Stream:
     """Output of the pipeline for a recording, frame by frame.
 
     Attributes:
-        known: Ground truth of the recording.
+        truth: Ground truth of the recording.
         ready: The frame ends a whole window, (n,).
         probabilities: One per class, (n, classes); 1 for null where no window ends.
-        touches: Where the present touch is, grid units, NaN at rest, (n, 2).
+        touches: Position of the present touch, grid units, NaN at rest, (n, 2).
         sigmas: Standard deviation of it, grid units, NaN where the bundle gives none, (n,).
         answers: Gestures that fired, in order.
     """
 
-    known: Known
+    truth: GroundTruth
     ready: NDArray[np.bool_]
     probabilities: NDArray[np.float32]
     touches: NDArray[np.float64]
@@ -82,7 +82,7 @@ def run(
     bundle: Bundle,
     networks: Batched,
     recording: Recording,
-    known: Known,
+    truth: GroundTruth,
     *,
     located: bool = True,
 ) -> Stream:
@@ -92,7 +92,7 @@ def run(
         bundle: Settings of the stages.
         networks: Its own, or others in their place.
         recording: Its frames.
-        known: Ground truth of the recording.
+        truth: Ground truth of the recording.
         located: Touch positions are estimated as well, which takes longer.
 
     Raises:
@@ -101,9 +101,9 @@ def run(
     refuse(recording, bundle)
     inputs = network_inputs(recording.frames, bundle.preprocess)
     if located:
-        return replay(bundle, networks, recording, known, inputs)
+        return replay(bundle, networks, recording, truth, inputs)
     outputs = networks.probabilities(inputs.windows)
-    return debounced_stream(known, inputs, outputs, bundle.labels, bundle.debounce)
+    return debounced_stream(truth, inputs, outputs, bundle.labels, bundle.debounce)
 
 
 def network_inputs(frames: NDArray[np.float32], settings: PreprocessSettings) -> NetworkInputs:
@@ -123,32 +123,32 @@ def replay(
     bundle: Bundle,
     networks: Batched,
     recording: Recording,
-    known: Known,
+    truth: GroundTruth,
     inputs: NetworkInputs,
 ) -> Stream:
-    """Replay a recording whose windows are known."""
+    """Replay a recording whose windows are computed already."""
     outputs = networks.probabilities(inputs.windows)
     computed = _ComputedOutputs(outputs)
-    pipeline = Pipeline(bundle, computed, bundle.mapping)
+    pipeline = Pipeline(bundle.settings, computed, bundle.mapping)
     fired = []
-    sigmas = np.full(len(known.t), np.nan)
-    for frame, t_s in zip(recording.frames, known.t.tolist(), strict=True):
+    sigmas = np.full(len(truth.t), np.nan)
+    for frame, t_s in zip(recording.frames, truth.t.tolist(), strict=True):
         step = pipeline.step(frame, t_s)
         sigmas[computed.frame] = np.nan if step.sigma is None else step.sigma
         computed.frame += 1
         if step.gesture is not None:
             fired.append(Answer(t_s, step.gesture))
-    touches = np.full((len(known.t), 2), np.nan)
+    touches = np.full((len(truth.t), 2), np.nan)
     if computed.images and (places := networks.touches(np.stack(computed.images))) is not None:
         touches[computed.touched] = places
     return Stream(
-        known, *spread(outputs, inputs, len(known.t), len(bundle.labels)), touches, sigmas,
+        truth, *spread(outputs, inputs, len(truth.t), len(bundle.labels)), touches, sigmas,
         tuple(fired),
     )  # fmt: skip
 
 
 def debounced_stream(
-    known: Known,
+    truth: GroundTruth,
     inputs: NetworkInputs,
     outputs: NDArray[np.float32],
     labels: Sequence[str],
@@ -157,16 +157,17 @@ def debounced_stream(
     """Return the stream of a recording without touch positions: debouncing only.
 
     Args:
-        known: Ground truth of the recording.
+        truth: Ground truth of the recording.
         inputs: Its windows.
         outputs: Probabilities of each window, (windows, classes).
         labels: The classes, "null" first.
         settings: When a gesture counts.
     """
-    ready, probabilities = spread(outputs, inputs, len(known.t), len(labels))
-    nowhere = np.full((len(known.t), 3), np.nan)
-    fired = debounced(probabilities, known.t, labels, settings)
-    return Stream(known, ready, probabilities, nowhere[:, :2], nowhere[:, 2], fired)
+    ready, probabilities = spread(outputs, inputs, len(truth.t), len(labels))
+    nowhere = np.full((len(truth.t), 3), np.nan)
+    fired = fire(smooth(probabilities, settings.smoothing), settings)
+    answers = tuple(Answer(float(truth.t[frame]), labels[kind]) for frame, kind in fired)
+    return Stream(truth, ready, probabilities, nowhere[:, :2], nowhere[:, 2], answers)
 
 
 def spread(
@@ -181,24 +182,6 @@ def spread(
     return ready, probabilities
 
 
-def debounced(
-    probabilities: Probabilities,
-    t: NDArray[np.float64],
-    labels: Sequence[str],
-    settings: DebounceSettings,
-) -> tuple[Answer, ...]:
-    """Return the gestures that the debouncer fires.
-
-    Args:
-        probabilities: Of every frame, (n, classes).
-        t: Time of every frame, seconds, (n,).
-        labels: The classes, "null" first.
-        settings: When a gesture counts.
-    """
-    fired = fire(smooth(probabilities, settings.smoothing), settings)
-    return tuple(Answer(float(t[frame]), labels[kind]) for frame, kind in fired)
-
-
 def refuse(recording: Recording, bundle: Bundle) -> None:
     """Refuse a recording of another sensor or rate than the bundle's.
 
@@ -207,11 +190,11 @@ def refuse(recording: Recording, bundle: Bundle) -> None:
     """
     if bundle.preprocess.normalise != "ratio":  # then the unit is the sensor's own
         recording = replace(recording, origin=replace(recording.origin, unit=PICOFARAD))
-    refuse_misfit(recording, bundle)
+    refuse_misfit(recording, bundle.settings)
 
 
-class _ComputedOutputs:
-    """Networks of a pipeline whose outputs are computed already."""
+class _ComputedOutputs(Networks):
+    """Networks of a pipeline whose outputs, (windows, classes), are computed already."""
 
     def __init__(self, outputs: NDArray[np.float32]) -> None:
         self._outputs = iter(outputs)
@@ -219,8 +202,8 @@ class _ComputedOutputs:
         self.touched: list[int] = []  # frames with a touch
         self.images: list[Image] = []  # and their images
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
-        """Return the output for the next window."""
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
+        """Return the output for the next window, (classes,)."""
         return next(self._outputs)
 
     def touch(self, image: Image) -> Touch | None:

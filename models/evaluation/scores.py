@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from models.data.examples import Examples
 from models.evaluation import bootstrap
-from models.results.training import Calibration, Honesty
+from models.results.training import Calibration, HeldOutScore
 
 BINS: Final = 10  # of confidence
 _HOTTEST: Final = 3.0  # logarithm of the temperature, either way
@@ -81,16 +81,13 @@ def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabili
     """Return the events among windows, and the classes that they are named.
 
     Args:
-        examples: Where the windows are from.
+        examples: Source of the windows.
         ends: Their last frames, in order.
         probabilities: Of each window, (windows, classes).
     """
     label = examples.label[ends]
-    begins = np.ones(len(ends), dtype=np.bool_)
-    # An unclear frame at an edge parts nothing; another session or a longer silence does.
-    begins[1:] = (
-        (np.diff(ends) > 2) | (np.diff(label) != 0) | (np.diff(examples.session[ends]) != 0)
-    )
+    # A frame of unknown class at an edge parts nothing; a longer silence does.
+    begins = examples.begins(ends, gap=2)
     run = np.cumsum(begins) - 1
     of = label[begins]
     total = np.zeros((len(of), probabilities.shape[1]))
@@ -99,30 +96,25 @@ def events(examples: Examples, ends: NDArray[np.int64], probabilities: Probabili
     return Events(of[gesture], 1 + total[gesture, 1:].argmax(axis=1))
 
 
-def honest_share(
+def score_windows(
     examples: Examples,
     check: tuple[NDArray[np.int64], NDArray[np.integer]],
     random: tuple[NDArray[np.int64], NDArray[np.integer]],
     classes: int,
-) -> Honesty:
+) -> HeldOutScore:
     """Return the share of windows named rightly, held out and at random.
 
     Args:
-        examples: Where the windows are from.
+        examples: Source of the windows.
         check: Last frames of the windows held out, (n,), and the classes named, (n,).
         random: The same of the windows at random.
         classes: Number of classes.
     """
     right = [named == examples.label[ends] for ends, named in (check, random)]
-    session = examples.session[check[0]]
-    groups = np.unique(session)
-    figure = bootstrap.share(
-        [right[0][session == group].sum() for group in groups],
-        [(session == group).sum() for group in groups],
-    )
+    figure = bootstrap.share(*bootstrap.group_sums(right[0], examples.session[check[0]]))
     shares = [float(r.mean()) if len(r) else math.nan for r in right]
     # Per output, a window is one right answer per class: two are wrong where its name is.
-    return Honesty(
+    return HeldOutScore(
         shares[0],
         figure.low,
         figure.high,
@@ -134,9 +126,9 @@ def honest_share(
     )
 
 
-def honest_error(
+def score_errors(
     session: NDArray[np.integer], check: NDArray[np.floating], random: NDArray[np.floating]
-) -> Honesty:
+) -> HeldOutScore:
     """Return the mean error, held out and at random.
 
     Args:
@@ -147,7 +139,7 @@ def honest_error(
     each = np.abs(check).mean(axis=1)
     figure = bootstrap.mean([each[session == group] for group in np.unique(session)])
     other = float(np.abs(random).mean()) if len(random) else math.nan
-    return Honesty(
+    return HeldOutScore(
         figure.value, figure.low, figure.high, other, math.nan, math.nan, len(check), len(random)
     )
 

@@ -53,7 +53,7 @@ class Goal:
     alarms_per_min: float = 0.02
 
     def cost(self, point: Point) -> float:
-        """Return what a point costs."""
+        """Return the cost of a point."""
         lost = self.lost * 100.0 * (1.0 - point.f1)
         return lost + self.alarm * point.false_alarms_per_min + self.wait * point.latency_s
 
@@ -87,7 +87,7 @@ def tune(
     Raises:
         ValueError: There are no gestures in the streams.
     """
-    events = sum(len(stream.known.events) for stream in streams)
+    events = sum(len(stream.truth.events) for stream in streams)
     if not events:
         raise ValueError("there are no gestures in these recordings; tune on labelled ones")
     idle = sum(tally(stream, labels).idle_minutes for stream in streams)
@@ -143,8 +143,8 @@ def choose(edge: Sequence[Point], points: Sequence[Point], goal: Goal, events: i
     Args:
         edge: The front, the fastest first.
         points: The whole grid.
-        goal: What things cost.
-        events: How many gestures the points were measured on.
+        goal: Costs and limits.
+        events: Number of gestures behind the points.
     """
     fast = [point for point in edge if point.latency_s <= goal.latest_s + 1e-9]
     quiet = [point for point in fast if point.false_alarms_per_min <= goal.alarms_per_min]
@@ -172,16 +172,16 @@ def write(
     path: Path,
     loaded: Path,
     settings: DebounceSettings,
-    said: str,
+    entry: str,
     far: PositionSpread | None = None,
 ) -> Bundle:
     """Write a bundle that differs from another in what was measured here only, and return it.
 
     Args:
-        path: Where to.
+        path: Path of the new file.
         loaded: The other bundle's file.
         settings: The thresholds.
-        said: Line of its card about them.
+        entry: Line of its card about them.
         far: Error of its positions; None: as in the other.
 
     Raises:
@@ -197,7 +197,7 @@ def write(
     card = table.pop("card")  # it stands last
     if far is not None:
         table["location"] = dataclasses.asdict(far)
-    table["card"] = {**card, "tuned": said}
+    table["card"] = {**card, "tuned": entry}
     bundle.write(path, manifest=tomli_w.dumps(table).encode(), parts=bundle.content(parts))
     return bundle.read(path)
 
@@ -222,8 +222,8 @@ def _scores(
             if settings.smoothing not in means:  # one at a time, since the grid is in order
                 means = {settings.smoothing: smooth(stream.probabilities, settings.smoothing)}
             fired = fire(means[settings.smoothing], settings)
-            answers = [Answer(float(stream.known.t[at]), labels[kind]) for at, kind in fired]
-            score.add(judge(stream.known.events, answers))
+            answers = [Answer(float(stream.truth.t[at]), labels[kind]) for at, kind in fired]
+            score.add(judge(stream.truth.events, answers))
     return scores
 
 

@@ -11,12 +11,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.user_id import Belief, believe, nothing
-from controller.recognition.users import ANYBODY, Users
+from controller.recognition.user_id import ANYBODY, Belief, Users, believe, nothing
 from controller.simulator.hand import GESTURES
 from models.evaluation import bootstrap, scores
 from models.results.figure import Figure
-from models.results.users import Open
+from models.results.users import OpenSetFigures
 
 SEEN: Final = (1, 2, 3, 5)  # gestures in a row
 GRID: Final = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.998)  # acceptances to choose from
@@ -26,11 +25,11 @@ FORGET_S: Final = 30.0  # pauses of the same player are shorter
 FALSE_ACCEPTS: Final = 0.05  # share of strangers that acceptance is chosen for,
 JUDGED: Final = 3  # after this many gestures
 
-Said = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
+Evidence = NDArray[np.float64]  # (events, outputs): evidence, in the order of the recording
 Index = NDArray[np.intp]  # (events,)
 
 
-def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief, Index]:
+def beliefs(evidence: Evidence, session: Index, users: Users, seen: int) -> tuple[Belief, Index]:
     """Return the belief after each row of gestures, (rows, users), and its first gesture, (rows,).
 
     A row has `seen` gestures of one recording; each gesture is in one row.
@@ -41,39 +40,35 @@ def beliefs(said: Said, session: Index, users: Users, seen: int) -> tuple[Belief
         for start in range(0, len(own) - seen + 1, seen):
             belief = nothing(users)
             for event in own[start : start + seen]:
-                belief = believe(belief, said[event], users)
+                belief = believe(belief, evidence[event], users)
             made.append(belief)
             first.append(own[start])
     empty = np.zeros((0, 1 + len(users.names)))
     return np.array(made) if made else empty, np.array(first, dtype=np.int64)
 
 
-def share(said: Said, who: Index, session: Index, users: Users, seen: int = 1) -> Figure:
+def share(evidence: Evidence, user: Index, session: Index, users: Users, seen: int = 1) -> Figure:
     """Return the share of rows of gestures whose most probable user is the right one.
 
     Among enrolled users only. The interval is by whole sessions.
 
     Args:
-        said: Evidence, (events, outputs).
-        who: User of each event, (events,).
+        evidence: Evidence, (events, outputs).
+        user: User of each event, (events,).
         session: Recording of each event, (events,).
         users: Temperature and acceptance.
         seen: Gestures in a row.
     """
-    belief, first = beliefs(said, session, users, seen)
+    belief, first = beliefs(evidence, session, users, seen)
     if not len(first):
         return Figure(math.nan, math.nan, math.nan)
-    right = 1 + belief[:, 1:].argmax(axis=1) == who[first]
-    of = session[first]
-    groups = np.unique(of)
-    return bootstrap.share(
-        [right[of == group].sum() for group in groups], [(of == group).sum() for group in groups]
-    )
+    right = 1 + belief[:, 1:].argmax(axis=1) == user[first]
+    return bootstrap.share(*bootstrap.group_sums(right, session[first]))
 
 
-def openly(
-    own: tuple[Said, Index, Index], others: tuple[Said, Index], users: Users, seen: int
-) -> Open:
+def open_set(
+    own: tuple[Evidence, Index, Index], others: tuple[Evidence, Index], users: Users, seen: int
+) -> OpenSetFigures:
     """Return the figures of identification against strangers.
 
     Args:
@@ -86,13 +81,13 @@ def openly(
     strange, _ = beliefs(others[0], others[1], users, seen)
     sure, unsure = belief[:, 1:].max(axis=1), strange[:, 1:].max(axis=1)
     named = _named(belief, users)
-    who = own[1][first]
-    return Open(
+    user = own[1][first]
+    return OpenSetFigures(
         seen,
         auroc(sure, unsure),
         float((_named(strange, users) != ANYBODY).mean()),
-        float((named == who).mean()),
-        float(((named != who) & (named != ANYBODY)).mean()),
+        float((named == user).mean()),
+        float(((named != user) & (named != ANYBODY)).mean()),
     )
 
 
@@ -125,20 +120,23 @@ def users_of(count: int, temperature: float = 1.0, accept: float = 0.9) -> Users
 
 
 def tuned(
-    said: tuple[NDArray[np.float64], NDArray[np.float64]], who: Index, session: Index, count: int
+    evidence: tuple[NDArray[np.float64], NDArray[np.float64]],
+    user: Index,
+    session: Index,
+    count: int,
 ) -> Users:
     """Return users with the temperature and the acceptance that fit the gestures held out.
 
     Args:
-        said: Evidence of enrolled users' gestures, and of strangers', (events, outputs) each.
-        who: Users of the first, (events,).
+        evidence: Evidence of enrolled users' gestures, and of strangers', (events, outputs) each.
+        user: Users of the first, (events,).
         session: Recordings of the second, (events,).
         count: Number of users.
     """
-    both = np.concatenate(said)
-    label = np.concatenate([who, np.zeros(len(said[1]), dtype=np.int64)])
+    both = np.concatenate(evidence)
+    label = np.concatenate([user, np.zeros(len(evidence[1]), dtype=np.int64)])
     users = users_of(count, float(np.clip(scores.temperature(both, label), 0.05, 20.0)))
-    strange, _ = beliefs(said[1], session, users, JUDGED)
+    strange, _ = beliefs(evidence[1], session, users, JUDGED)
     return replace(users, accept=acceptance(strange, FALSE_ACCEPTS))
 
 

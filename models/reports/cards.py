@@ -9,7 +9,7 @@ from models.reports.tables import Table
 from models.results import missed_gestures
 from models.results.evaluation import Evaluation
 from models.results.training import Training
-from models.results.users import Telling
+from models.results.users import UserResult
 
 USERS_WARNING = (
     "User identification is a convenience: a person with similar touches is taken for another. It "
@@ -66,7 +66,7 @@ def headline(found: Training) -> str:
     return "\n\n".join(filter(None, [markdown.table(tables.honesty(found)), unseen]))
 
 
-def users(found: Telling) -> str:
+def users(found: UserResult) -> str:
     """Return the card of a user identification."""
     parts = [
         f"# {found.name}: {several(len(found.people), 'person', 'people')}",

@@ -1,6 +1,6 @@
-"""Drawings for report pages: matplotlib figures as SVG elements in the colours of the page.
+"""Drawings in one style, as SVG elements of report pages and as files, reproducible.
 
-A drawing follows the page into dark mode: draw in `COLOURS`, and `svg` puts the style sheet's
+A drawing on a page follows it into dark mode: draw in `COLOURS`, and `svg` puts the style sheet's
 variables in their place.
 """
 
@@ -9,6 +9,7 @@ import math
 import re
 import warnings
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -16,6 +17,9 @@ from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
+
+from controller import files
 
 # Variables of style.css and their values on light paper.
 COLOURS: Final = {
@@ -59,14 +63,44 @@ PIXELS_PER_INCH: Final = 72  # one pixel of the page is one point of the drawing
 PERCENT: Final = FuncFormatter(lambda value, _: f"{100 * value:.3g} %")
 PLAIN: Final = FuncFormatter(lambda value, _: f"{value:.3g}")
 
+DOTS_PER_INCH: Final = 130  # of PNG files
+
+Panels = NDArray[Any]  # (rows, columns) of Axes
+
 styled: Final = mpl.rc_context(STYLE)  # decorator of functions that draw
 
 
 def new(width: float, height: float) -> tuple[Figure, Axes]:
     """Return an empty drawing of a size in pixels, and its axes."""
+    figure, axes = panels(width, height, 1)
+    return figure, axes[0, 0]
+
+
+def panels(
+    width: float, height: float, columns: int, rows: int = 1, **options: Any
+) -> tuple[Figure, Panels]:
+    """Return an empty drawing of a size in pixels, and its panels, (rows, columns).
+
+    Args:
+        width: Of the drawing.
+        height: Of the drawing.
+        columns: Panels side by side.
+        rows: Panels one below the other.
+        options: Of `Figure.subplots`.
+    """
     size = (width / PIXELS_PER_INCH, height / PIXELS_PER_INCH)
     figure = Figure(figsize=size, dpi=PIXELS_PER_INCH, layout="constrained")
-    return figure, figure.add_subplot()
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+@styled
+def save(figure: Figure, path: Path) -> Path:
+    """Write a drawing, complete or not at all, in the format of the path's suffix."""
+    drawn, kind = io.BytesIO(), path.suffix.removeprefix(".")
+    metadata = {"Date": None} if kind == "svg" else None
+    figure.savefig(drawn, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=metadata)
+    files.atomic_write(path, drawn.getvalue())
+    return path
 
 
 def svg(figure: Figure, alternative: str) -> Markup:
@@ -117,3 +151,9 @@ def name_point(axes: Axes, at: tuple[float, float], name: str, colour: str) -> N
         axes.plot(*at, "o", color=colour, mec=PAPER, ms=13, clip_on=False)
         axes.annotate(name, at, xytext=(0, 10), textcoords="offset points", ha="center",
                       weight="bold", color=colour)  # fmt: skip
+
+
+def above(axes: Axes, x: float, y: float, words: str, colour: str = INK) -> None:
+    """Write words above a point, such as the top of a bar."""
+    axes.annotate(words, (x, y), xytext=(0, 3), textcoords="offset points", color=colour,
+                  ha="center", fontsize=10)  # fmt: skip

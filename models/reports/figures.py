@@ -32,7 +32,7 @@ from models.reports.drawing import (
     svg,
 )
 from models.results.evaluation import Point, Tuning
-from models.results.training import Epoch, Honesty, SessionRow
+from models.results.training import Epoch, HeldOutScore, SessionRow
 
 SESSIONS_SHOWN: Final = 30  # in the drawing of label lateness; of more, evenly spread ones
 ARROWS_SHOWN: Final = 350  # on a map of touches
@@ -95,7 +95,7 @@ def _over_epochs(epochs: int, best: int, title: str) -> tuple[Figure, Axes]:
 
 
 @styled
-def gap(honest: Honesty, *, share: bool) -> Markup:
+def gap(honest: HeldOutScore, *, share: bool) -> Markup:
     """Return the score on unseen sessions above that of the paper's protocol."""
     figure, axes = new(560, 150)
     axes.plot([honest.low, honest.high], [1, 1], color=UNSEEN, lw=4, alpha=0.45)

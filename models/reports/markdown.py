@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from models import user_files
 from models.reports.tables import Table
+from models.results import storage
 
 
 def table(content: Table) -> str:
@@ -16,22 +16,33 @@ def _cell(text: str) -> str:
     return f" {text.replace('|', chr(92) + '|')} " if text else " "
 
 
-def check(path: Path, begin: str, end: str) -> None:
-    """Check that a page has the two marks.
+def check(path: Path, command: str) -> None:
+    """Check that a page has the two marks of a command.
 
     Raises:
         UserFileError: It cannot be read.
         ValueError: The marks are not in it.
     """
-    between(user_files.read_text(path), begin, end, "")
+    between(storage.read_text(path), command, "")
 
 
-def between(page: str, begin: str, end: str, content: str) -> str:
-    """Return a page with other content between two marks.
+def update(path: Path, command: str, content: str) -> None:
+    """Replace the text between the two marks of a command in a page.
+
+    Raises:
+        UserFileError: It cannot be read.
+        ValueError: The marks are not in it.
+    """
+    storage.write_text(path, between(storage.read_text(path), command, content))
+
+
+def between(page: str, command: str, content: str) -> str:
+    """Return a page with other content between the two marks of a command.
 
     Raises:
         ValueError: The marks are not in it.
     """
+    begin, end = f"<!-- {command} -->", f"<!-- so far {command} -->"
     before, first, rest = page.partition(begin)
     _, last, after = rest.partition(end)
     if not (first and last):

@@ -19,13 +19,14 @@ from markupsafe import Markup
 
 from controller import config
 from controller.bundles.bundle import Bundle
-from models import formatting, json_values, user_files
+from models import formatting
 from models.reports import cards, figures, sections, tables
 from models.reports.sections import Matrix
 from models.reports.tables import Table
+from models.results import storage
 from models.results.evaluation import Evaluation, Tuning
 from models.results.training import Training
-from models.results.users import Telling
+from models.results.users import UserResult
 
 OPENING: Final = '<script type="application/json" id="data">'
 CLOSING: Final = "</script>"
@@ -70,7 +71,7 @@ class Section:
 
     Attributes:
         title: Its heading.
-        parts: What it shows: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
+        parts: Its content: paragraphs as text or `Markup`, tables, matrices, drawings, lists.
     """
 
     title: str
@@ -102,7 +103,7 @@ def study(
         content: Its sections; those without parts are left out.
         lead: A sentence below the title.
         headlines: The most important figures: value, meaning, and a remark.
-        command: What wrote it.
+        command: Command line.
     """
     return render(
         "study.html", title=title, content=content, lead=lead, headlines=headlines, command=command
@@ -132,25 +133,25 @@ def write(path: Path, data: ReportData) -> None:
     if there is not None and data.training is None:
         given = {f.name: part for f in fields(data) if (part := getattr(data, f.name)) is not None}
         data = replace(there, **given)
-    user_files.write_text(path, html(data))
+    storage.write_text(path, html(data))
 
 
 def write_training(out: Path, loaded: Bundle, found: Training) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb."""
-    user_files.write_text(out.with_suffix(".md"), f"{cards.training(loaded, found)}\n")
-    user_files.write_text(out.with_suffix(".json"), f"{json_values.text(found)}\n")
-    user_files.write_text(out.with_suffix(".html"), html(ReportData(training=found)))
+    storage.write_text(out.with_suffix(".md"), f"{cards.training(loaded, found)}\n")
+    storage.write_json(out.with_suffix(".json"), found)
+    storage.write_text(out.with_suffix(".html"), html(ReportData(training=found)))
 
 
-def write_users(out: Path, found: Telling) -> None:
+def write_users(out: Path, found: UserResult) -> None:
     """Write NAME.md, NAME.json and NAME.html beside the bundle NAME.orb of identified users."""
-    user_files.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
-    user_files.write_text(out.with_suffix(".json"), f"{json_values.text(found)}\n")
+    storage.write_text(out.with_suffix(".md"), f"{cards.users(found)}\n")
+    storage.write_json(out.with_suffix(".json"), found)
     about = f"Identified by {', '.join(found.gestures)}. {found.split}"
     people = Section("People", [about, *found.notes, cards.USERS_WARNING, *tables.users(found)])
     made = Section("How it was made", [Markup("<code>{}</code>").format(found.command)])
     title = f"{found.name}: user identification"
-    user_files.write_text(out.with_suffix(".html"), study(title, [people, made]))
+    storage.write_text(out.with_suffix(".html"), study(title, [people, made]))
 
 
 def read(path: Path) -> ReportData | None:
@@ -159,9 +160,9 @@ def read(path: Path) -> ReportData | None:
     Raises:
         ValueError: The file cannot be read or written, or is no report of this version.
     """
-    if not user_files.target(path).exists():
+    if not storage.target(path).exists():
         return None
-    page = user_files.read_text(path)
+    page = storage.read_text(path)
     try:
         return unpack(page)
     except ValueError as error:
@@ -170,7 +171,7 @@ def read(path: Path) -> ReportData | None:
 
 def pack(data: ReportData) -> str:
     """Return the data as an element of the page; of many touches some, evenly spread."""
-    text = json.dumps(_thinned(json_values.plain(data)), allow_nan=False, ensure_ascii=False)
+    text = json.dumps(_thinned(storage.plain(data)), allow_nan=False, ensure_ascii=False)
     return OPENING + text.replace("<", "\\u003c") + CLOSING  # no text can end the element
 
 
@@ -184,7 +185,7 @@ def unpack(page: str) -> ReportData:
     if found is None:
         raise ValueError("it is no report of this program")
     try:
-        made = json_values.read(ReportData, config.parse_json(found[1], len(found[1])))
+        made = storage.from_plain(ReportData, config.parse_json(found[1], len(found[1])))
     except (TypeError, KeyError, ValueError, AttributeError):
         raise ValueError("it is a report of another version") from None
     assert isinstance(made, ReportData)

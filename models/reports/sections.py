@@ -61,7 +61,7 @@ def answered_rightly(
     Args:
         labels: "null" first.
         counts: Events by answer, (classes, classes).
-        on: What it was measured on.
+        on: Data that it was measured on.
     """
     right, events = missed_gestures.right(counts)
     failing = [
@@ -73,7 +73,7 @@ def answered_rightly(
 
 
 def advice(trained: Training, judged: Evaluation | None) -> list[str]:
-    """Return what to do next: the advice of the evaluation, then of the training."""
+    """Return the next steps: the advice of the evaluation, then of the training."""
     advised = missed_gestures.of_all(judged.results) if judged is not None else []
     return [*advised, *(() if advised and trained.advice == (ENOUGH,) else trained.advice)]
 

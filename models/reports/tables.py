@@ -21,7 +21,7 @@ from models.formatting import (
 from models.results import missed_gestures
 from models.results.evaluation import Broken, LocationFigures, Result, Row, Tuning
 from models.results.training import ClassRow, Training
-from models.results.users import Telling
+from models.results.users import UserResult
 
 Column = tuple[str, Callable[[Any], str]]  # its title, and its cell of a row
 
@@ -218,7 +218,7 @@ def honesty(found: Training) -> Table:
     return Table(["", "unseen", "windows at random, as the paper's protocol", "gap"], rows)
 
 
-def users(found: Telling) -> list[Table]:
+def users(found: UserResult) -> list[Table]:
     """Return the tables of a user identification: by protocol, by person, against strangers."""
     protocols = [
         [f"{several(seen, 'gesture')} in a row, unseen", share_interval(figure)]

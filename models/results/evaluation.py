@@ -19,7 +19,7 @@ class ClassFigures:
 
     Attributes:
         label: Its name.
-        events: How often it was made.
+        events: Number of its events.
         recall: Share of these that were answered rightly.
         precision: Share of the answers with its name that were right.
         named: Share of its events that the mean probability names rightly.
@@ -64,8 +64,8 @@ class Row:
     """The same figures for one session or one user.
 
     Attributes:
-        name: Which.
-        sessions: How many.
+        name: Of the session or user.
+        sessions: Number of them.
         events: True gestures.
         f1: Of the event metric.
         event_accuracy: Share of events that the mean probability names rightly.
@@ -106,8 +106,8 @@ class Result:
     Attributes:
         name: Of the set: a preset, a folder.
         labels: Classes, "null" first.
-        sessions: How many.
-        users: How many.
+        sessions: Number of them.
+        users: Number of them.
         events: True gestures.
         minutes: Their length.
         idle_minutes: Time in which no gesture lasts or may still be answered.
@@ -204,7 +204,7 @@ class Evaluation:
         debounce: Debounce settings by name.
         results: One for each set of sessions.
         broken: One for each fault that was tried.
-        notes: What else is worth knowing, in sentences.
+        notes: Further remarks, in sentences.
         rows: Of the sensor; 5 in files of older versions.
         columns: Of the sensor.
     """
@@ -247,16 +247,16 @@ class Tuning:
 
     Attributes:
         bundle: File name of the bundle that was tuned.
-        sessions: How many streams.
+        sessions: Number of streams.
         events: True gestures in them.
         idle_minutes: Time without any.
         before: The bundle's own point.
         chosen: The point that was written.
         front: Points that no other beats in recall, false alarms and latency together,
             the fastest first.
-        tried: How many points.
-        goal: How one was chosen, a sentence.
-        command: What was typed.
+        tried: Number of points.
+        goal: The rule of the choice, a sentence.
+        command: Command line.
     """
 
     bundle: str

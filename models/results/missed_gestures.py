@@ -1,4 +1,4 @@
-"""Gestures that are not answered as they should be: which, how often, and what to do about it."""
+"""Gestures that the device misses too often: counts, and advice on them."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -28,20 +28,20 @@ def failing(table: Table) -> list[int]:
 
 
 def counts(labels: Sequence[str], table: Table, number: int) -> str:
-    """Return how a class is answered: "knock: 13 of 20"."""
+    """Return the score of a class in words: "knock: 13 of 20"."""
     return f"{labels[number]}: {table[number][number]} of {sum(table[number])}"
 
 
 def advice(
     labels: Sequence[str], table: Table, number: int, *, more: int = 0, little: bool = False
 ) -> str:
-    """Return what to do about a class that is missed too often, a sentence with its figures.
+    """Return the advice on a class that is missed too often, a sentence with its figures.
 
     Args:
         labels: "null" first.
-        table: What was answered.
+        table: Events by answer.
         number: The class.
-        more: How many more examples are known to help; 0: it is unknown. Fewer than were missed are
+        more: Further examples that would help; 0: it is unknown. Fewer than were missed are
             not named: one more example would not mend six misses.
         little: More examples are known to help little.
     """
@@ -65,7 +65,7 @@ def advice(
 
 
 def of_all(results: Sequence[Result]) -> list[str]:
-    """Return what to do about every class that is missed too often, in all sets of sessions."""
+    """Return the advice on every class that is missed too often, in all sets of sessions."""
     return [
         f"{result.name}: {advice(result.labels, result.answered, number)}"
         for result in results
@@ -74,5 +74,5 @@ def of_all(results: Sequence[Result]) -> list[str]:
 
 
 def _taken_for(row: Sequence[int], number: int) -> int:
-    """Return what a class is taken for most often; 0: nothing."""
+    """Return the class that is answered most often in place of another; 0: none."""
     return max(range(len(row)), key=lambda other: 0 if other == number else row[other])

@@ -23,7 +23,7 @@ class Lateness:
         begin_spread_s: The middle half of them lies in a range as long as this.
         end_s: The same of their ends.
         end_spread_s: The same of their ends.
-        edges: How many were compared.
+        edges: Number of edges compared.
         moved: Labels whose edges were moved to where the touch was.
         masked: Frames too close to an edge to be labelled; they are left out of training.
         unfelt: Labels without a touch; they are left out of training.
@@ -55,12 +55,12 @@ class SessionRow:
 
     Attributes:
         path: The file.
-        user: Who; "" unknown.
-        session: Which of theirs.
+        user: Identity of the user; "" unknown.
+        session: Name of the user's session.
         seconds: Its length.
         verdict: "good", "doubtful" or "failed": `controller recordings check`.
-        findings: What is not as it should be, in sentences.
-        labeller: Whose labels are learned: "true", "button", "key" or "cue".
+        findings: Findings of the check, in sentences.
+        labeller: Source of the labels: "true", "button", "key" or "cue".
         held_out: Nothing was learned from it.
         examples: Times that each gesture was made, by label.
         lateness: Of its labels; None where they are the truth.
@@ -90,7 +90,7 @@ class ClassRow:
         precision: Share of the windows so named that are it, in sessions held out.
         event_recall: Share of its events recognised, in sessions held out; NaN for null.
         curve: (examples, errors): share of its events that are not recognised after so many.
-        more: How many more examples would be worth recording; 0: enough.
+        more: Further examples worth recording; 0: enough.
         advice: The same in words.
     """
 
@@ -127,7 +127,7 @@ class Epoch:
 
 
 @dataclass(frozen=True, slots=True)
-class Honesty:
+class HeldOutScore:
     """Score of a network on unseen sessions, and by the paper's protocol.
 
     Attributes:
@@ -136,9 +136,9 @@ class Honesty:
         high: Upper bound.
         random: Score on windows at random, whose neighbours were learned from.
         unseen_binary: Per-output ("binary") accuracy, which the paper may mean; NaN: no classes.
-        random_binary: Likewise.
-        unseen_windows: How many.
-        random_windows: How many.
+        random_binary: The same on windows at random.
+        unseen_windows: Number of them.
+        random_windows: Number of them.
     """
 
     unseen: float
@@ -166,7 +166,7 @@ class Calibration:
     """Calibration of probabilities.
 
     Attributes:
-        temperature: What the logits were divided by; folded into the last layer.
+        temperature: Divisor of the logits; folded into the last layer.
         error: Expected calibration error as trained.
         error_after: The same after that.
         bins: (confidence, accuracy, windows) of ten equal ranges of confidence, afterwards.
@@ -191,7 +191,7 @@ class GestureResult:
         confusion: Windows of sessions held out: true class by named class.
         event_confusion: The same of events; the first row and column, of null, are empty.
         calibration: Of its probabilities.
-        weights: How many it has.
+        weights: Number of weights.
         answered: Events of sessions held out by what the device would answer; row 0: nothing
             happened, column 0: no answer. (): not measured.
     """
@@ -199,7 +199,7 @@ class GestureResult:
     epochs: tuple[Epoch, ...]
     best: int
     stopped: str
-    honesty: Honesty
+    honesty: HeldOutScore
     event_accuracy: float
     confusion: tuple[tuple[int, ...], ...]
     event_confusion: tuple[tuple[int, ...], ...]
@@ -220,15 +220,15 @@ class LocationResult:
         touches: x, y, error in x, error in y of every touch in sessions held out.
         on_site: Mean error of touches within a quarter pitch of a taxel.
         off_site: Of all others.
-        weights: How many it has.
-        unseen: What was held out, if it differs from the split of the training.
+        weights: Number of weights.
+        unseen: The hold-out rule, if it differs from the training's.
         spread: Calibrated position error; None: too few touches are held out.
     """
 
     epochs: tuple[Epoch, ...]
     best: int
     stopped: str
-    honesty: Honesty
+    honesty: HeldOutScore
     touches: tuple[tuple[float, float, float, float], ...]
     on_site: float
     off_site: float
@@ -243,10 +243,10 @@ class Training:
 
     Attributes:
         name: File name of the bundle.
-        command: What made it.
+        command: Command line.
         software: Version of this program.
         recipe: "default" or "paper".
-        how: What the recipe does, in sentences.
+        how: The recipe, in sentences.
         rows: Of the sensor.
         columns: Of the sensor.
         pitch_mm: Of the sensor.
@@ -254,15 +254,15 @@ class Training:
         unit: Of their frames.
         labels: Classes, "null" first.
         vocabulary: Its name.
-        split: How sessions were held out, in a sentence.
-        symmetries: Which are used, a sentence each.
+        split: The hold-out rule, a sentence.
+        symmetries: Symmetries in use, a sentence each.
         sessions: Every recording.
         classes: Every class.
         gesture: CNN-3D; None where it was not trained.
         location: CNN-2D; None where it was not trained.
-        advice: What to do next, in sentences, the most urgent first.
+        advice: Next steps, in sentences, the most urgent first.
         debounce: Debounce settings by name.
-        notes: What else is worth knowing, in sentences.
+        notes: Further remarks, in sentences.
     """
 
     name: str

@@ -6,7 +6,7 @@ from models.results.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)
-class Open:
+class OpenSetFigures:
     """Figures of enrolled users against strangers after a number of gestures.
 
     Attributes:
@@ -42,15 +42,15 @@ class Enrolled:
 
 
 @dataclass(frozen=True, slots=True)
-class Telling:
+class UserResult:
     """Results of a user identification.
 
     Attributes:
         name: Of the bundle.
-        command: What was typed.
-        gestures: Labels that tell.
-        people: Who is enrolled.
-        split: What was held out, a sentence.
+        command: Command line.
+        gestures: Labels that identify users.
+        people: Enrolled users.
+        split: The hold-out rule, a sentence.
         random: Share of windows at random named rightly: the paper's protocol, which leaks.
         seen: Share of rows of so many gestures that are named rightly, in what was held out.
         events: Gestures held out.
@@ -70,7 +70,7 @@ class Telling:
     seen: dict[int, Figure]
     events: int
     strangers: int
-    open: tuple[Open, ...]
+    open: tuple[OpenSetFigures, ...]
     temperature: float
     accept: float
     notes: tuple[str, ...] = ()

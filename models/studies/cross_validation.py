@@ -9,7 +9,7 @@ the same anywhere (`shifts`), and the temperature of probabilities.
 import shutil
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from controller.console import count
 from controller.recordings.recording import software
-from models import json_values, user_files
 from models.data import load, splits
 from models.data.augment import Symmetry
 from models.data.examples import Choice, refuse_test_seed
@@ -27,6 +26,7 @@ from models.data.load import Data
 from models.data.recipe import DEFAULT, NetworkRecipe
 from models.data.splits import Fold, Parts
 from models.evaluation import scores
+from models.results import storage
 from models.studies import fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import TOUCHED, CrossValidation, Windows
 from models.training import checkpoint
@@ -56,7 +56,7 @@ class Request:
     Attributes:
         paths: Folders and files of recordings.
         out: JSON file of the results; finished parts are kept beside it until all are.
-        by: What is held out together: "user" or "session".
+        by: Group that is held out together: "user" or "session".
         folds: Number of folds.
         steps: Training batches of each network; 0: the recipe's.
         window: Images in a window; 0: those of a second.
@@ -98,7 +98,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     """
     begun = time.process_time()
     refuse_test_seed(request.seed, "this cross-validation")
-    user_files.target(request.out)
+    storage.target(request.out)
     device = prepare_torch(request.seed)
     recipe = replace(DEFAULT, repair=DEFAULT.repair and not request.given)
     data = load.read(
@@ -112,7 +112,7 @@ def cross(request: Request, say: Say) -> CrossValidation:
     done = [study.judge(number) for number in range(len(study.folds))]
     how = replace(recipe, gesture=study.course).sentences(gesture=True, location=False)
     found = _results(study, done, tuple(how), reading_s)
-    user_files.write_text(request.out, f"{json_values.text(asdict(found))}\n")
+    storage.write_json(request.out, found)
     shutil.rmtree(study.folder)
     return found
 
@@ -196,9 +196,9 @@ class _Study:
         return answers, {"cpu_s": cpu_s, "chosen": chosen}
 
     def _choose(self, number: int, fold: Fold) -> tuple[NetworkRecipe, float, str]:
-        """Return how a fold is trained, its temperature, and the choice in words."""
+        """Return the recipe and temperature of a fold, and the choice in words."""
         examples = self.data.examples
-        inner = splits.within(fold, examples.ends, examples.window, self.group)
+        inner = fold_statistics.within(fold, examples.ends, examples.window, self.group)
         least, most = self.course.limits
         steps, limits = max(1, self.course.steps // SHORT), (max(1, least // SHORT), most)
         tried = {}
@@ -231,7 +231,7 @@ class _Study:
 
 
 def _course(course: NetworkRecipe, request: Request) -> NetworkRecipe:
-    """Return how a fold's network is trained: to the last step, by nothing held out."""
+    """Return the recipe of the folds: training to the last step, without held-out data."""
     plain = replace(course, keep_best=False, patience=0.0)
     if request.sound:
         sound = replace(course.augmentation, dropout=0.0, electrode=0.0)
@@ -246,7 +246,7 @@ def _shifting(course: NetworkRecipe, distance: int) -> NetworkRecipe:
 
 
 def _windows(data: Data) -> Windows:
-    """Return what is judged."""
+    """Return the windows to judge."""
     examples = data.examples
     session = examples.session[examples.ends].astype(np.int64)
     label = examples.label[examples.ends]
@@ -255,7 +255,7 @@ def _windows(data: Data) -> Windows:
     rows = [data.rows[number] for number in first]
     return Windows(
         label,
-        fold_statistics.stretches(examples.ends, label, session),
+        np.cumsum(examples.begins(examples.ends, gap=1)) - 1,
         person[session],
         kind[session],
         np.digitize(trajectory_baseline.touched(examples), EDGES),

@@ -57,7 +57,7 @@ def _shares(
 
 
 def _confusion(labels: Sequence[str], model: Model) -> Table:
-    """Return what each class was named, in per cent; classes that do not occur are left out."""
+    """Return the confusion matrix in per cent, without classes that do not occur."""
     used = [number for number, row in enumerate(model.confusion) if sum(row)]
     rows = []
     for number in used:

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from models.data import splits
 from models.data.splits import Fold
 from models.evaluation import bootstrap
 from models.results.figure import Figure
@@ -46,19 +47,6 @@ class Windows:
     kinds: tuple[str, ...]
 
 
-def stretches(ends: Index, label: Index, session: Index) -> Index:
-    """Return the number of each window's run, (windows,); a missed frame ends a run.
-
-    Args:
-        ends: Last frame of each window, rising, (windows,).
-        label: Class of each window, (windows,).
-        session: Recording of each window, (windows,).
-    """
-    begins = np.ones(len(ends), dtype=np.bool_)
-    begins[1:] = (np.diff(ends) > 1) | (np.diff(label) != 0) | (np.diff(session) != 0)
-    return np.asarray(np.cumsum(begins) - 1, dtype=np.int64)
-
-
 @dataclass(frozen=True, slots=True)
 class Model:
     """Scores of one model.
@@ -66,7 +54,7 @@ class Model:
     Attributes:
         name: Name of the model.
         windows: Share of windows named rightly, with its interval over people.
-        stretches: Share of stretches that their mean probability names rightly, likewise.
+        stretches: Share of stretches that their mean probability names rightly, with its interval.
         confusion: Number of windows, true class by named class.
         by_fold: Share of windows, for each fold.
         by_person: Share of windows, for each person.
@@ -146,6 +134,31 @@ class CrossValidation:
     cpu_minutes: float
 
 
+def within(fold: Fold, ends: Index, window: int, group: NDArray[np.integer]) -> Fold:
+    """Return a fold of a fold's training windows, whose test part is there to choose on.
+
+    Args:
+        fold: Of `by_group`.
+        ends: Last frame of each window, (windows,).
+        window: Frames in a window.
+        group: Session or user of each frame, (frames,).
+
+    Raises:
+        ValueError: It learns from fewer than two groups.
+    """
+    of = group[ends[fold.train]]
+    names = np.unique(of)
+    if len(names) < 2:
+        raise ValueError(
+            "a fold that learns from one person has nobody to choose on; record another, or ask "
+            "for more folds"
+        )
+    held = np.isin(of, splits.spread(names, max(1, round(splits.SHARE * len(names)))))
+    inner = Fold(f"within {fold.name}", fold.train[~held], fold.train[held])
+    splits.check(inner, ends, window)
+    return inner
+
+
 def judge(
     windows: Windows,
     folds: Sequence[Fold],
@@ -157,7 +170,7 @@ def judge(
     """Return a model's scores.
 
     Args:
-        windows: What is judged.
+        windows: Windows to judge.
         folds: Their test parts hold each window once.
         name: Name of the model.
         answers: Probability of each class, (windows, classes).
@@ -171,8 +184,8 @@ def judge(
     np.add.at(confusion, (windows.label, named), 1)
     return Model(
         name,
-        bootstrap.share(*_sums(right, windows.person), seed),
-        bootstrap.share(*_sums(whole, person), seed),
+        bootstrap.share(*bootstrap.group_sums(right, windows.person), seed),
+        bootstrap.share(*bootstrap.group_sums(whole, person), seed),
         tuple(tuple(row) for row in confusion.tolist()),
         tuple(float(right[fold.test].mean()) for fold in folds),
         _shares(right, windows.person, len(windows.people)),
@@ -187,10 +200,10 @@ def gain(
 ) -> Gain:
     """Return our lead over another model; both answer (windows, classes)."""
     mine, theirs = (answers.argmax(axis=1) == windows.label for answers in (ours, other))
-    lead, count = _sums(mine.astype(np.int64) - theirs, windows.person)
+    lead, count = bootstrap.group_sums(mine.astype(np.int64) - theirs, windows.person)
     person, whole = _by_stretch(windows, ours)
     more = whole.astype(np.int64) - _by_stretch(windows, other)[1]
-    by_stretch = bootstrap.rate(*_sums(more, person), seed)
+    by_stretch = bootstrap.rate(*bootstrap.group_sums(more, person), seed)
     return Gain(name, bootstrap.rate(lead, count, seed), by_stretch, int((lead > 0).sum()))
 
 
@@ -202,15 +215,7 @@ def _by_stretch(windows: Windows, answers: Probabilities) -> tuple[Index, NDArra
     return windows.person[first], total.argmax(axis=1) == windows.label[first]
 
 
-def _sums(
-    values: NDArray[np.integer] | NDArray[np.bool_], group: Index, groups: int = 0
-) -> tuple[NDArray[np.float64], Index]:
-    """Return the sum and the number of each group's values, (groups,)."""
-    total = np.bincount(group, values, groups)
-    return total.astype(np.float64), np.bincount(group, minlength=groups).astype(np.int64)
-
-
 def _shares(right: NDArray[np.bool_], group: Index, groups: int) -> tuple[float, ...]:
     """Return the share of windows named rightly, (windows,), in each group."""
-    hits, count = _sums(right, group, groups)
+    hits, count = np.bincount(group, right, groups), np.bincount(group, minlength=groups)
     return tuple((hits / np.maximum(count, 1)).tolist())

@@ -4,7 +4,7 @@ Features of an image are centroid, spread and sum of the touch; features of a wi
 its images, displacement, steps and speed, and mean, deviation, minimum and maximum of each. The
 trees see the windows that the networks see; positions are in grid units from the upper left taxel.
 
-A misread taxel moves the centroid. `mended` leaves out what a single taxel feels, since a finger
+A misread taxel moves the centroid. `mended` leaves out the signal of a single taxel, since a finger
 always covers several.
 """
 
@@ -19,13 +19,13 @@ from models.data.examples import Examples
 TREES: Final = 50
 LEAF: Final = 2  # windows; 1 and 5 are no better
 CHOSEN: Final = 0.4  # share of features that a node chooses from; their root is 2 points worse
-FAINT: Final = 0.05  # share of a firm touch's peak: a taxel that feels less is untouched
-LITTLE: Final = 0.15  # likewise, of an image's strongest taxel
+FAINT: Final = 0.05  # share of a firm touch's peak: a taxel with less is untouched
+LITTLE: Final = 0.15  # the same, of an image's strongest taxel
 FIRM: Final = 0.9  # quantile of images' peaks, about that of a firm touch
-ALONE: Final = 0.35  # share that a neighbour of a touched taxel feels at least
+ALONE: Final = 0.35  # least share of the signal of a touched taxel in a neighbour
 NOWHERE: Final = -1.0  # position of an untouched image
 
-Rows = NDArray[np.float32]
+Rows = NDArray[np.float32]  # (n, features)
 
 
 def features(examples: Examples, *, mended: bool = False) -> Rows:
@@ -74,17 +74,17 @@ def predict(trees: Any, rows: Rows, classes: int) -> NDArray[np.float32]:
     return answers
 
 
-def mend(felt: NDArray[np.float32], least: float) -> NDArray[np.float32]:
-    """Return the signal without what only one taxel feels, (images, rows, columns).
+def mend(signal: NDArray[np.float32], least: float) -> NDArray[np.float32]:
+    """Return the signal without signals of single taxels, (images, rows, columns).
 
     Args:
-        felt: Signal of each taxel, 0 where untouched, (images, rows, columns).
+        signal: Signal of each taxel, 0 where untouched, (images, rows, columns).
         least: A smaller signal may be of one taxel.
     """
     ring = np.ones((1, 3, 3), dtype=np.bool_)
     ring[0, 1, 1] = False
-    near = ndimage.maximum_filter(felt, footprint=ring, mode="constant")
-    return np.where((felt > least) & (near < ALONE * felt), np.float32(0.0), felt)
+    near = ndimage.maximum_filter(signal, footprint=ring, mode="constant")
+    return np.where((signal > least) & (near < ALONE * signal), np.float32(0.0), signal)
 
 
 def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
@@ -94,18 +94,18 @@ def _touches(images: NDArray[np.float32], *, mended: bool) -> Rows:
         images: Relative capacitance, (images, rows, columns).
         mended: Leave out misread taxels.
     """
-    felt = np.maximum(images - 1.0, np.float32(0.0))
-    peak = felt.reshape(len(felt), -1).max(axis=1)
+    signal = np.maximum(images - 1.0, np.float32(0.0))
+    peak = signal.reshape(len(signal), -1).max(axis=1)
     firm = float(np.quantile(peak, FIRM))
     if mended:
-        felt = mend(felt, LITTLE * firm)
-        peak = felt.reshape(len(felt), -1).max(axis=1)
-    felt[felt < FAINT * firm] = 0.0
-    total = felt.sum(axis=(1, 2))
+        signal = mend(signal, LITTLE * firm)
+        peak = signal.reshape(len(signal), -1).max(axis=1)
+    signal[signal < FAINT * firm] = 0.0
+    total = signal.sum(axis=(1, 2))
     some = np.maximum(total, 1e-9)
     row, column = np.mgrid[: images.shape[1], : images.shape[2]].astype(np.float32)
-    x, y = (felt * column).sum(axis=(1, 2)) / some, (felt * row).sum(axis=(1, 2)) / some
-    square = (felt * (column**2 + row**2)).sum(axis=(1, 2)) / some - x**2 - y**2
+    x, y = (signal * column).sum(axis=(1, 2)) / some, (signal * row).sum(axis=(1, 2)) / some
+    square = (signal * (column**2 + row**2)).sum(axis=(1, 2)) / some - x**2 - y**2
     found = np.stack([x, y, np.sqrt(np.maximum(square, 0.0)), total], axis=1)
     found[peak < LITTLE * firm] = NOWHERE, NOWHERE, 0.0, 0.0
     return np.asarray(found, dtype=np.float32)

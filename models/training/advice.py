@@ -89,7 +89,7 @@ def needed(examples: float, error: float, slope: float) -> int:
     Errors fall as examples to the power of `slope`, below 0.
 
     Args:
-        examples: How many there are.
+        examples: Number of examples.
         error: Share of events that are not recognised.
         slope: Of the logarithm of errors over that of examples.
     """
@@ -179,7 +179,7 @@ def _judged(row: ClassRow, held: int) -> ClassRow:
 
 
 def slope_of(curve: Sequence[tuple[float, float]], held: int) -> float:
-    """Return how fast errors fall: the slope of their logarithm over that of the examples.
+    """Return the slope of the logarithm of errors over that of the examples.
 
     Args:
         curve: (examples, errors).

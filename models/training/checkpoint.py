@@ -17,7 +17,7 @@ from torch import Tensor
 
 from controller import files, npz
 from controller.errors import UserError
-from models import user_files
+from models.results import storage
 
 MAX_BYTES: Final = 1 << 30
 _WORDS: Final = "words"  # the JSON among the arrays
@@ -28,7 +28,7 @@ class CheckpointError(UserError, ValueError):
 
 
 def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-    """Write a checkpoint, complete or not at all.
+    """Write a checkpoint of arrays of any shape, complete or not at all.
 
     Raises:
         OSError: It cannot be written; the one before it is as it was.
@@ -39,7 +39,7 @@ def save(path: Path, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> 
 
 
 def load(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
-    """Return a checkpoint's arrays and JSON values; None if there is none.
+    """Return a checkpoint's arrays of any shape and JSON values; None if there is none.
 
     Raises:
         CheckpointError: It cannot be read.
@@ -63,7 +63,7 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
     """Return a folder of checkpoints of one piece of work, made if it does not exist.
 
     Args:
-        folder: Where they are kept.
+        folder: Folder of the checkpoints.
         name: File in it that identifies the work.
         of: Everything that the work depends on; its representation identifies the work.
         what: The work, in messages.
@@ -79,19 +79,19 @@ def claim(folder: Path, name: str, of: object, what: str) -> Path:
             f"{folder} holds an interrupted {what} of other data or options; repeat its command, "
             "or remove it"
         )
-    user_files.folder_target(folder)
+    storage.folder_target(folder)
     if found is None:
         save(mark, {}, {"of": own})
     return folder
 
 
 def pack(prefix: str, state: dict[str, Tensor]) -> dict[str, NDArray[Any]]:
-    """Return tensors as arrays, named `prefix.NAME`."""
+    """Return tensors as arrays of the same shape, named `prefix.NAME`."""
     return {f"{prefix}.{name}": t.detach().cpu().numpy().copy() for name, t in state.items()}
 
 
 def unpack(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Tensor]:
-    """Return the tensors that `pack` named so."""
+    """Return the tensors that `pack` named so, of the same shape."""
     return {
         name.removeprefix(f"{prefix}."): torch.from_numpy(np.array(array))
         for name, array in arrays.items()

@@ -90,7 +90,7 @@ def write_bundle(
     """Write a bundle.
 
     Args:
-        path: Where to.
+        path: Path of the new file.
         manifest: Content of bundle.toml.
         gesture: CNN-3D.
         location: CNN-2D.

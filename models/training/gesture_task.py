@@ -41,8 +41,8 @@ class GestureTask(Task):
             examples: The windows.
             parts: Positions in `examples.ends`.
             classes: Outputs of the network.
-            symmetry: How examples may be turned and mirrored.
-            recipe: How the network is trained.
+            symmetry: Permitted transformations of the examples.
+            recipe: Training recipe.
             device: Runs it.
             answers: Classes from here on are auxiliary (0: none); the others count in the loss as
                 they would without them.
@@ -135,7 +135,7 @@ def train_gestures(job: TrainingJob) -> tuple[GestureResult, Network]:
         fitted.epochs,
         fitted.best,
         fitted.stopped,
-        scores.honest_share(examples, (ends["check"], named), (ends["random"], random), classes),
+        scores.score_windows(examples, (ends["check"], named), (ends["random"], random), classes),
         float(right.mean()) if len(right) else np.nan,
         _table(scores.confusion(named, label, classes)),
         _table(scores.confusion(events.named, events.label, classes)),
@@ -158,6 +158,7 @@ def _right(logits: Tensor, label: Tensor) -> float:
 
 
 def _table(matrix: NDArray[np.int64]) -> tuple[tuple[int, ...], ...]:
+    """Return a matrix (classes, classes) as JSON has it."""
     return tuple(tuple(row) for row in matrix.tolist())
 
 

@@ -7,7 +7,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from models.data import splits
+from models.data import touch_images
 from models.data.augment import Symmetry, vary_images
 from models.data.recipe import NetworkRecipe
 from models.data.splits import Parts
@@ -16,8 +16,6 @@ from models.evaluation import position_error, scores
 from models.results.training import Epoch, LocationResult
 from models.training.loop import Index, Task, TrainingJob, fit_shown
 from models.training.networks import Network, location_net
-
-ON_SITE = 0.25  # grid units from a taxel, the finger's aim being no better
 
 
 class LocationTask(Task):
@@ -93,7 +91,7 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     located = [data.vocabulary.labels.index(name) for name in data.vocabulary.located]
     whole = Symmetry.of(data.vocabulary, *data.examples.images.shape[1:])
     torch.manual_seed(job.seed)
-    parts = splits.split_touches(job.split, data.examples, found, job.seed)
+    parts = touch_images.split_touches(job.split, data.examples, found, job.seed)
     if parts.words:
         print(parts.words, file=sys.stderr)
     task = LocationTask(found, parts, whole.common(located), job.recipe.location, job.device)
@@ -101,10 +99,10 @@ def train_locations(job: TrainingJob, found: Touches) -> tuple[LocationResult, N
     off = task.errors(parts.check)
     last = found.last[parts.check]
     place, error = found.place[parts.check][last], off[last]
-    away = np.abs(place - np.rint(place)).max(axis=1, initial=0.0) > ON_SITE
+    away = position_error.between_taxels(place.astype(np.float64))
     each = np.abs(error).mean(axis=1)
     session = data.examples.session[found.frame[parts.check]]
-    scored = scores.honest_error(session, off, task.errors(parts.random))
+    scored = scores.score_errors(session, off, task.errors(parts.random))
     net = task.net.cpu().folded()
     result = LocationResult(
         fitted.epochs,

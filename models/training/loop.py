@@ -36,8 +36,8 @@ class TrainingJob:
 
     Attributes:
         data: Examples.
-        split: Which of them are held out.
-        recipe: How networks are trained.
+        split: Split of the examples.
+        recipe: Training recipe.
         seed: Of everything random.
         device: Runs PyTorch.
         folder: Holds the checkpoints; None: there are none.
@@ -59,7 +59,7 @@ class Task(ABC):
 
     Attributes:
         net: Trained in place.
-        recipe: How.
+        recipe: Training recipe.
         train: Positions of the examples to learn from, (examples,).
     """
 
@@ -217,7 +217,7 @@ class _Run:
             )
 
     def state(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Return the full state: arrays, and values as JSON has them."""
+        """Return the full state: arrays of any shape, and values as JSON has them."""
         arrays = {
             **checkpoint.pack("net", self.net.state_dict()),
             **checkpoint.pack("best", self.best),
@@ -233,7 +233,7 @@ class _Run:
         return arrays, words
 
     def restore(self, arrays: dict[str, NDArray[Any]], words: dict[str, Any]) -> None:
-        """Resume from what `state` returned."""
+        """Resume from the arrays, of any shape, and values of `state`."""
         self.net.load_state_dict(checkpoint.unpack("net", arrays))
         self.best = checkpoint.unpack("best", arrays)
         checkpoint.restore_optimizer(self.optimizer, checkpoint.unpack("optimizer", arrays))

@@ -44,8 +44,8 @@ class NetworkPlan:
     Attributes:
         request: Its options.
         data: Examples.
-        split: Which of them are held out.
-        recipe: How networks are trained.
+        split: Split of the examples.
+        recipe: Training recipe.
         touches: Images of touches.
         gesture: CNN-3D is trained.
         location: CNN-2D is trained.
@@ -145,7 +145,7 @@ def _networks(task: str, data: Data, found: Touches) -> tuple[bool, bool]:
     located = bool(len(found.images))
     if task in ("both", "location") and not located:
         raise ValueError(
-            "no recording knows where a touch is; record some with: controller teach "
+            "no recording has the place of a touch; record some with: controller teach "
             "--protocol locations, or train --task gesture"
         )
     label = data.examples.label[data.examples.ends]
@@ -202,7 +202,7 @@ def _expected(plan: NetworkPlan) -> Training:
 
 
 def _announcement(plan: NetworkPlan, result: Training) -> Sequence[str]:
-    """Return what will be done, in lines."""
+    """Return the announcement of the training, in lines."""
     minutes = sum(row.seconds for row in result.sessions) / 60.0
     doubtful = sum(row.verdict != "good" for row in result.sessions)
     labellers = sorted({row.labeller for row in result.sessions})

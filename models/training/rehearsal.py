@@ -29,12 +29,12 @@ REST: Final = 1.5  # as many stretches without a gesture as these times those wi
 def choose(
     bundle: Bundle, recordings: Iterable[Recording], frames: int = FRAMES, seed: int = 0
 ) -> Rehearsal:
-    """Return what a bundle rehearses.
+    """Return the rehearsal samples of a bundle.
 
     Args:
         bundle: Names the stages' settings and the classes.
         recordings: Labelled; a few stretches are taken from each.
-        frames: How many frames are kept, about.
+        frames: Number of frames to keep, about.
         seed: Of what is drawn.
 
     Raises:
@@ -45,9 +45,9 @@ def choose(
     lead = max(bundle.window, round(LEAD_S * bundle.rate_hz))
     kinds: dict[int, list[tuple[NDArray[np.uint8], NDArray[np.int8]]]] = {}
     for recording in recordings:
-        images, label, known, felt = _responses(bundle, recording)
+        images, label, known, touched = _responses(bundle, recording)
         for kind in range(len(bundle.labels)):
-            ready = known & (label == kind) & (felt if kind == 0 else True)
+            ready = known & (label == kind) & (touched if kind == 0 else True)
             begins = np.flatnonzero(ready & ~np.roll(ready, 1))
             inside = begins[(begins >= lead) & (begins < len(label) - length + lead)]
             inside = inside[known[inside - lead]] if len(inside) else inside

@@ -13,12 +13,20 @@ Say = Callable[[str], None]
 
 PLACE_EPOCHS: Final = 4  # epochs of CNN-2D for each of CNN-3D, if a number is given
 WINDOWS: Final = (2, 250)  # images
+FOLDERS: Final = {"type": Path, "nargs": "+"}
 
 
 def _option(default: Any, words: str, metavar: str = "", **how: Any) -> Any:
     """Return a field that is an option; `words` are its help, `how` is as argparse has it."""
-    shown = {"metavar": metavar} if metavar else {}
-    return field(default=default, metadata={"help": words, **shown, **how})
+    if metavar:
+        how["metavar"] = metavar
+    if isinstance(default, bool):
+        how["action"] = "store_false" if default else "store_true"
+    return field(default=default, metadata={"help": words, **how})
+
+
+def _labels(text: str) -> tuple[str, ...]:
+    return tuple(word for word in text.split(",") if word)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +63,7 @@ class Request:
         "that ships)",
         "BUNDLE",
         flag="with",
+        type=Path,
     )
     seed: int = _option(0, "of everything random (default: 0)", range=(0, 2**32 - 1))
     epochs: int = _option(
@@ -80,20 +89,26 @@ class Request:
         (),
         "with --task user: gestures that identify users, such as twist_cw,twist_ccw (default: all)",
         "LABELS",
+        type=_labels,
     )
     auxiliary: tuple[Path, ...] = _option(
         (),
         "with --task gesture: recordings with more gestures, which are learned beside the others "
         "and are no answers in the end, so that a new gesture is taught from fewer examples",
         "DIR",
+        **FOLDERS,
     )
     mapping: Path | None = _option(
         None,
         "with --task user: mapping file whose tables [users.NAME] the bundle keeps (docs/users.md)",
         "FILE",
+        type=Path,
     )
     others: tuple[Path, ...] = _option(
-        (), "with --task user: recordings of people who are not enrolled, strangers", "DIR"
+        (),
+        "with --task user: recordings of people who are not enrolled, strangers",
+        "DIR",
+        **FOLDERS,
     )
     advised: bool = _option(
         True, "do not measure how much more examples would help", flag="no-advice"

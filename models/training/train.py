@@ -6,11 +6,11 @@ from pathlib import Path
 
 from controller.bundles import bundle
 from controller.recordings.recording import software
-from models import user_files
 from models.data import load
 from models.data.examples import refuse_test_seed
+from models.results import storage
 from models.results.training import Training
-from models.results.users import Telling
+from models.results.users import UserResult
 from models.training import checkpoint
 from models.training.loop import prepare_torch
 from models.training.network_bundle import NetworkPlan
@@ -18,7 +18,7 @@ from models.training.request import Request, Say
 from models.training.user_bundle import UserPlan
 
 
-def train(request: Request, say: Say) -> Training | Telling:
+def train(request: Request, say: Say) -> Training | UserResult:
     """Train networks; write the bundle, its card and its report.
 
     Args:
@@ -29,7 +29,7 @@ def train(request: Request, say: Say) -> Training | Telling:
         ValueError: It cannot be done; one sentence.
     """
     refuse_test_seed(request.seed, "this training")
-    user_files.bundle_target(request.out)
+    storage.bundle_target(request.out)
     users = request.task == "user"
     base = bundle.read(request.base or bundle.default_path())  # before anything that takes long
     device = prepare_torch(request.seed)

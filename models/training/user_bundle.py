@@ -11,20 +11,19 @@ import torch
 from numpy.typing import NDArray
 
 from controller import config, files
-from controller.bundles import bundle, mapping_file
+from controller.bundles import bundle, mapping_file, users_table
 from controller.bundles.bundle import Bundle
 from controller.console import count
-from controller.recognition import users
 from controller.recognition.mapping import USERS
-from controller.recognition.users import Users
-from models.data import splits
+from controller.recognition.user_id import Users
+from models.data import splits, touch_images
 from models.data.load import Data
 from models.data.recipe import USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import FORGET_S, SEEN, STAY
 from models.reports import page
 from models.results.training import SessionRow
-from models.results.users import Enrolled, Telling
+from models.results.users import Enrolled, UserResult
 from models.training import export, user_task
 from models.training.networks import Network
 from models.training.request import Request, Say
@@ -42,7 +41,7 @@ class UserPlan:
         data: Examples.
         names: Enrolled users; the network's outputs 1 and on.
         labels: Gestures that identify them.
-        gestures: Everybody's gestures, strangers' among them.
+        gestures: Gestures of all people, strangers among them.
         held: Gestures that are held out, (events,).
     """
 
@@ -84,7 +83,7 @@ class UserPlan:
         say(f"{made.enrolled}: {', '.join(names)}; identified by {', '.join(labels)}")
         return made
 
-    def train(self, device: torch.device, folder: Path, say: Say) -> Telling:
+    def train(self, device: torch.device, folder: Path, say: Say) -> UserResult:
         """Train the networks; write the bundle, its card and its report.
 
         The figures are of a network that learned nothing from the gestures held out. The bundle
@@ -112,20 +111,20 @@ class UserPlan:
                 everything, outputs, request.seed, recipe=recipe, name="users, all", folder=folder
             )
         known = Users(self.names, self.labels, found.temperature, found.accept, STAY, FORGET_S)
-        said = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
-        write_users(request, net, known, f"{said}{found.seen[1].value:.1%}")
+        entry = f"{self.enrolled}, {request.command}; single gestures named rightly, unseen: "
+        write_users(request, net, known, f"{entry}{found.seen[1].value:.1%}")
         page.write_users(request.out, found)
         return found
 
 
-def write_users(request: Request, net: Network, known: Users, said: str) -> None:
+def write_users(request: Request, net: Network, known: Users, entry: str) -> None:
     """Write the base bundle with its users; mappings and networks that it has for them stay.
 
     Args:
         request: Names the bundles, and a mapping file whose [users.NAME] are kept.
         net: The user network.
         known: The users.
-        said: The card's entry on them.
+        entry: The card's entry on them.
 
     Raises:
         ValueError: It would be refused when it is read.
@@ -136,7 +135,7 @@ def write_users(request: Request, net: Network, known: Users, said: str) -> None
     exported, _ = export.export_gestures(net, base.golden.windows)
     heads = [name for name in base.users.heads if name in known.names]
     for name in set(base.users.heads) - set(heads):
-        content.pop(users.head_part(name))
+        content.pop(users_table.head_part(name))
     rules = table.get("users", {}).get("mapping", {})
     if request.mapping is not None:
         for name, own in config.read_toml(request.mapping).get(USERS, {}).items():
@@ -151,10 +150,10 @@ def write_users(request: Request, net: Network, known: Users, said: str) -> None
         "heads": heads,
         "mapping": {name: own for name, own in rules.items() if name in known.names},
     }
-    table["card"]["users"] = said
+    table["card"]["users"] = entry
     answers = {name: base.golden.heads[name] for name in heads}
     golden = replace(base.golden, people=exported.outputs, heads=answers)
-    content |= {users.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
+    content |= {users_table.NETWORK: exported.onnx, bundle.GOLDEN: golden.pack()}
     bundle.write(request.out, manifest=tomli_w.dumps(table).encode(), parts=content)
 
 
@@ -198,7 +197,7 @@ def _labels(wanted: Sequence[str], data: Data, base: Bundle) -> tuple[str, ...]:
 def _gestures(
     request: Request, data: Data, labels: Sequence[str]
 ) -> tuple[tuple[str, ...], UserGestures]:
-    """Return the enrolled users' names, and everybody's gestures.
+    """Return the enrolled users' names, and all people's gestures.
 
     Raises:
         ValueError: A user has no name, shares recordings with another, or is alone.
@@ -252,7 +251,7 @@ def _held(
     stranger = gestures.user == 0
     held: NDArray[np.bool_] = stranger & np.isin(person, np.unique(person[stranger])[1::2])
     if split == "time":
-        held |= ~stranger & splits.last_events(gestures.day)
+        held |= ~stranger & touch_images.last_events(gestures.day)
         return held
     for number, name in enumerate(names, 1):
         own = gestures.user == number
@@ -266,8 +265,8 @@ def _held(
     return held
 
 
-def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
-    """Return what a network is worth on the gestures held out.
+def _scored(plan: UserPlan, net: Network, random: float) -> UserResult:
+    """Return the scores of a network on the gestures held out.
 
     Args:
         plan: The gestures.
@@ -294,7 +293,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
         for number, name in enumerate(names, 1)
     )
     strangers = len(np.unique(plan.data.user[away.session[strange]]))
-    return Telling(
+    return UserResult(
         name=request.out.name,
         command=request.command,
         gestures=plan.labels,
@@ -308,7 +307,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
         seen={seen: user_metrics.share(*own, known, seen) for seen in SEEN},
         events=len(first),
         strangers=strangers,
-        open=tuple(user_metrics.openly(own, others, known, seen) for seen in SEEN)
+        open=tuple(user_metrics.open_set(own, others, known, seen) for seen in SEEN)
         if strangers
         else (),
         temperature=known.temperature,
@@ -318,7 +317,7 @@ def _scored(plan: UserPlan, net: Network, random: float) -> Telling:
 
 
 def _notes(people: int, strangers: int) -> list[str]:
-    """Return what limits the figures of so many users, and strangers held out."""
+    """Return remarks on the limits of the figures, by number of users and of strangers."""
     notes = []
     if people == 1:
         notes.append(

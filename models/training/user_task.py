@@ -125,8 +125,8 @@ class UserTask(Task):
         Args:
             taught: Gestures to learn from.
             outputs: Users, and one for strangers.
-            recipe: How the network is trained.
-            augmentation: How examples are varied.
+            recipe: Training recipe.
+            augmentation: Augmentation of the examples.
             random: Windows that are judged by the paper's protocol, and not learned from,
                 (windows,).
         """
@@ -177,8 +177,8 @@ def train_users(
         taught: Gestures to learn from.
         outputs: Users, and one for strangers.
         seed: Of everything random.
-        recipe: How it is trained.
-        augmentation: How examples are varied.
+        recipe: Training recipe.
+        augmentation: Augmentation of the examples.
         random: Windows that are judged by the paper's protocol, (windows,); None: none are.
         name: Shown with the progress; "": nothing is shown.
         folder: Holds the checkpoint; None: there is none.

@@ -32,8 +32,7 @@ from tetris.engine.board import empty_bits
 from tetris.engine.game import Config
 from tetris.engine.moves import landed
 from tetris.engine.pieces import COLUMNS, KINDS, SHAPES, Kind, Piece, piece_at
-from tetris.history import bot_game
-from tetris.history.replay import Recorder
+from tetris.history.replay import Recorder, play_bot
 
 ROWS: Final = 10  # of the first experiment
 PAIRED_ROWS: Final = 8
@@ -87,7 +86,7 @@ def small_game(seed: int) -> int:
 def paired_game(name: str, seed: int) -> int:
     """Return the lines that a bot clears in one game of the second experiment."""
     recorder = Recorder(seed, PAIRED)
-    bot_game.play(recorder, bots.BOTS[name], pieces=CAP)
+    play_bot(recorder, bots.BOTS[name], pieces=CAP)
     return recorder.game.lines
 
 

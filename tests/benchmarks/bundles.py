@@ -26,11 +26,10 @@ from pathlib import Path
 from typing import Final
 
 from controller import npz
-from controller.bundles import archive, bundle
+from controller.bundles import archive, bundle, users_table
 from controller.bundles.bundle import BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition import users
 
 MEMORY: Final = 512 << 20  # bytes that the child may have beyond what it begins with
 DEADLINE_S: Final = 20.0
@@ -45,7 +44,10 @@ def with_people() -> bytes:
     parts = bundle.unpack(SHIPPED)
     golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
     golden["people"] = golden["head.ann"] = golden["probabilities"]
-    added = {users.NETWORK: parts["gesture.onnx"], users.head_part("ann"): parts["gesture.onnx"]}
+    added = {
+        users_table.NETWORK: parts["gesture.onnx"],
+        users_table.head_part("ann"): parts["gesture.onnx"],
+    }
     table = b"""
 [users]
 names = ["ann", "bob", "cleo", "dan"]

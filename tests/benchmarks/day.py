@@ -32,15 +32,16 @@ from controller.protocol.messages import Bye, Command, Hello, Message
 from controller.recognition.event_metric import TAIL_S, Event
 from controller.recognition.pipeline import Pipeline, Step
 from controller.recognition.preprocess import Frame
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from controller.simulator.faults import Fault
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES, draw_mood, draw_style
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session_script import SessionScript
+from controller.simulator.user_style import draw_mood, draw_style
 
 RATE_HZ: Final = 10.0
 HOUR: Final = 36_000  # frames
@@ -80,10 +81,9 @@ def orb(seed: int, preset: str, hours: int, out: Connection) -> None:
     out.close()
 
 
-class Skin:
+class Skin(Sensor):
     """The sensor: frames from the orb's process, in order."""
 
-    virtual = False
     device_id = "virtual-day"
     rate_hz = RATE_HZ
 
@@ -217,8 +217,8 @@ def measure(seed: int, preset: str, hours: int) -> tuple[list[Counter[str]], lis
     there.close()
     geometry = Geometry(shipped_bundle.rows, shipped_bundle.columns, shipped_bundle.pitch_mm)
     skin, world = Skin(here, geometry), World()
-    pipeline = Pipeline(shipped_bundle, Recognizer(shipped_bundle), shipped_bundle.mapping)
-    device = Witness(skin, pipeline, world, steady(RATE_HZ))
+    pipeline = Pipeline(shipped_bundle.settings, Recognizer(shipped_bundle), shipped_bundle.mapping)
+    device = Witness(skin, pipeline, world)
     loop = Loop(world, lambda: device, world.clock)
     tallies: list[Counter[str]] = []
     memory: list[float] = []

@@ -24,7 +24,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.recognition.event_metric import Answer, Event, Score, judge
 from controller.recognition.pipeline import Pipeline
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError, SensorOptions, VirtualSensor
+from controller.sensors.base import SensorAwayError
 from controller.sensors.emulated import Emulated
 from controller.sensors.hardware.emulated.faults import WiringFault
 from controller.simulator.hand import DISTRACTORS
@@ -67,12 +67,11 @@ def play(way: str, preset: str, seed: int, minutes: float, folder: Path) -> Told
 
         text = (files("controller.sensors.hardware") / "default.toml").read_text(encoding="utf-8")
         wiring.write_text(text.replace('scheme = "column"', 'scheme = "taxel"'))
-    options = SensorOptions(
-        10.0, seed=seed, preset=preset, wiring=wiring if way == "taxel" else None
-    )
-    sensor = sensors.load("virtual" if way == "virtual" else "emulated", options)
-    assert isinstance(sensor, VirtualSensor)
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    sensor = sensors.load(
+        "virtual" if way == "virtual" else "emulated", 10.0,
+        seed=seed, preset=preset, wiring=wiring if way == "taxel" else None,
+    )  # fmt: skip
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     wishes = list(script(bundle.labels, seed, minutes))
     events, answers, number = [], [], 0
     for k in range(1, round(600 * minutes) + 1):

@@ -88,7 +88,7 @@ def play(
     """
     orb = VirtualOrb(seed, RATE_HZ, _DOMAIN, model)
     rng = np.random.default_rng([_DOMAIN, seed])
-    pipeline = Pipeline(_BUNDLE, _RECOGNIZER, _BUNDLE.mapping)
+    pipeline = Pipeline(_BUNDLE.settings, _RECOGNIZER, _BUNDLE.mapping)
     pending, steps, events, answers = sorted(faults), [], [], []
     rests = list(busy)
     if finger is not None:

@@ -1,4 +1,4 @@
-"""Cost of recordings of many people: measured on a few simulated ones, and multiplied openly.
+"""Cost of recordings of many people: measured on a few simulated ones, and multiplied open_set.
 
     python -m tests.benchmarks.many_people [--people N] [--minutes M] [--json]
 

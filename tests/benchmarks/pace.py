@@ -30,22 +30,20 @@ from controller.protocol.messages import DEADMAN_MS, HEARTBEAT_MS, VERSION, Welc
 from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame
 from controller.recordings import reader
-from controller.runtime.device import Device, steady
-from controller.runtime.latency import LatencyStatistics
-from controller.runtime.latency_report import LatencyReporter
+from controller.runtime.device import Device
+from controller.runtime.latency import LatencyReporter, LatencyStatistics
 from controller.runtime.loop import Loop
 from controller.runtime.realtime import IdleCollector, real_time
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from host.connection.receiver import Receiver
 from host.connection.transport import open_transport
 
 DEMO: Final = Path(str(files("assets") / "demo.npz"))
 
 
-class Recorded:
+class Recorded(Sensor):
     """A sensor that gives a recording's frames, over and over, without waiting."""
 
-    virtual = False
     device_id = "recorded"
 
     def __init__(self, geometry: Geometry, rate_hz: float) -> None:
@@ -128,10 +126,10 @@ def measure(minutes: float, rate_hz: float, tell: Callable[[str], object]) -> tu
     for helper in helpers:
         helper.start()
     sweeper = IdleCollector()
-    timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0), sweeper=sweeper)
-    timekeeper.ledger = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
-    device = Device(Recorded(grid, rate_hz), pipeline, link, steady(rate_hz), timekeeper=timekeeper)
+    timekeeper = LatencyReporter(1 / rate_hz, lambda pace: link.send(pace, 0), collector=sweeper)
+    timekeeper.statistics = ledger = AllLines(round(minutes * 60 * rate_hz) + 100)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
+    device = Device(Recorded(grid, rate_hz), pipeline, link, latency=timekeeper)
     loop = Loop(link, lambda: device, time.monotonic)
     tell(f"{minutes:g} minutes at {rate_hz:g} frames a second, one other process computing")
     loop.run(lambda: time.time() >= end_s)

@@ -1,4 +1,6 @@
-"""Count what a queue of pieces can come to, depth by depth; `tetris.bots.perft` has the convention.
+"""Count the boards that a queue of pieces can lead to, depth by depth.
+
+`tests.reference.tetris_perft` has the convention.
 
     python -m tests.benchmarks.perft [--queue IOLJSZT] [--depth N] [--kicks srs|srs+] [--json]
 
@@ -14,7 +16,7 @@ import json
 import time
 from typing import Final, get_args
 
-from tetris.bots.perft import boards, leaves
+from tests.reference.tetris_perft import boards, leaves
 from tetris.engine.kicks import Kicks
 from tetris.engine.pieces import KINDS, Kind
 

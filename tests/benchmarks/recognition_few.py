@@ -33,7 +33,7 @@ from controller.bundles.bundle import Bundle
 from controller.recognition.preprocess import Preprocessor
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap
@@ -115,7 +115,7 @@ def _person(
     labels = (*loaded.labels, label)
     taught = _data(loaded, preset, (label,), TEACHING_MIN).session(user, 0)
     judged = _data(loaded, preset, labels[1:], size.minutes).session(user, 1)
-    known = know(judged, labels, f"{label} {user + 1}")
+    known = GroundTruth.of(judged, labels, f"{label} {user + 1}")
     inputs = network_inputs(judged.frames, loaded.preprocess)
 
     def count(bundle: Bundle) -> Tally:

@@ -29,7 +29,7 @@ from controller.bundles.bundle import Bundle
 from controller.recordings.recording import Recording
 from controller.simulator.presets import PRESETS
 from controller.simulator.user_style import UserStyle
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.data.test_sessions import BENCHMARK_SEED
 from models.evaluation import bootstrap
@@ -147,7 +147,7 @@ def _recall(counted: Tally) -> list[float]:
 
 
 def _count(bundle: Bundle, recording: Recording) -> Tally:
-    known = know(recording, bundle.labels, "own")
+    known = GroundTruth.of(recording, bundle.labels, "own")
     inputs = network_inputs(recording.frames, bundle.preprocess)
     answers = Batched(bundle).probabilities(inputs.windows)
     return tally(

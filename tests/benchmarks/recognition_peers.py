@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from controller.bundles.bundle import Bundle
 from controller.recognition.debounce import DebounceSettings
 from controller.recordings.recording import Recording
-from models.data.ground_truth import Known, know
+from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet, generate
 from models.data.test_sessions import People
 from models.evaluation.evaluate import summarise
@@ -87,7 +87,7 @@ def _tuned(peer: "Peer", loaded: Bundle, presets: Sequence[str]) -> DebounceSett
         for name, recording in People(replace(TUNE, preset=preset), TUNE_USERS).sessions(
             TUNE_USERS
         ):
-            known = know(recording, loaded.labels, name)
+            known = GroundTruth.of(recording, loaded.labels, name)
             inputs = network_inputs(recording.frames, peer.settings)
             streams.append(
                 debounced_stream(
@@ -108,7 +108,7 @@ def _played(
     networks = _Keeping(loaded)
     tallies: dict[str, list[Tally]] = {OURS: [], **{peer.name: [] for peer in peers}}
     for name, recording in sessions:
-        known = know(recording, loaded.labels, name)
+        known = GroundTruth.of(recording, loaded.labels, name)
         inputs = network_inputs(recording.frames, loaded.preprocess)
         ours = replay(loaded, networks, recording, known, inputs)
         tallies[OURS].append(tally(ours, loaded.labels))
@@ -149,15 +149,15 @@ def _places(
         if asked.any():
             touches[asked] = peer.place(networks.images)
         return touches
-    pressed = np.isfinite(ours.known.place[seen.last, 0])
+    pressed = np.isfinite(ours.truth.place[seen.last, 0])
     if pressed.any():
         touches[seen.last[pressed]] = peer.place(seen.windows[pressed, -1])
-        for frames in _events(ours.known):
+        for frames in _events(ours.truth):
             touches[frames] = _median(touches[frames])
     return touches
 
 
-def _events(known: Known) -> list[slice]:
+def _events(known: GroundTruth) -> list[slice]:
     edges = [np.searchsorted(known.t, (e.onset_s, e.release_s)) for e in known.events]
     return [slice(int(first), int(end)) for first, end in edges]
 

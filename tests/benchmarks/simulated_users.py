@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 
 from controller.simulator.session import DATA
-from models.data import splits
+from models.data import touch_images
 from models.data.examples import Examples, Source, prepare
 from models.data.recipe import RECIPES
 from models.data.simulate import ORB, DataSet, Given
@@ -84,7 +84,7 @@ def prepare_users(
 
 def last_block(own: UserGestures) -> tuple[UserGestures, UserGestures]:
     """Return the gestures of all blocks of time but the last of each session, and of the last."""
-    late = splits.last_events(own.session)
+    late = touch_images.last_events(own.session)
     early = ~late
     edge = np.flatnonzero(late & np.roll(early, 1))  # the gesture between belongs to neither
     early[edge - 1] = False

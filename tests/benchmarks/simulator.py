@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from controller.protocol.messages import Contact
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES, draw_style
+from controller.simulator.hand import GESTURES
 from controller.simulator.orb import NOMINAL, OrbModel, OrbSimulator
 from controller.simulator.presets import PRESETS
 from controller.simulator.session import Session, simulate
 from controller.simulator.session_script import SessionScript
+from controller.simulator.user_style import draw_style
 from controller.simulator.virtual_orb import VirtualOrb
 
 GOAL: Final = 10_000.0  # BENCHMARKS: at least 40 % of the frames touched

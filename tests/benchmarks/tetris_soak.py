@@ -34,7 +34,7 @@ import pygame
 
 from tetris.window.app import App, Start
 from tetris.window.display import open_window, set_size
-from tetris.window.menu_navigation import OF_CODE
+from tetris.window.menu import OF_CODE
 
 FRAMES_HZ: Final = 20
 SAMPLES: Final = 120  # of memory

@@ -17,12 +17,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from controller.simulator.hand import GESTURES
-from models import user_files
 from models.data.recipe import UNVARIED_USER, USER, VARIED_USER
 from models.evaluation import user_metrics
 from models.evaluation.user_metrics import SEEN
+from models.results import storage
 from models.results.figure import Figure
 from models.training import user_task
 from models.training.networks import Network
@@ -109,7 +109,7 @@ def open_world(preset: str, seed: int, size: Size, gestures: tuple[str, ...]) ->
         stranger = gesture_evidence(net, strange), strange.session
         found["enrolled"][str(count)] = {
             "seen": {str(seen): figure(user_metrics.share(*heard, users, seen)) for seen in SEEN},
-            "open": [asdict(user_metrics.openly(heard, stranger, users, seen)) for seen in SEEN],
+            "open": [asdict(user_metrics.open_set(heard, stranger, users, seen)) for seen in SEEN],
         }
     return found
 
@@ -172,14 +172,14 @@ def measure(
     """Return everything of one preset, measuring what a file of results lacks, or all `again`."""
     kept: dict[str, Any] = {}
     if path.exists() and not again:
-        kept = user_files.read_json(path)
+        kept = storage.read_json(path)
     found: dict[str, Any] = {}
     for name, (run, gestures) in PARTS.items():
         told = repr((name, preset, seed, size, gestures, USER, VARIED_USER, _code()))
         key = hashlib.sha256(told.encode()).hexdigest()[:24]
         if key not in kept:
             kept[key] = run(preset, seed, size, gestures)
-            user_files.write_text(path, f"{json.dumps(kept, indent=1)}\n")
+            storage.write_text(path, f"{json.dumps(kept, indent=1)}\n")
         found[name] = kept[key]
     return found
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from controller.diagnostics import touch_checks
 from controller.protocol.messages import Contact, GroundTruth
 from controller.recognition.preprocess import Frame
-from controller.sensors.base import Geometry
+from controller.sensors.base import Geometry, Sensor
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
 from controller.sensors.hardware.emulated.faults import WiringFault
@@ -42,8 +42,8 @@ def presses(hand: int) -> NDArray[np.float64]:
     )  # fmt: skip
 
 
-class Wired:
-    """A `VirtualSensor` on the bench, which can be pressed where the doctor asks for it.
+class Wired(Sensor):
+    """A virtual sensor on the bench, which can be pressed where the doctor asks for it.
 
     Attributes:
         bench: On which it lies.
@@ -54,6 +54,7 @@ class Wired:
     virtual = True
     geometry = Geometry(ROWS, COLUMNS, PITCH_MM)
     device_id = "wired"
+    driver: Driver
 
     def __init__(
         self, seed: int, name: str, faults: Sequence[str] = (), *, rate_hz: float = 2.0,

@@ -31,9 +31,7 @@ def test_plain_run_imports_nothing_that_it_was_not_asked_for() -> None:
 
 
 def test_command_imports_nothing_of_a_run() -> None:
-    assert not imported("models").intersection(
-        {"controller.cli.run", "controller.recognition.pipeline"}
-    )
+    assert not imported("models").intersection({"controller.cli.run", "controller.runtime.loop"})
 
 
 def test_numpy_keeps_to_one_thread_unless_somebody_says_otherwise() -> None:

@@ -19,7 +19,7 @@ from controller.keymap import keymap_file
 from controller.keymap.key_state import KeyState
 from controller.keymap.keymap import GAMEPAD, KEYBOARD, KeyMap, KeyMapError
 from controller.links.bluetooth.hid.reports import OUTPUTS
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 
 from .choices import Choices
 

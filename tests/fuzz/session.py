@@ -13,13 +13,8 @@ from collections.abc import Iterable
 from typing import Final
 
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
-from controller.protocol.host_session import (
-    Delivered,
-    HostSession,
-    Missed,
-    Received,
-    SessionHistory,
-)
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Delivered, Missed, Received
 from controller.protocol.messages import (
     Bye,
     Command,
@@ -33,7 +28,7 @@ from controller.protocol.messages import (
     Welcome,
 )
 from controller.protocol.packets import MAX_FRAME, encode
-from controller.protocol.retransmit import RetransmitQueue
+from controller.protocol.retransmit import RetransmitQueue, SessionHistory
 
 from .choices import Choices
 from .decoder import MESSAGES

@@ -14,21 +14,20 @@ from dataclasses import dataclass, field
 
 from controller.protocol import codec
 from controller.protocol.device_session import BACKLOG, DeviceSession
-from controller.protocol.host_session import (
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import (
     Connected,
     Delivered,
-    HostSession,
     Lost,
     Missed,
     Received,
     Refused,
-    SessionHistory,
     Stale,
     pause_s,
 )
 from controller.protocol.messages import DEADMAN_MS, LATE_MS, Bye, Command, Hello, State, Telemetry
 from controller.protocol.packets import MAX_FRAME
-from controller.protocol.retransmit import MOST, RetransmitQueue
+from controller.protocol.retransmit import MOST, RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
 
 TICK_MS = 10
@@ -228,8 +227,8 @@ class World:
         assert self.outbox.posted == ()
         assert self.outbox.missed == self.past.missed
         assert self.host.pressed == self.held
-        assert (self.host.echo.rtt_ms or 0) <= 2 * LATENCY_MS + 4 * TICK_MS
-        offset_ms = self.host.echo.offset_ms
+        assert (self.host.clock.rtt_ms or 0) <= 2 * LATENCY_MS + 4 * TICK_MS
+        offset_ms = self.host.clock.offset_ms
         assert offset_ms is not None
         true_ms = self.device_ms - self.now_ms
         assert abs((offset_ms - true_ms + 2**31) % 2**32 - 2**31) <= LATENCY_MS + 2 * TICK_MS

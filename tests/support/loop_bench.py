@@ -12,13 +12,14 @@ from controller.capture.cues import Cue, CueSession, Phase
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import Plain, SessionRecorder
 from controller.protocol.messages import Contact, Contacts, GroundTruth, Hello, Message, Perform
-from controller.recognition.pipeline import Pipeline
+from controller.recognition.pipeline import Networks, Pipeline
 from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
-from controller.runtime.device import Device, Wish, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
-from controller.sensors.base import Geometry, SensorError
+from controller.runtime.virtual_hand import VirtualHand, Wish
+from controller.sensors.base import Geometry, Sensor, SensorError
 
 SHIPPED = bundle.read(bundle.default_path())
 HELLO = Hello(2, 2, "", "test", granted=False)
@@ -57,7 +58,7 @@ class World:
         return lambda: self.now_s - self.start_s >= seconds - 1e-9
 
 
-class Slab:
+class Slab(Sensor):
     """A sensor that a finger makes thinner where it lies; nothing else happens."""
 
     virtual = True
@@ -108,10 +109,10 @@ class Slab:
         self.closed = True
 
 
-class Certain:
+class Certain(Networks):
     """Networks that are sure of a press wherever something deviates."""
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         pressed = float(np.abs(window[-1] - 1.0).max()) > 0.1
         return np.array([1 - pressed, pressed, 0, 0, 0], dtype=np.float32)
 
@@ -148,12 +149,11 @@ class Bench:
         sensor = Slab(self.world, busy_s=self.busy_s)
         sensor.lost_s = self.lost_s
         self.sensors.append(sensor)
-        pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
-        device = Device(sensor, pipeline, self.world, steady(10.0))
+        pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
+        hand = None if self.cues is None else VirtualHand(obey=obey)
+        device = Device(sensor, pipeline, self.world, hand=hand)
         if self.record is not None:
-            device.tape = self.tape(self.record, pipeline)
-        if self.cues is not None:
-            device.obey = obey
+            device.recorder = self.tape(self.record, pipeline)
         return device
 
     def tape(self, path: Path, pipeline: Pipeline) -> SessionRecorder:

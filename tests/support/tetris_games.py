@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Event, Game, GravityCap, Input
+from tetris.engine.kicks import Kicks
+from tetris.engine.moves import TABLES
 from tetris.engine.pieces import Piece
 
 EventT = TypeVar("EventT", bound=Event)
@@ -16,6 +18,14 @@ def game_with(picture: str, piece: Piece, config: Config | None = None) -> Game:
     game.set_up(Board.parse(picture), piece)
     game.update(0.0)
     return game
+
+
+def rotated(
+    bits: int, piece: Piece, action: Action = Action.ROTATE_CW, kicks: Kicks = "srs"
+) -> tuple[Piece, int] | None:
+    """Return the piece after a quarter turn, and the kick that made it fit, or None."""
+    turns = piece.turned[TABLES[kicks] + (action is Action.ROTATE_CCW)]
+    return next(((there, kick) for kick, there in enumerate(turns) if not bits & there.mask), None)
 
 
 def of(events: list[Event], kind: type[EventT]) -> list[EventT]:

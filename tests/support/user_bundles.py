@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller import npz
-from controller.bundles import bundle
-from controller.recognition import users
+from controller.bundles import bundle, users_table
 from tests.support.onnx_files import array, model, node, number, text, value
 
 SHIPPED = bundle.default_path()
@@ -86,7 +85,7 @@ def parts() -> dict[str, bytes]:
     who, ann = left_or_right(), pinches()
     golden["people"] = answers(*who, golden["windows"])
     golden["head.ann"] = answers(*ann, golden["windows"])
-    own |= {users.NETWORK: dense(*who), users.head_part("ann"): dense(*ann)}
+    own |= {users_table.NETWORK: dense(*who), users_table.head_part("ann"): dense(*ann)}
     return own | {bundle.GOLDEN: npz.pack(golden)}
 
 

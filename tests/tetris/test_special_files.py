@@ -2,14 +2,13 @@
 
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pygame
 import pytest
 
 from tests.support.special_files import KINDS, answer, make
-from tests.support.tetris_player import open_app, opened
+from tests.support.tetris_player import open_app
 from tetris import files
 from tetris.__main__ import main
 from tetris.engine.modes import MODES
@@ -90,11 +89,6 @@ def test_best_lists_that_cannot_be_read_begin_anew(kind: str, tmp_path: Path) ->
     assert (records.trouble == "") == (kind in ("missing", "dangling"))
     summary = Summary(1, 0, 1, 1, 1.0, 1, 0, 1, 0, 0, 0, {})
     assert records.add(MODES["zen"], summary, won=False, seed=1) == 1
-
-
-@pytest.fixture
-def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
-    yield from opened(monkeypatch)
 
 
 @pytest.mark.parametrize("kind", NEVER_ENDING)

@@ -1,4 +1,4 @@
-"""A player that looks ahead over the pieces it can see, with the hold: a beam search.
+"""Beam search over the pieces in sight, with the hold.
 
 Each piece in turn is put to every place that it can reach, tucked in and spun too, and only
 the best boards are pursued. A way is worth what its moves earn and what its last board is

@@ -1,4 +1,4 @@
-"""A player that looks one piece ahead and may be asked again after every command.
+"""Greedy search: looks one piece ahead; callers may plan again after every command.
 
 It tries every place that the piece can reach by turning and shifting at its present
 height and then dropping, and takes the best by Dellacherie's six features and weights, as
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from tetris.bots.features import DELLACHERIE, HEADROOM_ROWS, loses, middle, settled, surface
+from tetris.bots.paths import neighbours
 from tetris.engine import moves
 from tetris.engine.events import Action
 from tetris.engine.game import Game, Phase
@@ -19,11 +20,6 @@ from tetris.engine.rules import Config
 
 LOST: Final = -1e6  # of a landing that ends the game: the last resort
 
-_TURNS: Final[tuple[tuple[Action, moves.Direction], ...]] = (
-    (Action.ROTATE_CW, moves.CW),
-    (Action.ROTATE_CCW, moves.CCW),
-)
-_SHIFTS: Final = ((Action.LEFT, -1), (Action.RIGHT, 1))
 _GUIDELINE: Final = Config()
 
 
@@ -99,23 +95,11 @@ def landings(
         if mask not in landed_masks:  # turned pieces often fill the same cells
             landed_masks.add(mask)
             found.append((landing, (*actions, Action.HARD_DROP)))
-        for there, action in _steps(bits, here, kicks):
-            if there not in seen:
+        for there, action, _ in neighbours(bits, here, moves.TABLES[kicks]):
+            if action is not Action.DOWN and there not in seen:
                 seen.add(there)
                 queue.append((there, (*actions, action)))
     return found
-
-
-def _steps(bits: int, piece: Piece, kicks: Kicks) -> list[tuple[Piece, Action]]:
-    steps = []
-    for action, dx in _SHIFTS:
-        if shifted := moves.shifted(bits, piece, dx):
-            steps.append((shifted, action))
-    if piece.kind != "O":
-        for action, direction in _TURNS:
-            if turned := moves.rotated(bits, piece, direction, kicks):
-                steps.append((turned[0], action))
-    return steps
 
 
 def value(bits: int, landing: Piece, config: Config = _GUIDELINE) -> float:

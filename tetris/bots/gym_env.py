@@ -1,4 +1,4 @@
-"""An environment for learning players, with the API of Gymnasium (the extra `[gym]`).
+"""Environment for reinforcement learning, with the API of Gymnasium (the extra `[gym]`).
 
     import gymnasium, tetris.bots.gym_env
     env = gymnasium.make("Tetris/Inputs-v0")       # or "Tetris/Placements-v0"
@@ -95,7 +95,7 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a game; without a seed, the one that the last seed's generator says."""
+        """Begin a game; without a seed, the next one of the last seed's generator."""
         super().reset(seed=seed, options=options)
         self.game = Game(int(self.np_random.integers(2**32)), self._config)
         self._time_s = 0.0
@@ -129,7 +129,7 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
         return "\n".join("".join(row) for row in reversed(rows))
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return which placements are in reach; of inputs, all are always allowed."""
+        """Return the actions in reach, (actions,); of inputs, all are always allowed."""
         mask = np.zeros(int(self.action_space.n), np.bool_)  # type: ignore[attr-defined]
         if self.acts == "inputs":
             mask[:] = True
@@ -141,7 +141,7 @@ class TetrisEnv(gymnasium.Env[Observation, np.int64]):
         return mask
 
     def encode(self, piece: Piece, *, hold: bool = False) -> int:
-        """Return the action that locks a piece there, after a hold if so told.
+        """Return the action that locks a piece there, after a hold if `hold` is set.
 
         It is `((hold * 4 + turn) * columns + leftmost column) * rows + lowest row`, where
         the four rows above the visible ones count.

@@ -1,4 +1,4 @@
-"""The fewest inputs that bring a piece to each of its placements."""
+"""Shortest input sequences that bring a piece to each of its placements."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -62,7 +62,7 @@ def fewest(
             here = queue.popleft()
             if moves.landed(bits, here).mask == landing.mask:
                 return costs[here]
-            for there, action, _ in _steps(bits, here, moves.TABLES[kicks]):
+            for there, action, _ in neighbours(bits, here, moves.TABLES[kicks]):
                 down = action is Action.DOWN
                 if down and not falls:
                     continue
@@ -96,7 +96,7 @@ def _walk(bits: int, piece: Piece, kicks: Kicks) -> Iterator[tuple[Placement, tu
     spins = piece.kind == "T"
     while queue:
         here = queue.popleft()
-        for there, action, kick in _steps(bits, here, table):
+        for there, action, kick in neighbours(bits, here, table):
             new = there not in came
             if new:
                 came[there] = here, action
@@ -117,7 +117,14 @@ def _walk(bits: int, piece: Piece, kicks: Kicks) -> Iterator[tuple[Placement, tu
                 yield Placement(landing, spin), (*_way(came, here), action, Action.HARD_DROP)
 
 
-def _steps(bits: int, here: Piece, table: int) -> Iterator[tuple[Piece, Action, int | None]]:
+def neighbours(bits: int, here: Piece, table: int) -> Iterator[tuple[Piece, Action, int | None]]:
+    """Yield the positions one input away, each with the input and the kick of a turn.
+
+    Args:
+        bits: The board.
+        here: The present position, which is free.
+        table: Of the kicks, as in `moves.TABLES`.
+    """
     if not bits & here.left.mask:
         yield here.left, Action.LEFT, None
     if not bits & here.right.mask:

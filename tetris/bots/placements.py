@@ -1,4 +1,4 @@
-"""Every place where a piece can come to lie, spins included.
+"""Generation of all placements of a piece, spins included.
 
 A set of positions is one integer: bit n is set for a box whose corner is bit n of the
 board. A shift of the integer moves all positions of the set at once, so that the piece

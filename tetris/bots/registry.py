@@ -1,4 +1,4 @@
-"""The bots by name, a hint for a person, and a whole game played through the same inputs."""
+"""Registry of bots by name, and a hint for a person."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -13,7 +13,7 @@ __all__ = ["BOTS", "STRONGEST", "Plan", "Planner", "hint"]
 
 
 class Planner(Protocol):
-    """A bot: it looks at a game and says where to put the piece, and how.
+    """A bot: returns where to put the piece, and how.
 
     It may be asked again after every action, then with the landing that it wanted.
     """

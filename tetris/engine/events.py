@@ -59,7 +59,7 @@ EventT = TypeVar("EventT")
 
 @dataclass_transform(frozen_default=True)
 def _event(cls: type[EventT]) -> type[EventT]:
-    """Make a value class whose fields nobody changes, as the type checker sees to.
+    """Make a value class whose fields are constant, which the type checker enforces.
 
     A dataclass that enforces it at run time takes four times as long to make, and events
     are most of what the engine makes.

@@ -57,11 +57,11 @@ class Game(GravityGame):
         """Let time pass, then act, and return what happened, oldest first.
 
         Args:
-            time_s: The present time, never earlier than before. The first call says when
-                the game begins.
+            time_s: The present time, never earlier than before. The game begins at
+                the first call's.
             inputs: What the player does at that time, in order.
             soft_drop: Whether soft drop is held from that time on, until the next update.
-            initial: Which of hold and the two turns are held likewise: a piece that enters
+            initial: Which of hold and the two turns are held: a piece that enters
                 meanwhile is held, or turned in place where it fits.
 
         Raises:
@@ -217,7 +217,7 @@ class Game(GravityGame):
         self._offset_ns = self._wall_ns - self._now_ns
 
     def _restart(self) -> None:
-        """Begin anew with a fresh bag; the random numbers go on, so a replay stays one."""
+        """Restart with a fresh bag; the random numbers go on, so a replay stays one."""
         self._offset_ns = self._wall_ns
         self._now_ns = self._soft_since_ns = 0
         self._events.append(happened.Restarted(self._at_s))

@@ -140,7 +140,7 @@ class GravityGame(State):
 
     def _lock_due_ns(self) -> int:
         now_ns, resets = self._now_ns, self.config.lock_resets
-        if resets == 0:  # "classic": only a fall begins the delay anew
+        if resets == 0:  # "classic": only a fall restarts the delay
             if self._ground_ns is None:
                 self._ground_ns = now_ns
             return max(self._ground_ns + self._delay_ns, now_ns + _TICK_NS)

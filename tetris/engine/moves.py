@@ -7,15 +7,12 @@ Super Rotation System, docs/tetris.md "srs", and "tspin".
 from collections.abc import Mapping
 from enum import Enum
 from functools import cache
-from typing import Final, Literal
+from typing import Final
 
 from tetris.engine.board import cell_bit
 from tetris.engine.kicks import KICKS, LAST_KICK, Kicks
 from tetris.engine.pieces import MASKS, STRIDE, Cell, Kind, Piece, piece_at
 
-Direction = Literal[1, -1]
-CW: Final = 1
-CCW: Final = -1
 TABLES: Final[Mapping[Kicks, int]] = {name: 2 * at for at, name in enumerate(KICKS)}
 """Where a kick table's clockwise turns are in `Piece.turned`; the others come next."""
 
@@ -54,18 +51,6 @@ def shifted(bits: int, piece: Piece, dx: int) -> Piece | None:
     """Return the piece moved sideways by whole cells, or None where it collides."""
     moved = piece_at(piece.kind, piece.x + dx, piece.y, piece.turn)
     return None if bits & moved.mask else moved
-
-
-def rotated(
-    bits: int, piece: Piece, direction: Direction, kicks: Kicks = "srs"
-) -> tuple[Piece, int] | None:
-    """Return the piece after a quarter turn, and which kick made it fit (0..4), or None."""
-    kick = 0
-    for turned in piece.turned[TABLES[kicks] + (direction < 0)]:
-        if not bits & turned.mask:
-            return turned, kick
-        kick += 1  # noqa: SIM113 (half as dear as enumerate)
-    return None
 
 
 def rows_to_fall(bits: int, piece: Piece) -> int:

@@ -14,7 +14,7 @@ _COMMANDS: Final = 8  # what the worst placement needs
 _ROWS: Final = 20  # and how far a piece falls meanwhile
 _FEWEST: Final = 8  # intervals before the rate counts as known
 _LATEST: Final = 24  # intervals that it is taken from
-_LONGEST_S: Final = 4.0  # a longer rest is thought, or tea, and says nothing of the hand
+_LONGEST_S: Final = 4.0  # a longer rest is no measure of the player's speed
 
 
 def level_for(rate_hz: float) -> int:

@@ -7,18 +7,20 @@ kept, and a sentence says so. Another program's additions are read before ours a
 import dataclasses
 import json
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, TypeVar, get_type_hints
 
 from tetris.engine.modes import Mode, Ranking
-from tetris.files import DAMAGES, put_aside, read_bytes, write_beside
+from tetris.files import load, read_bytes, write_beside
 from tetris.history.stats import Summary
 
 FILE_NAME: Final = "records.json"
 PLACES: Final = 10
 _FORM: Final = 1
+_SUMMED: Final = ("lines", "pieces", "time_s", "commands", "faultless")  # of a summary
 _MOST_BYTES: Final = 4_000_000
 _MOST_NUMBER: Final = 2**64
 _MOST_WORD: Final = 100
@@ -52,11 +54,6 @@ class Entry:
     def pieces_per_s(self) -> float:
         """Pieces a second; 0 for a game without time."""
         return self.pieces / self.time_s if self.time_s > 0 else 0.0
-
-    @property
-    def commands_per_piece(self) -> float:
-        """Commands for each piece; 0 for a game without pieces."""
-        return self.commands / self.pieces if self.pieces else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,38 +116,20 @@ class HighScores:
     ) -> int | None:
         """Add a finished game, write the file, and return its place from 1; None below ten.
 
-        Where the file cannot be written, `trouble` says so, and the game is still listed
+        Where the file cannot be written, `trouble` is set, and the game is still listed
         until the program ends.
         """
-        self.trouble = ""
         self._read()
         before = self.totals(mode.name)
-        clears = dict(before.clears)
-        for name, count in summary.clears.items():
-            clears[name] = clears.get(name, 0) + count
+        sums = {name: getattr(before, name) + getattr(summary, name) for name in _SUMMED}
         self._totals[mode.name] = Totals(
-            before.games + 1,
-            before.won + won,
-            before.time_s + summary.time_s,
-            before.pieces + summary.pieces,
-            before.lines + summary.lines,
-            before.commands + summary.commands,
-            before.faultless + summary.faultless,
-            clears,
+            games=before.games + 1,
+            won=before.won + won,
+            clears=dict(Counter(before.clears) + Counter(summary.clears)),
+            **sums,
         )
-        entry = Entry(
-            summary.score,
-            summary.lines,
-            summary.level,
-            summary.pieces,
-            summary.time_s,
-            summary.commands,
-            summary.faultless,
-            won,
-            seed,
-            date,
-            replay,
-        )
+        figures = {name: getattr(summary, name) for name in ("score", "level", *_SUMMED)}
+        entry = Entry(won=won, seed=seed, date=date, replay=replay, **figures)
         place = self._rank(mode, entry)
         self._write()
         return place
@@ -168,25 +147,8 @@ class HighScores:
     # -- the file ----------------------------------------------------------------------
 
     def _read(self) -> None:
-        try:
-            self._best, self._totals = _decoded(read_bytes(self._path, _MOST_BYTES))
-        except FileNotFoundError:
-            return
-        except OSError as error:
-            if error.errno in DAMAGES:
-                self._put_aside()
-            else:
-                self.trouble = f"cannot read {self._path}: {error.strerror or error}"
-        except (ValueError, RecursionError):  # JSON nested too deep is no list of ours either
-            self._put_aside()
-
-    def _put_aside(self) -> None:
-        try:
-            aside = put_aside(self._path)
-        except OSError as error:
-            self.trouble = f"{self._path} is damaged: {error.strerror or error}"
-        else:
-            self.trouble = f"the best lists were damaged and begin anew; they are in {aside}"
+        known = self._best, self._totals
+        (self._best, self._totals), self.trouble = load(self._path, _load, known)
 
     def _write(self) -> None:
         modes = {
@@ -203,13 +165,14 @@ class HighScores:
             self.trouble = f"cannot write {self._path}: {error.strerror or error}"
 
 
-def _decoded(content: bytes) -> tuple[dict[str, list[Entry]], dict[str, Totals]]:
-    """Read a file's bytes, every value checked.
+def _load(path: Path) -> tuple[dict[str, list[Entry]], dict[str, Totals]]:
+    """Read a file, every value checked.
 
     Raises:
+        OSError: It cannot be read.
         ValueError: Something is not as we write it.
     """
-    document = json.loads(content)
+    document = json.loads(read_bytes(path, _MOST_BYTES))
     if not isinstance(document, dict) or document.get("form") != _FORM:
         raise ValueError("not ours, or of another form")
     best: dict[str, list[Entry]] = {}

@@ -1,4 +1,4 @@
-"""Replays: what a game was told and when, from which it can be played again.
+"""Replays: seed, rules and timed inputs of a game, from which it can be played again.
 
 A seed, a configuration and the timed inputs make a game, so nothing else is kept. Times are
 whole microseconds, which the game is given too: what is played is what is recorded, and the
@@ -10,8 +10,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from tetris.bots.registry import Planner
 from tetris.engine.events import Action, Event, Input
 from tetris.engine.game import Game, Phase, Snapshot
+from tetris.engine.pieces import Piece
 from tetris.engine.rules import Config
 
 LAST_SEED: Final = 2**64 - 1
@@ -31,10 +33,10 @@ _KEYFRAME_MOMENTS: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """One update that told the game something.
+    """One update with inputs.
 
     Attributes:
-        time_us: When, in microseconds of the clock of those who played.
+        time_us: When, in microseconds of the recording's clock.
         inputs: What the player did, in order.
         soft_drop: Whether soft drop is held from then on.
         initial: The turns and the hold that are held down from then on, in the order of
@@ -294,3 +296,36 @@ def _tell(game: Game, moment: Moment) -> list[Event]:
         soft_drop=moment.soft_drop,
         initial=moment.initial,
     )
+
+
+def play_bot(
+    recorder: Recorder, planner: Planner, *, pieces: int, action_s: float = 0.0
+) -> list[Event]:
+    """Let a bot play until the game is over or so many pieces are placed; return the events.
+
+    Args:
+        recorder: A running game; its clock goes on from `recorder.time_s`.
+        planner: The bot.
+        pieces: Placed in the whole game.
+        action_s: How long each action takes; the bot looks at the board after each. 0 is as
+            fast as the rules allow.
+    """
+    game, config = recorder.game, recorder.game.config
+    wait_s = config.generation_delay_s + config.guard_s  # in which nothing or no drop is taken
+    now_s = recorder.time_s
+    events = recorder.update(now_s)
+    target: Piece | None = None
+    placed = game.pieces_placed
+    while game.phase is Phase.RUNNING and game.pieces_placed < pieces:
+        if game.pieces_placed != placed or not game.in_play:
+            placed, target = game.pieces_placed, None
+            if wait_s:
+                now_s += wait_s
+                events += recorder.update(now_s)
+                continue
+        plan = planner(game, target=target)
+        target = plan.landing
+        actions = plan.actions[:1] if action_s else plan.actions
+        now_s += action_s
+        events += recorder.update(now_s, actions)
+    return events

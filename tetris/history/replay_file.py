@@ -1,16 +1,17 @@
-"""Replays as files: short lines of text, and a checksum. docs/tetris-replays.md has the form.
+"""Replay files: short lines of text, and a checksum. docs/tetris-replays.md has the form.
 
-A file is read with suspicion: everything in it is bounded and checked before a game is made
-of it, and what cannot be read is refused with one sentence.
+Everything in a file is bounded and checked before a game is made of it; a file that cannot be
+read is refused with one sentence.
 """
 
 import dataclasses
 import hashlib
 import math
 import re
+import textwrap
 import types
 import typing
-from collections.abc import Collection
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +20,6 @@ from tetris.engine.events import Action, GravityCap, Input
 from tetris.engine.rules import Config
 from tetris.files import read_bytes, write_beside
 from tetris.history.replay import (
-    HOLDABLE,
     LAST_SEED,
     MODE,
     MOST,
@@ -35,7 +35,7 @@ _TITLE: Final = "tetris-replay"
 _MOST_BYTES: Final = 8_000_000  # a day of play at ten inputs a second
 _MOST_NUMBER: Final = 2**64 - 1
 _MOST_INPUTS: Final = 1_000_000  # and as many moments
-_MOST_GAMES: Final = 1_000  # begun anew within one replay: each is work to play
+_MOST_GAMES: Final = 1_000  # restarts within one replay, and the first game: each is work to play
 _MOST_US: Final = 400 * 3_600_000_000  # of the clock
 _LINE: Final = 96
 
@@ -63,6 +63,7 @@ _TYPES: Final = {  # in the order of the file
     field.name: typing.get_type_hints(Config)[field.name] for field in dataclasses.fields(Config)
 }
 _WITHOUT_DIGITS: Final = str.maketrans("", "", "0123456789")
+_WRAPPER: Final = textwrap.TextWrapper(_LINE, break_long_words=False, break_on_hyphens=False)
 _TOO_MANY: Final = f"a replay has {_MOST_INPUTS:,} inputs at most; this one has more"
 _TOO_LONG: Final = f"a replay has {_MOST_BYTES // 1_000_000} MB at most; this one has more"
 
@@ -106,7 +107,13 @@ def encode(replay: Replay) -> bytes:
     Raises:
         ReplayError: `decode` would refuse them.
     """
-    _check(replay)
+    try:
+        check_game(replay.seed, replay.config, replay.mode)
+    except ValueError as error:
+        raise ReplayError(f"the replay cannot be kept: {error}") from error
+    if replay.end_us > _MOST_US:
+        hours = _MOST_US // 3_600_000_000
+        raise ReplayError(f"the replay cannot be kept: it must end within {hours} hours")
     outcome = replay.outcome
     head = [
         f"{_TITLE} {FORM}",
@@ -118,44 +125,13 @@ def encode(replay: Replay) -> bytes:
         f"end {replay.end_us}",
         f"moments {len(replay.moments)}",
     ]
-    body = "\n".join([*head, *_moment_lines(replay.moments)]) + "\n"
+    before = (Moment(0), *replay.moments)
+    words = " ".join(map(_moment_word, replay.moments, before))
+    body = "\n".join([*head, *_WRAPPER.wrap(words)]) + "\n"
     content = f"{body}sha256 {_digest(body)}\n".encode("ascii")
-    if len(content) > _MOST_BYTES:
-        raise ReplayError(_TOO_LONG)
+    if decode(content) != replay:
+        raise ReplayError("the replay cannot be kept: the file would hold another one")
     return content
-
-
-def _check(replay: Replay) -> None:
-    """Refuse a replay that `decode` would refuse."""
-    outcome, moments = replay.outcome, replay.moments
-    try:
-        check_game(replay.seed, replay.config, replay.mode)
-    except ValueError as error:
-        raise ReplayError(f"the replay cannot be kept: {error}") from error
-    numbers = (outcome.score, outcome.lines, outcome.pieces)
-    if not all(0 <= number <= _MOST_NUMBER for number in numbers):
-        raise ReplayError(f"the replay cannot be kept: its outcome {numbers} is out of range")
-    times = [0, *(moment.time_us for moment in moments), replay.end_us]
-    if not moments or times != sorted(times) or replay.end_us > _MOST_US:
-        raise ReplayError(
-            "the replay cannot be kept: it must have moments, in the order of time, within "
-            f"{_MOST_US // 3_600_000_000} hours of the clock"
-        )
-    if any(moment.initial != _held(moment.initial) for moment in moments):
-        raise ReplayError("the replay cannot be kept: only turns and holds are held, in order")
-    inputs = [given for moment in moments for given in moment.inputs]
-    if max(len(moments), len(inputs)) > _MOST_INPUTS:
-        raise ReplayError(_TOO_MANY)
-    _check_games(1 + inputs.count(Action.RESTART))
-
-
-def _held(actions: Collection[Action]) -> tuple[Action, ...]:
-    return tuple(action for action in HOLDABLE if action in actions)
-
-
-def _check_games(games: int) -> None:
-    if games > _MOST_GAMES:
-        raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
 
 
 def decode(content: bytes) -> Replay:
@@ -172,8 +148,9 @@ def decode(content: bytes) -> Replay:
         text = content.decode("ascii")
     except UnicodeDecodeError as error:
         raise ReplayError("the replay is damaged: there is other than text in it") from error
-    lines = _Lines(text)
-    form, made_by = lines.whole(_TITLE), lines.whole("rules")
+    body, mark, last = text.rpartition("\nsha256 ")
+    lines = iter((body or text).split("\n"))
+    form, made_by = _number(lines, _TITLE), _number(lines, "rules")
     if form != FORM:
         raise ReplayError(f"the replay has form {form}, and this program reads form {FORM}")
     if made_by != rules.VERSION:
@@ -181,55 +158,36 @@ def decode(content: bytes) -> Replay:
             f"the replay is of rules {made_by}, and this program plays rules {rules.VERSION}; "
             "play it with the version that made it"
         )
-    body, mark, last = text.rpartition("\nsha256 ")
     if not mark or last != f"{_digest(body + chr(10))}\n":
         raise ReplayError("the replay is damaged: its checksum does not fit")
-    lines.text = body
     return _replay(lines)
 
 
-class _Lines:
-    """The lines of a file, each a name and a value, read one after another."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self._at = 0
-
-    def value(self, name: str) -> str:
-        """Return the value of the next line, which must have this name."""
-        line = self.line()
-        found, space, value = line.partition(" ")
-        if found != name or not space:
-            raise ReplayError(f"the replay is damaged: {line[:40]!r} stands where {name} should")
-        return value
-
-    def whole(self, name: str, most: int = _MOST_NUMBER) -> int:
-        """Return the value of the next line as a whole number."""
-        return _whole(name, self.value(name), most)
-
-    def line(self) -> str:
-        """Return the next line; empty at the end."""
-        end = self.text.find("\n", self._at)
-        end = len(self.text) if end < 0 else end
-        line, self._at = self.text[self._at : end], end + 1
-        return line
-
-    def rest(self) -> str:
-        """Return all further lines."""
-        return self.text[self._at :]
+def _value(lines: Iterator[str], name: str) -> str:
+    """Return the value of the next line, which must have this name."""
+    line = next(lines, "")
+    found, space, value = line.partition(" ")
+    if found != name or not space:
+        raise ReplayError(f"the replay is damaged: {line[:40]!r} stands where {name} should")
+    return value
 
 
-def _replay(lines: _Lines) -> Replay:
-    seed, mode = lines.whole("seed", LAST_SEED), lines.value("mode")
+def _number(lines: Iterator[str], name: str, most: int = _MOST_NUMBER) -> int:
+    """Return the value of the next line as a whole number."""
+    return _whole(name, _value(lines, name), most)
+
+
+def _replay(lines: Iterator[str]) -> Replay:
+    seed, mode = _number(lines, "seed", LAST_SEED), _value(lines, "mode")
     if not MODE.fullmatch(mode):
         raise ReplayError("the replay is damaged: its mode is no name of one")
     config = _config(lines)
-    outcome = lines.value("outcome").split(" ")
+    outcome = _value(lines, "outcome").split(" ")
     if len(outcome) != 4 or outcome[3] not in ("0", "1"):
         raise ReplayError("the replay is damaged: its outcome is not four numbers")
     score, cleared, pieces = (_whole("outcome", word, _MOST_NUMBER) for word in outcome[:3])
-    end_us, count = lines.whole("end", _MOST_US), lines.whole("moments", _MOST_INPUTS)
-    moments = _moments(lines.rest().split(maxsplit=count))
+    end_us, count = _number(lines, "end", _MOST_US), _number(lines, "moments", _MOST_INPUTS)
+    moments = _moments("\n".join(lines).split(maxsplit=count))
     if len(moments) != count or not moments or moments[-1].time_us > end_us:
         raise ReplayError("the replay is damaged: its moments do not fit its head")
     return Replay(
@@ -260,8 +218,8 @@ def _kinds(name: str) -> tuple[object, ...]:
     return typing.get_args(declared) or (declared,)
 
 
-def _config(lines: _Lines) -> Config:
-    values = {name: _read(name, lines.value(name)) for name in _TYPES}
+def _config(lines: Iterator[str]) -> Config:
+    values = {name: _read(name, _value(lines, name)) for name in _TYPES}
     try:
         return Config(**values)
     except ValueError as error:
@@ -295,22 +253,6 @@ def _whole(name: str, word: str, most: int) -> int:
 # -- the moments -------------------------------------------------------------------------------
 
 
-def _moment_lines(moments: tuple[Moment, ...]) -> list[str]:
-    lines: list[str] = []
-    words: list[str] = []
-    width = 0
-    before = Moment(0)
-    for moment in moments:
-        word = _moment_word(moment, before)
-        if words and width + len(word) > _LINE:
-            lines.append(" ".join(words))
-            words, width = [], 0
-        words.append(word)
-        width += len(word) + 1
-        before = moment
-    return [*lines, " ".join(words)]
-
-
 def _moment_word(moment: Moment, before: Moment) -> str:
     word = str(moment.time_us - before.time_us)
     for given in moment.inputs:
@@ -341,7 +283,8 @@ def _moments(words: list[str]) -> tuple[Moment, ...]:
             before.initial if held is None else tuple(_ACTIONS[code] for code in held[1:-1]),
         )
         moments.append(before)
-    _check_games(games)
+    if games > _MOST_GAMES:
+        raise ReplayError(f"a replay has {_MOST_GAMES} games at most; this one has {games}")
     return tuple(moments)
 
 

@@ -1,4 +1,4 @@
-"""Films: pictures one after another into a GIF or an MP4 file.
+"""Video files: pictures one after another into a GIF or an MP4 file.
 
 Needs the `film` extra: Pillow for GIF, PyAV for MP4. Pictures are written as they come, so
 that a long film takes no more memory than a short one.
@@ -42,13 +42,13 @@ class VideoFile:
         """Begin a film.
 
         Args:
-            path: Its file; the suffix, `.gif` or `.mp4`, says what kind.
+            path: Its file; the suffix, `.gif` or `.mp4`, is its kind.
             size: Of the pictures, even numbers.
             rate_hz: Pictures a second.
             sample: Some of the pictures to come, from which a GIF takes its 256 colours.
 
         Raises:
-            FilmError: The suffix is another, or the library is missing.
+            VideoError: The suffix is another, or the library is missing.
             OSError: The file cannot be written.
         """
         check_replaceable(path)

@@ -45,7 +45,7 @@ def play(start: Start = Start()) -> Game | None:  # noqa: B008 (frozen)
 
 
 class App:
-    """The whole window, without a clock: it is told the time with every frame.
+    """The whole window, without a clock: each frame passes the time.
 
     Attributes:
         stage: What is seen.

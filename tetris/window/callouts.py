@@ -29,7 +29,7 @@ class Callouts:
         self._picture: pygame.Surface | None = None
 
     def show(self, events: Iterable[Event]) -> None:
-        """Say what the events call for."""
+        """Show the lines of the events."""
         for event in events:
             match event:
                 case happened.Locked():
@@ -75,7 +75,7 @@ class Callouts:
 
 
 def praise(event: happened.Locked, look: ThemeChoice) -> list[Line]:
-    """Return the lines to say about a lock, the greatest first, each with its colour."""
+    """Return the lines about a lock, the greatest first, each with its colour."""
     clear, palette, words = event.clear, look.palette, look.words
     lines: list[Line] = []
     if clear.perfect:

@@ -1,4 +1,4 @@
-"""Opening a window, or saying in one sentence why there is none."""
+"""Opening of the window, with one sentence for every reason why there is none."""
 
 import os
 import tempfile

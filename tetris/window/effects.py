@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from math import cos, pi, sin
 from typing import Final
 
 import pygame
@@ -10,7 +11,6 @@ from tetris.engine import events as happened
 from tetris.engine.events import Event
 from tetris.window import theme
 from tetris.window.layout import Layout
-from tetris.window.sparks import Sparks
 from tetris.window.theme import Colour
 from tetris.window.theme_choice import ThemeChoice
 
@@ -18,6 +18,9 @@ _LOCK_S: Final = 0.16  # how long each lasts, seconds; chosen by eye
 _TRAIL_S: Final = 0.30
 _CLEAR_S: Final = 0.36
 _SPARKS_S: Final = 0.55
+_A_CELL: Final = 3  # sparks
+_SPEED: Final = 4.2  # of sparks, cells in a lifetime
+_FALL: Final = 3.4  # of sparks, cells in a lifetime, squared
 _GLOW_S: Final = 0.8
 _THUMP_S: Final = 0.11
 _THUMP_ROWS: Final = 3  # a drop from lower gives no thump
@@ -156,23 +159,45 @@ class _Rows(Effect):
 
 
 class _Burst(Effect):
-    """Sparks in the colours of the rows that were cleared."""
+    """Sparks in the colours of the cleared rows, which fly the same way in a replay."""
 
     def __init__(
         self, event: happened.Locked, layout: Layout, rows: Sequence[str], look: ThemeChoice
     ) -> None:
         super().__init__(event.time_s, _SPARKS_S)
         placed = dict.fromkeys(event.piece.cells, event.piece.kind)
-        cells = [
-            (x, y, look.tiles.colour(mark))
-            for y in event.rows
-            for x in range(layout.columns)
-            if (mark := placed.get((x, y)) or (rows[y][x] if y < len(rows) else ""))
-        ]
-        self._sparks = Sparks(cells, layout.cell)
+        side = max(2, round(layout.cell * 0.16))
+        self._pictures: dict[Colour, pygame.Surface] = {}
+        self._sparks: list[tuple[pygame.Surface, float, float, float, float]] = []
+        for y in event.rows:
+            for x in range(layout.columns):
+                if mark := placed.get((x, y)) or (rows[y][x] if y < len(rows) else ""):
+                    self._add(x, y, look.tiles.colour(mark), side)
+
+    def _add(self, x: int, y: int, colour: Colour, side: int) -> None:
+        """Begin the sparks of one cell; the picture of a colour is shared."""
+        if colour not in self._pictures:
+            self._pictures[colour] = pygame.Surface((side, side))
+            self._pictures[colour].fill(colour)
+        for number in range(_A_CELL):
+            turn = _scattered(x, y, number) * 2 * pi
+            speed = _SPEED * (0.35 + 0.65 * _scattered(y, number, x))
+            spark = self._pictures[colour], x + 0.4, y - 0.4, cos(turn) * speed, sin(turn) * speed
+            self._sparks.append(spark)
 
     def draw(self, surface: pygame.Surface, layout: Layout, age: float) -> None:
-        self._sparks.draw(surface, layout, age)
+        for picture in self._pictures.values():
+            picture.set_alpha(round(255 * (1 - age) ** 1.2))
+        gone, sunk, at = age * (2 - age), _FALL * age * age, layout.at
+        clip = surface.get_clip()
+        surface.set_clip(layout.board)
+        surface.fblits(
+            [
+                (picture, at(x + dx * gone, y + dy * gone - sunk))
+                for picture, x, y, dx, dy in self._sparks
+            ]
+        )
+        surface.set_clip(clip)
 
 
 class _Glow(Effect):
@@ -188,3 +213,12 @@ class _Glow(Effect):
         before = surface.get_at((max(0, frame.left), min(frame.centery, surface.get_height() - 1)))
         colour = theme.mix(self._colour, (before.r, before.g, before.b), age**2)
         pygame.draw.rect(surface, colour, frame, wide, border_radius=layout.cell // 5)
+
+
+def _scattered(*numbers: int) -> float:
+    """Return a number from 0 to 1 that looks random and is the same every time."""
+    mixed = 0x9E3779B9
+    for number in numbers:
+        mixed = (mixed ^ (number + 0x7F4A7C15)) * 0x85EBCA6B & 0xFFFFFFFF
+        mixed ^= mixed >> 13
+    return mixed / 0xFFFFFFFF

@@ -29,7 +29,7 @@ def figures_of(
     Args:
         game: The game as it is now.
         by_time: Whether the game is a race to its goal.
-        pieces_per_s: How quick the player is, where somebody measures it.
+        pieces_per_s: How quick the player is, where it is measured.
     """
     config = game.config
     first: list[Figure]

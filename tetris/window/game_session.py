@@ -107,5 +107,5 @@ class Session:
 
 
 def _commands(replay: Replay) -> int:
-    """Count a recording's commands; what a held key repeated cannot be told from them."""
+    """Count a recording's commands; repeats of a held key are counted, too."""
     return sum(given in COMMANDS for moment in replay.moments for given in moment.inputs)

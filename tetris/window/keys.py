@@ -1,4 +1,4 @@
-"""The player's hands: keys or buttons and time in, actions out.
+"""Key handling with auto-repeat: keys or buttons and time in, actions out.
 
 A held shift repeats: once on the press, again after the delayed auto shift (DAS), then at the
 auto repeat rate (ARR). Of two held directions the later one rules. Held soft drop is a state,
@@ -8,30 +8,10 @@ because only the engine knows how fast it falls.
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-import pygame
-
 from tetris.engine.events import Action
 
 Code = int | str  # a pygame key, or the name of a pad's button
 
-DAS_S: Final = 0.167  # docs/tetris.md "auto_repeat", "modern_default"
-ARR_S: Final = 0.033
-
-BINDINGS: Final[Mapping[Code, Action]] = {
-    pygame.K_LEFT: Action.LEFT,
-    pygame.K_RIGHT: Action.RIGHT,
-    pygame.K_DOWN: Action.DOWN,
-    pygame.K_SPACE: Action.HARD_DROP,
-    pygame.K_UP: Action.ROTATE_CW,
-    pygame.K_x: Action.ROTATE_CW,
-    pygame.K_z: Action.ROTATE_CCW,
-    pygame.K_c: Action.HOLD,
-    pygame.K_LSHIFT: Action.HOLD,
-    pygame.K_RSHIFT: Action.HOLD,
-    pygame.K_p: Action.PAUSE,
-    pygame.K_ESCAPE: Action.PAUSE,
-    pygame.K_r: Action.RESTART,
-}
 _SHIFTS: Final = (Action.LEFT, Action.RIGHT)
 _AT_ONCE: Final = 9  # shifts from one wall to the other: what an ARR of 0 gives
 
@@ -57,10 +37,10 @@ class Keys:
 
     def __init__(
         self,
-        bindings: Mapping[Code, Action] = BINDINGS,
+        bindings: Mapping[Code, Action],
         *,
-        das_s: float = DAS_S,
-        arr_s: float = ARR_S,
+        das_s: float,
+        arr_s: float,
         drop_guard: bool = False,
     ) -> None:
         """Use a table of bindings and a way to repeat.

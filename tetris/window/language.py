@@ -1,4 +1,4 @@
-"""The window's words, from plain files: one TOML file a language, English where one has a gap."""
+"""Texts of the window from files: one TOML file a language, English where one has a gap."""
 
 import os
 import tomllib

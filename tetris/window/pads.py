@@ -53,7 +53,7 @@ class Pads:
         self._held: dict[int, set[str]] = {}  # by pad
 
     def start(self) -> None:
-        """Begin to listen. Pads that are there already are told of by events, like later ones."""
+        """Begin to take events; pads that are there already come as events, like later ones."""
         pygame.joystick.init()
         controller.init()
 

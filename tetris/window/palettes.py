@@ -1,9 +1,11 @@
-"""The themes: four sets of colours, each with a colour for every piece."""
+"""Themes: sets of colours, each with a colour for every piece; all but the dark one from a file."""
 
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from tetris.engine.pieces import KINDS
 from tetris.window import theme
@@ -64,11 +66,6 @@ class Palette:
         return theme.mix(self.line, self.surface, 0.55 if self.edge else 0.1)
 
 
-def _pieces(*colours: Colour) -> Mapping[str, Colour]:
-    """Return colours in the order of `KINDS`, the last one for debris."""
-    return MappingProxyType(dict(zip((*KINDS, DEBRIS), colours, strict=True)))
-
-
 DARK: Final = Palette(
     name="dark",
     background=theme.BACKGROUND,
@@ -88,97 +85,19 @@ DARK: Final = Palette(
     pieces=MappingProxyType({**theme.PIECES, DEBRIS: (112, 120, 140)}),
 )
 
-LIGHT: Final = Palette(
-    name="light",
-    background=(231, 234, 241),
-    surface=(246, 247, 251),
-    raised=(221, 227, 240),
-    line=(190, 197, 213),
-    text=(27, 32, 46),
-    dim=(88, 97, 120),
-    accent=(203, 72, 22),
-    cool=(0, 105, 168),
-    good=(13, 124, 66),
-    warn=(148, 92, 0),
-    bad=(196, 38, 55),
-    well=(252, 252, 254),
-    grid=(230, 233, 241),
-    flash=(255, 176, 66),
-    pieces=_pieces(
-        (20, 172, 196),
-        (240, 186, 20),
-        (160, 82, 184),
-        (98, 172, 62),
-        (224, 74, 72),
-        (64, 104, 214),
-        (245, 136, 36),
-        (140, 147, 163),
-    ),
-    bevel=0.8,
-    ghost_alpha=220,
-)
 
-CONTRAST: Final = Palette(
-    name="contrast",
-    background=theme.BLACK,
-    surface=theme.BLACK,
-    raised=(64, 64, 64),
-    line=theme.WHITE,
-    text=theme.WHITE,
-    dim=(215, 215, 215),
-    accent=(255, 221, 0),
-    cool=(0, 229, 255),
-    good=(64, 255, 96),
-    warn=(255, 196, 0),
-    bad=(255, 96, 96),
-    well=theme.BLACK,
-    grid=(52, 52, 52),
-    flash=theme.WHITE,
-    pieces=_pieces(
-        (0, 240, 255),
-        (255, 232, 0),
-        (232, 96, 255),
-        (48, 255, 48),
-        (255, 64, 64),
-        (96, 128, 255),
-        (255, 152, 0),
-        (176, 176, 176),
-    ),
-    edge=theme.WHITE,
-    bevel=0.0,
-    ghost_alpha=255,
-)
+def _load() -> Iterator[Palette]:
+    """Yield the themes of the colour file."""
+    file = files("assets") / "tetris" / "palettes.toml"
+    for name, table in tomllib.loads(file.read_text("utf-8")).items():
+        pieces = zip((*KINDS, DEBRIS), map(tuple, table.pop("pieces")), strict=True)
+        values: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
+        }
+        yield Palette(name=name, pieces=MappingProxyType(dict(pieces)), **values)
 
-# M. Okabe and K. Ito, Color Universal Design (2008), their blue lightened for a dark board.
-SAFE: Final = Palette(
-    name="safe",
-    background=(14, 15, 20),
-    surface=(24, 26, 34),
-    raised=(42, 46, 60),
-    line=(66, 72, 92),
-    text=(240, 241, 245),
-    dim=(164, 170, 188),
-    accent=(240, 228, 66),
-    cool=(86, 180, 233),
-    good=(86, 180, 233),
-    warn=(230, 159, 0),
-    bad=(230, 112, 20),
-    well=(16, 17, 23),
-    grid=(36, 39, 50),
-    flash=theme.WHITE,
-    pieces=_pieces(
-        (110, 200, 250),
-        (245, 234, 80),
-        (222, 150, 195),
-        (0, 158, 115),
-        (213, 94, 0),
-        (24, 104, 196),
-        (240, 172, 20),
-        (128, 130, 138),
-    ),
-)
 
 PALETTES: Final[Mapping[str, Palette]] = MappingProxyType(
-    {palette.name: palette for palette in (DARK, LIGHT, CONTRAST, SAFE)}
+    {palette.name: palette for palette in (DARK, *_load())}
 )
 """By name, in the order of the menu."""

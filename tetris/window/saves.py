@@ -40,7 +40,7 @@ class Saves:
         self._records = None if folder is None else HighScores(folder)
 
     def keep(self, session: Session) -> SavedGame:
-        """Put a game on the shelf that is over; or one that was left, as far as it went.
+        """Put a game on the store that is over; or one that was left, as far as it went.
 
         A game that was left has no place, unless it is of a mode that has no end of its own.
         """
@@ -94,7 +94,7 @@ class Saves:
 
 
 def _free(folder: Path, mode: str, suffix: str) -> Path:
-    """Return a file's name that says when and what, and that no other file has."""
+    """Return a file's name with date and mode, which no other file has."""
     now = f"{datetime.now():%Y-%m-%d_%H-%M-%S}"
     number, path = 1, folder / f"{now}_{mode}{suffix}"
     while path.exists():

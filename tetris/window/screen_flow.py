@@ -9,21 +9,17 @@ from pathlib import Path
 from tetris.bots import registry as bots
 from tetris.engine.game import Game
 from tetris.engine.modes import MODES, Mode
-from tetris.engine.pieces import Piece
 from tetris.history.replay import Player, Recorder
 from tetris.history.replay_file import ReplayError, load
-from tetris.window.attract_mode import AttractMode
-from tetris.window.bot_player import BotPlayer
+from tetris.window.bot_player import AttractMode, BotPlayer
 from tetris.window.game_session import Session
 from tetris.window.saves import Saves
 from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.lists import best_screen, replays_screen
-from tetris.window.screens.over_screen import over_screen
+from tetris.window.screens.game_menus import over_screen, pause_screen
 from tetris.window.screens.pages import open_settings
-from tetris.window.screens.pause_screen import pause_screen
 from tetris.window.screens.play_screen import PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
-from tetris.window.screens.title import chosen_mode, title_screen
+from tetris.window.screens.title import best_screen, chosen_mode, replays_screen, title_screen
 
 _LAST_SEED = 2**32 - 1
 _BOT_ACTION_S = 0.08  # quick, and still to be followed by eye
@@ -113,7 +109,6 @@ class ScreenFlow:
             paused=self._pause,
             over=again if player else self._over,
             restart=again if player else self._restart,
-            advise=_advise,
             bot=BotPlayer(_BOT_ACTION_S, bots.BOTS[player]) if player else None,
         )
         self._stage.home(screen)
@@ -170,7 +165,3 @@ class ScreenFlow:
     def _go_on(self, recorder: Recorder) -> None:
         mode = MODES.get(recorder.mode) or next(iter(MODES.values()))
         self._show(Session.going_on(mode, recorder), mode)
-
-
-def _advise(game: Game) -> Piece | None:
-    return bots.hint(game).landing

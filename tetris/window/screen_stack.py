@@ -1,12 +1,15 @@
-"""The stack of screens, and what all share: settings, look, sounds, pads."""
+"""Base class of all screens, and their stack with what they share: settings, look, sounds, pads."""
 
+from abc import ABC, abstractmethod
 from pathlib import Path
 
 import pygame
 
+from tetris.engine.events import Action
 from tetris.window import settings as settings_file
+from tetris.window.keys import Code
+from tetris.window.menu import OF_ACTION, MenuStep
 from tetris.window.pads import Pads
-from tetris.window.screens.screen import Screen
 from tetris.window.settings import Settings
 from tetris.window.sounds import Sounds
 from tetris.window.theme_choice import ThemeChoice
@@ -15,13 +18,53 @@ _HEIGHT = 720  # design units of the window's height
 _WIDTH = 860  # and the least of its width
 
 
+class Screen(ABC):
+    """One thing that the window shows.
+
+    Attributes:
+        pointer: Whether the mouse has something to do there, and is seen.
+    """
+
+    pointer = True
+
+    def press(self, code: Code, time_s: float) -> None:  # noqa: B027
+        """Take a key or a button that went down."""
+
+    def release(self, code: Code, time_s: float) -> None:  # noqa: B027
+        """Take a key or a button that came up."""
+
+    def release_all(self, reason: str) -> None:  # noqa: B027
+        """Take it that nothing is held any more; the reason is a key of the language files."""
+
+    def nav(self, nav: MenuStep, time_s: float) -> None:  # noqa: B027
+        """Take a step in a menu."""
+
+    def act(self, action: Action, time_s: float) -> None:
+        """Take a command of a controller that gives actions, such as the orb."""
+        if step := OF_ACTION.get(action):
+            self.nav(step, time_s)
+
+    def mouse(self, event: pygame.event.Event, time_s: float) -> None:  # noqa: B027
+        """Take an event of the mouse."""
+
+    def refresh(self) -> None:  # noqa: B027
+        """Take over another look, or another size of the window."""
+
+    def tick(self, time_s: float) -> None:  # noqa: B027
+        """Let time pass."""
+
+    @abstractmethod
+    def draw(self, surface: pygame.Surface, time_s: float) -> None:
+        """Draw the whole window."""
+
+
 class ScreenStack:
-    """Holds the screens, the uppermost of which is seen and heard.
+    """Holds the screens, the uppermost of which is active.
 
     Attributes:
         settings: What the player has chosen.
         look: What everything is drawn with.
-        sounds: What is heard.
+        sounds: The audio output.
         pads: The game pads.
         notice: A sentence that the player should read, "" for none.
         area: The window, in pixels.
@@ -64,11 +107,6 @@ class ScreenStack:
     def pop(self) -> None:
         """Go back to the screen below."""
         self._screens.pop()
-
-    def back_to(self, screen: Screen) -> None:
-        """Go back to one of the screens below."""
-        while self._screens[-1] is not screen:
-            self._screens.pop()
 
     def home(self, *screens: Screen) -> None:
         """Leave all screens but the first, and show others on top of it."""

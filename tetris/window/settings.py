@@ -5,16 +5,18 @@ is out of its limits or of another kind is as if it were not there. A file that 
 all is put aside, never overwritten.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from tetris.files import DAMAGES, parse_toml, put_aside, read_toml, write_beside
+import tomli_w
+
+from tetris import files
 from tetris.window import bindings
 from tetris.window.bindings import Names
+from tetris.window.keys import Keys
 
 FILE_NAME: Final = "tetris.toml"
 
@@ -97,30 +99,13 @@ def load(path: Path) -> tuple[Settings, str]:
     Args:
         path: The file; where there is none, everything is as it comes.
     """
-    try:
-        return _chosen(read_toml(path)), ""
-    except FileNotFoundError:
-        return Settings(), ""
-    except OSError as error:
-        if error.errno not in DAMAGES:
-            return Settings(), f"cannot read {path}: {error.strerror}"
-        return Settings(), _put_aside(path)
-    except ValueError:
-        return Settings(), _put_aside(path)
-
-
-def _put_aside(path: Path) -> str:
-    try:
-        aside = put_aside(path)
-    except OSError as error:
-        return f"cannot put {path} aside: {error.strerror}"
-    return f"{path.name} is damaged and was put aside as {aside.name}"
+    return files.load(path, lambda file: _chosen(files.read_toml(file)), Settings())
 
 
 def save(path: Path, settings: Settings) -> str:
     """Write the settings, all or nothing; return a sentence for the player, "" when all is well."""
     try:
-        write_beside(path, format_toml(settings).encode())
+        files.write_beside(path, format_toml(settings).encode())
     except OSError as error:
         return f"cannot save {path}: {error.strerror}"
     return ""
@@ -132,7 +117,7 @@ def parse(words: str) -> Settings:
     Raises:
         ValueError: It is no TOML, or costs too much to read.
     """
-    return _chosen(parse_toml(words))
+    return _chosen(files.parse_toml(words))
 
 
 def _chosen(read: Mapping[str, Any]) -> Settings:
@@ -174,22 +159,24 @@ def _bindings(read: dict[str, Any], usual: Names) -> Names:
 
 def format_toml(settings: Settings) -> str:
     """Write settings as `parse` reads them."""
-    lines: list[str] = []
-    for section, names in _SECTIONS.items():
-        lines.append(f"[{section}]")
-        lines += [f"{name} = {_written(getattr(settings, name))}" for name in names]
-        lines.append("")
+    tables: dict[str, dict[str, Any]] = {
+        section: {name: getattr(settings, name) for name in names}
+        for section, names in _SECTIONS.items()
+    }
     for section in _BINDINGS:
-        lines.append(f"[{section}]")
         bound: Names = getattr(settings, section)
-        lines += [f"{action} = {_written(list(names))}" for action, names in bound.items()]
-        lines.append("")
-    return "\n".join(lines)
+        tables[section] = {action: list(names) for action, names in bound.items()}
+    return tomli_w.dumps(tables)
 
 
-def _written(value: object) -> str:
-    """Write a value as TOML, which differs from JSON in one control character only."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+def hands(settings: Settings) -> Keys:
+    """Return the handling of keys and buttons that the player has chosen."""
+    return Keys(
+        bindings.table(settings.keys, settings.pads),
+        das_s=settings.das_ms / 1000,
+        arr_s=settings.arr_ms / 1000,
+        drop_guard=settings.drop_guard,
+    )
 
 
 def changed(settings: Settings, **values: Any) -> Settings:

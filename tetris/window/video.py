@@ -1,4 +1,4 @@
-"""A replay as a film: the game's own pictures, drawn where nobody sees them."""
+"""Export of a replay as a video file, drawn off screen."""
 
 import os
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import pygame
 
 from tetris.engine.game import Phase
 from tetris.history.replay import Player, Replay
-from tetris.history.video import Picture, Size, VideoFile
+from tetris.history.video import Picture, Size, VideoError, VideoFile
 from tetris.window.theme_choice import ThemeChoice
 from tetris.window.view import GameView
 
@@ -19,6 +19,7 @@ MP4_RATE_HZ: Final = 30
 _REST_S: Final = 2.0  # how long the last picture stays
 _SAMPLES: Final = 9  # pictures from which a GIF takes its colours
 _US: Final = 1_000_000
+_STEPS: Final = 2  # pictures a frame of the window, about 10 ms each
 
 
 def export(
@@ -41,14 +42,14 @@ def export(
         look: Colours, language and the like.
 
     Raises:
-        FilmError: The kind of file is unknown, or its library is not installed.
+        VideoError: The kind of file is unknown, or its library is not installed.
         OSError: The file cannot be written.
     """
     rate_hz = GIF_RATE_HZ if path.suffix.lower() == ".gif" else MP4_RATE_HZ
-    surface, view = pygame.Surface(size), GameView(pygame.Rect((0, 0), size), hints={}, look=look)
+    surface, view = pygame.Surface(size), GameView(pygame.Rect((0, 0), size), look=look)
     sample = _sample(replay, surface, view)
     player = Player(replay)
-    view = GameView(pygame.Rect((0, 0), size), hints={}, look=look)
+    view = GameView(pygame.Rect((0, 0), size), look=look)
     view.show(player.first_events)
     end_s = player.end_s + _REST_S * speed
     time_s = player.start_s
@@ -93,3 +94,36 @@ def _sample(replay: Replay, surface: pygame.Surface, view: GameView) -> list[Pic
 def _drawn(surface: pygame.Surface, view: GameView, player: Player, time_s: float) -> Picture:
     view.draw(surface, player.game, time_s)
     return pygame.image.tobytes(surface, "RGB")
+
+
+class VideoExport:
+    """Export beside the window: a few pictures with every frame.
+
+    Attributes:
+        path: Its file.
+        share: How much of it is done, 0 to 1.
+        trouble: A sentence if it cannot be made, "" when all is well.
+    """
+
+    def __init__(self, replay: Replay, path: Path, look: ThemeChoice) -> None:
+        """Begin a film of a replay."""
+        self.path, self.share, self.trouble = path, 0.0, ""
+        self._steps: Iterator[float] | None = export(replay, path, look=look)
+
+    @property
+    def going_on(self) -> bool:
+        """Whether there is more to do."""
+        return self._steps is not None
+
+    def step(self) -> None:
+        """Go on a little."""
+        try:
+            if self.share == 0:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+            for _ in range(_STEPS):
+                if self._steps is not None:
+                    self.share = next(self._steps)
+        except StopIteration:
+            self.share, self._steps = 1.0, None
+        except (VideoError, OSError) as error:
+            self.trouble, self._steps = str(error), None

@@ -1,6 +1,7 @@
-"""A game drawn into a rectangle of a surface."""
+"""Drawing of a game into a rectangle of a surface."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 import pygame
@@ -17,10 +18,6 @@ from tetris.window.layout import Layout
 from tetris.window.scenery import draw_scenery, slot
 from tetris.window.theme_choice import ThemeChoice
 
-KEYBOARD_HINTS: Final[Mapping[Phase, str]] = {
-    Phase.PAUSED: "P to go on",
-    Phase.OVER: "R to play again",
-}
 _TITLES: Final[Mapping[TopOut | Finish | None, str]] = {
     None: "view.paused",
     Finish.GOAL: "over.won",
@@ -45,7 +42,7 @@ class GameView:
         self,
         area: pygame.Rect,
         *,
-        hints: Mapping[Phase, str] = KEYBOARD_HINTS,
+        hints: Mapping[Phase, str] = MappingProxyType({}),
         look: ThemeChoice | None = None,
     ) -> None:
         """Draw into an area; hints say what to do when the game pauses or is over."""
@@ -54,10 +51,6 @@ class GameView:
         self._effects = Effects(self._look)
         self._callouts = Callouts(self._look)
         self._rows: Sequence[str] = ()  # the board as it was drawn last
-        self.resize(area)
-
-    def resize(self, area: pygame.Rect) -> None:
-        """Draw into another area from now on."""
         self._lay_out(Layout.inside(area))
 
     def _lay_out(self, layout: Layout) -> None:
@@ -222,7 +215,7 @@ class GameView:
                     pygame.draw.rect(surface, palette.accent, bar, border_radius=high // 2)
 
     def _draw_chips(self, surface: pygame.Surface, game: Game) -> None:
-        """Say at the foot of the figures which chains are alive."""
+        """Show at the foot of the figures which chains are alive."""
         card, cell, palette = self.layout.stats, self.layout.cell, self._look.palette
         left, widest = card.left + round(0.6 * cell), card.width - round(1.2 * cell)
         chips = []

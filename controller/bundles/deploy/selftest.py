@@ -108,7 +108,7 @@ def measure(
         spent_s: Processor time since the start of the process.
     """
     try:
-        pipeline = Pipeline(bundle, Recognizer(bundle, engine), bundle.mapping)
+        pipeline = Pipeline(bundle.settings, Recognizer(bundle, engine), bundle.mapping)
     except BundleError as error:  # it may quote names in the networks
         return SelfTestResult(engine, problem=one_line(str(error)))
     start_ms = round(1000.0 * spent_s(), 1)

@@ -12,6 +12,7 @@ from controller.bundles.bundle import Bundle, BundleError
 from controller.bundles.inference import engines, onnx_reader, onnx_shapes
 from controller.bundles.inference.engines import EngineError, Network
 from controller.bundles.inference.onnx_reader import GraphError
+from controller.recognition.pipeline import Networks
 from controller.recognition.preprocess import Image, Window
 
 TOLERANCE = 1e-5  # greatest difference from a golden output: processors round differently
@@ -20,7 +21,7 @@ A_FEW = 8  # golden inputs for each network, if all were checked before
 Batch = NDArray[np.float32]  # (n, ...), inputs or outputs of a network; (n,) of one output
 
 
-class Recognizer:
+class Recognizer(Networks):
     """The networks of a bundle, checked with its golden vectors before they are used.
 
     Attributes:

@@ -11,8 +11,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.recognition.dead_taxels import DEAD, TaxelInterpolator, response_slope
-from controller.recognition.taxel_text import names
+from controller.recognition.dead_taxels import (
+    DEAD,
+    TaxelInterpolator,
+    response_slope,
+    without_lead,
+)
+from controller.recognition.sensor_health import taxel_names
 from controller.recordings.quality.response import Response
 from controller.recordings.recording import PICOFARAD
 
@@ -22,8 +27,6 @@ Mask = NDArray[np.bool_]  # (rows, columns)
 
 # Sound taxels scatter up to 2.06 times as much as the middle one, leaky ones 2.7 times and more.
 NOISY: Final = 2.3
-# A loose lead couples 1 pF of 41; sound taxels read .8 to 1.25 of the middle one.
-LOOSE: Final = 0.25
 # Two sound taxels differ by 10 % (paper, section 3.2: 41.2 pF, standard deviation 2.9); those of
 # electrodes that touch read the same sum.
 SAME: Final = 0.015
@@ -77,7 +80,7 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]
 
     def add(kind: str, mask: Mask, text: str, useless: bool = True) -> None:
         if mask.any():
-            found.append(TaxelFinding(kind, mask, f"{names(mask)}: {text}", useless))
+            found.append(TaxelFinding(kind, mask, f"{taxel_names(mask)}: {text}", useless))
 
     stuck = _stuck(frames, unit, unknown)
     add("stuck", stuck, "stuck, always the same reading")
@@ -85,7 +88,7 @@ def examine(frames: Frames, unit: str, response: Response) -> list[TaxelFinding]
     add("saturated", clipped, f"saturated, at {frames.max():.4g} {unit}")
     if unit == PICOFARAD:
         level = np.median(frames, axis=0).astype(np.float64)
-        loose = (level < LOOSE * np.median(level)) & ~(stuck | clipped)
+        loose = without_lead(level) & ~(stuck | clipped)
         add("loose", loose, f"{np.mean(level, where=loose) if loose.any() else 0:.2g} pF where the "
             f"others read {np.median(level):.2g}; a lead is off")  # fmt: skip
         for pair, mask in _shorts(level, useless(found, response)):

@@ -82,12 +82,12 @@ class Driver:
         self.board.close()
 
     def _follow_dark(self, before: Array) -> None:
-        """Follow what the rows read by themselves, slowly."""
+        """Follow the rows' own readings, (rows,), slowly."""
         if self._frames % _DARK_EVERY == 0:
             self.dark = before + _DARK_WEIGHT * (self.scanner.dark(1) - before)
 
     def _refuse_silence(self, reading: Scan, dark: Array) -> None:
-        """Refuse a frame that no orb can give."""
+        """Refuse a frame that no orb can give; `dark` is (rows,)."""
         full = 1 << self.board.chip.bits
         if (reading.counts - dark[:, None]).mean() < _SILENT * full:
             raise HardwareAwayError(

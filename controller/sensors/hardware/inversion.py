@@ -95,6 +95,7 @@ class _Sums:
     """The rows' sums, quieter than they come."""
 
     def __init__(self, first: Array) -> None:
+        """Begin with the first sums, (rows,)."""
         self._mean = self._last = first
         self._noise = np.zeros_like(first)  # variance of a sum
         self._seen = 0

@@ -1,15 +1,35 @@
 """Wiring of an orb: electrodes and their pins, and the times of a scan; pure.
 
-`reading` makes one from TOML. What is the default here is in `default.toml`, with comments, and
-docs/hardware.md draws it.
+`wiring_file` makes one from TOML: `config.settings` checks each entry against the metadata of its
+field. The defaults are in `default.toml`, with comments, and docs/hardware.md draws them.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from typing import Any, Final, Literal, get_args
+
+from controller.sensors.hardware.converters import names
 
 Scheme = Literal["taxel", "column"]
 
-SCHEMES: Final[tuple[Scheme, ...]] = ("taxel", "column")
+SCHEMES: Final[tuple[Scheme, ...]] = get_args(Scheme)
+MAX_ELECTRODES: Final = 32  # of one kind
+
+
+def _number(default: Any, low: float, high: float, **limits: Any) -> Any:
+    """Return a field for a number within limits."""
+    return field(default=default, metadata={"range": (low, high), **limits})
+
+
+def _numbers(default: tuple[int, ...], high: int, most: int = MAX_ELECTRODES) -> Any:
+    """Return a field for a list of different whole numbers from 0."""
+    expected = f"a list of 1 to {most} different whole numbers from 0 to {high}"
+    limits = {"range": (0, high), "count": (1, most), "expected": expected}
+    return field(default=default, metadata=limits)
+
+
+def _pin(default: int | None) -> Any:
+    """Return a field for the number of a GPIO pin."""
+    return _number(default, 0, 27)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +43,9 @@ class Electrodes:
             first one's end.
     """
 
-    columns: tuple[int, ...] = (5, 6, 13, 19, 26)
-    rows: tuple[int, ...] = (17, 27, 22, 23, 24)
-    channels: tuple[int, ...] = (0, 1, 2, 3, 4)
+    columns: tuple[int, ...] = _numbers((5, 6, 13, 19, 26), 27)
+    rows: tuple[int, ...] = _numbers((17, 27, 22, 23, 24), 27)
+    channels: tuple[int, ...] = _numbers((0, 1, 2, 3, 4), 63)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +62,11 @@ class ConverterWiring:
             row is read once while it is grounded, which only the scheme "taxel" can do.
     """
 
-    type: str = "mcp3208"
-    bus: int = 0
-    devices: tuple[int, ...] = (0,)
-    clock_hz: int = 1_000_000
-    ground: int | None = 6
+    type: str = field(default="mcp3208", metadata={"choices": tuple(names())})
+    bus: int = _number(0, 0, 6)
+    devices: tuple[int, ...] = _numbers((0,), 3, 4)
+    clock_hz: int = _number(1_000_000, 10_000, 10_000_000)
+    ground: int | None = _number(6, 0, 7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +81,10 @@ class CircuitWiring:
             much as in the virtual orb's, on which the bundle that ships was trained.
     """
 
-    row_pf: float = 150.0
-    bleed_mohm: float = 50.0
-    reach: float = 1.0
-    ghosting: float = 0.15
+    row_pf: float = _number(150.0, 1.0, 10_000.0)
+    bleed_mohm: float = _number(50.0, 0.1, 10_000.0)
+    reach: float = _number(1.0, 0.01, 1.0)
+    ghosting: float = _number(0.15, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +97,9 @@ class Times:
         samples: Conversions of one reading, which are averaged.
     """
 
-    discharge_s: float = 100e-6
-    settle_s: float = 100e-6
-    samples: int = 4
+    discharge_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="discharge_us")
+    settle_s: float = _number(100e-6, 1.0, 100_000.0, divisor=1e6, key="settle_us")
+    samples: int = _number(4, 1, 256)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +112,19 @@ class PumpWiring:
         zero_v: Its output without pressure.
         v_per_kpa: Its slope.
         target_kpa: What the orb is inflated to.
-        limit_kpa: Where the pump is refused until somebody looks.
+        limit_kpa: Pressure at which the pump is refused until the next start.
         longest_s: How long the pump may run without a rest.
         rest_s: How long it then rests.
     """
 
-    pin: int = 12
-    channel: int = 7
-    zero_v: float = 0.2
-    v_per_kpa: float = 0.27
-    target_kpa: float = 2.2
-    limit_kpa: float = 2.4
-    longest_s: float = 20.0
-    rest_s: float = 20.0
+    pin: int = _pin(12)
+    channel: int = _number(7, 0, 63)
+    zero_v: float = _number(0.2, 0.0, 5.0)
+    v_per_kpa: float = _number(0.27, 0.001, 10.0)
+    target_kpa: float = _number(2.2, 0.05, 20.0)
+    limit_kpa: float = _number(2.4, 0.05, 20.0)
+    longest_s: float = _number(20.0, 0.5, 120.0)
+    rest_s: float = _number(20.0, 0.5, 600.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,17 +148,23 @@ class Wiring:
         gain: Factor of each taxel, (rows, columns), from a capacitance meter; (): all 1.
     """
 
-    name: str = "orb"
-    pitch_mm: float = 10.0
+    name: str = field(
+        default="orb",
+        metadata={
+            "pattern": r"[A-Za-z0-9_-]{1,24}",
+            "expected": "1 to 24 letters, digits, - and _",
+        },
+    )
+    pitch_mm: float = _number(10.0, 0.1, 1000.0)
     electrodes: Electrodes = field(default_factory=Electrodes)
     converter: ConverterWiring = field(default_factory=ConverterWiring)
     circuit: CircuitWiring = field(default_factory=CircuitWiring)
     times: Times = field(default_factory=Times)
     scheme: Scheme = "column"
-    order: tuple[int, ...] = ()
-    supply_v: float = 3.3
-    button: int | None = 16
-    led: int | None = 20
+    order: tuple[int, ...] = _numbers((), MAX_ELECTRODES - 1)
+    supply_v: float = _number(3.3, 1.0, 5.5)
+    button: int | None = _pin(16)
+    led: int | None = _pin(20)
     pump: PumpWiring | None = field(default_factory=PumpWiring)
     gain: tuple[tuple[float, ...], ...] = ()
 

@@ -3,7 +3,7 @@
 One user makes each gesture by itself and presses the label button, and presses the places of the
 taxels; ten users make one gesture, one session each. Windows at random are scored by what was
 taught: the button's labels, the taxels that were aimed at. Other days and people are scored by the
-truth, which the simulator knows.
+truth, from the simulator.
 """
 
 import itertools
@@ -135,10 +135,8 @@ def gestures(preset: str, name: str, settings: Settings) -> Experiment:
 def _as_taught(data: DataSet, recipe: Recipe) -> Source:
     """Return the taught session with the button's labels, repaired where the recipe does so."""
     taught = data.session(0, 0)
-    if recipe.repair:
-        repaired, _ = label_repair.repair(taught, "button")
-        taught = label_repair.with_labels(taught, "button", repaired)
-    return Source.of(taught, "button")
+    label = label_repair.repair(taught, "button")[0] if recipe.repair else taught.button
+    return Source.of(taught, "button", label=label)
 
 
 def _judged(session: NDArray[np.integer]) -> dict[str, Index]:
@@ -154,14 +152,14 @@ def _judged(session: NDArray[np.integer]) -> dict[str, Index]:
 
 
 def _parts(own: Index, check: Index, kept: Index, seed: int) -> Parts:
-    """Split a user's examples as the paper, of which only some are kept for training and test."""
+    """Split a user's examples as the paper, (n,), some kept for training and test."""
     random = splits.random_windows(len(own), RANDOM, np.random.default_rng(seed))
     train, test = (np.intersect1d(own[part], kept) for part in (random.train, random.test))
     return Parts(train, check, test)
 
 
 def _first_windows(examples: Examples, own: Index, share: float) -> Index:
-    """Return the first windows of each class's block, with the pauses: a shorter training."""
+    """Return the first windows of each class's block with its pauses, (n,): less training."""
     label = examples.label[examples.ends[own]]
     begins = [int(np.flatnonzero(label == number)[0]) for number in range(1, len(LABELS))]
     edges = [0, *sorted(begins), len(own)]
@@ -170,13 +168,13 @@ def _first_windows(examples: Examples, own: Index, share: float) -> Index:
 
 
 def _right_windows(trained: GestureTask, at: Index) -> float:
-    """Return the share of windows whose class is recognised."""
+    """Return the share of windows (n,) whose class is recognised."""
     logits, label = trained.answers(trained.examples.ends[at])
     return float((logits.argmax(dim=1) == label).float().mean())
 
 
 def _right_events(trained: GestureTask, at: Index) -> float:
-    """Return the share of gestures that are recognised by their mean probability."""
+    """Return the share of gestures in windows (n,) that their mean probability names."""
     ends = trained.examples.ends[at]
     logits, _ = trained.answers(ends)
     found = scores.events(trained.examples, ends, scores.softmax(logits.numpy()))
@@ -220,7 +218,7 @@ def places(preset: str, name: str, settings: Settings) -> Experiment:
 
 
 def _error(trained: LocationTask, at: Index) -> float:
-    """Return the mean error of images, grid units."""
+    """Return the mean error of images (n,), grid units."""
     return float(np.abs(trained.errors(at)).mean())
 
 

@@ -9,13 +9,11 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from models.formatting import NONE
 from models.reports import markdown
-from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, styled
+from models.reports.drawing import DIM, PERCENT, RANDOM, UNSEEN, panels, save, styled
 from models.reports.tables import Table
-from models.studies.drawing import panels, save
 
 MEASURED: Final = "figure7.json"  # beside the pictures
-BEGIN: Final = "<!-- models figures -->"
-END: Final = "<!-- so far models figures -->"
+COMMAND: Final = "models figures"  # its marks enclose the tables in a page
 RECIPES: Final = (("paper", "paper’s recipe", RANDOM), ("default", "ours", UNSEEN))
 JUDGED: Final = (("random", "random test", "--"), ("day", "another day", "-"))
 # Title in the pictures, name in the tables, the paper's figure (section 4.2; its error is in "mm",
@@ -36,7 +34,7 @@ def draw(found: Found, folder: Path) -> list[Path]:
 
     Args:
         found: Results of models/studies/figure7/study.py.
-        folder: Where the pictures are written.
+        folder: Folder of the pictures.
     """
     paths = []
     for preset in dict.fromkeys(key.split()[0] for key in found["parts"]):
@@ -82,15 +80,6 @@ def _panel(axes: Axes, own: Mapping[str, Found], network: str, over: str) -> Non
 def text(found: Found) -> str:
     """Return all tables as Markdown."""
     return f"{markdown.table(ends(found))}\n\n{markdown.table(lateness(found))}"
-
-
-def into(page: str, found: Found) -> str:
-    """Return a page with the tables between its two marks, in place of the former ones.
-
-    Raises:
-        ValueError: The marks are not in it.
-    """
-    return markdown.between(page, BEGIN, END, text(found))
 
 
 def ends(found: Found) -> Table:

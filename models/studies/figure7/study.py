@@ -6,7 +6,6 @@ people. The experiments are in models/studies/figure7/experiments.py.
 """
 
 import hashlib
-import json
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -16,8 +15,8 @@ import numpy as np
 import torch
 
 from controller.simulator.presets import PRESETS
-from models import user_files
 from models.data.recipe import RECIPES, Recipe
+from models.results import storage
 from models.results.training import Epoch
 from models.studies.figure7 import experiments
 from models.studies.figure7.experiments import RATE_HZ, WINDOW, Experiment, Row, Settings
@@ -39,7 +38,7 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
 
     Args:
         settings: Amount of teaching and training.
-        path: Where the results are; written after each part, so that an interrupted study
+        path: File of the results; written after each part, so that an interrupted study
             continues.
         say: Takes lines of progress.
 
@@ -48,42 +47,23 @@ def measure(settings: Settings, path: Path, say: Say) -> dict[str, Any]:
         each preset, recipe and network, under "PRESET RECIPE NETWORK".
     """
     found: dict[str, Any] = {"settings": asdict(settings), "parts": {}}
-    if path.exists() and (kept := _kept(path))["settings"] == found["settings"]:
+    kept = storage.read_tables(path, "settings", "parts")
+    if kept is not None and kept["settings"] == found["settings"]:
         found = kept
     found["labels"] = {preset: experiments.label_lateness(preset, settings) for preset in PRESETS}
-    _keep(path, found)
+    storage.write_json(path, found)
     # The order of the tables: by preset and network, the paper's recipe first.
     for key in [f"{p} {r} {n}" for p in PRESETS for n in NETWORKS for r in reversed(RECIPES)]:
         preset, name, network = key.split()
         digest = _digest(name, settings.recipe(name), network)
-        part = found["parts"].pop(key, {})
-        if part.get("recipe") != digest:
+        part = found["parts"].pop(key, None)
+        if not isinstance(part, dict) or part.get("recipe") != digest:
             experiment = NETWORKS[network](preset, name, settings)
             title = f"{preset}, recipe {name}: {network}"
             part = {"recipe": digest, **curves(experiment, settings.seed, title, say)}
         found["parts"][key] = part
-        _keep(path, found)
+        storage.write_json(path, found)
     return found
-
-
-def _kept(path: Path) -> dict[str, Any]:
-    """Return the results in a file.
-
-    Raises:
-        UserFileError: It cannot be read, or holds something else.
-    """
-    found = user_files.read_json(path)
-    if isinstance(found, dict) and {"settings", "parts"} <= set(found):
-        parts = found["parts"]
-        if isinstance(parts, dict) and all(isinstance(part, dict) for part in parts.values()):
-            return found
-    raise user_files.UserFileError(
-        f"{path} holds no figures of this program; remove it, or choose another DIR"
-    )
-
-
-def _keep(path: Path, found: dict[str, Any]) -> None:
-    user_files.write_text(path, f"{json.dumps(found, indent=1)}\n")
 
 
 def _digest(name: str, recipe: Recipe, network: str) -> str:

@@ -33,7 +33,7 @@ class Use:
     Attributes:
         nats: Information of each use.
         seconds: Mean duration of a use.
-        share: How often each symbol is sent, (inputs,).
+        share: Relative frequency of each symbol, (inputs,).
     """
 
     nats: float
@@ -47,7 +47,7 @@ class Use:
 
 
 def transitions(counts: ArrayLike) -> Transitions:
-    """Return the probability of each output (columns) given each input that was ever sent."""
+    """Return the probability of outputs given inputs that occur, of counts (inputs, outputs)."""
     table = np.asarray(counts, dtype=np.float64)
     table = table[table.sum(axis=1) > 0]
     return np.asarray(table / table.sum(axis=1, keepdims=True))

@@ -8,9 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from controller.simulator.presets import PRESETS
-from models.reports.drawing import DIM, INK, RANDOM, UNSEEN, styled
+from models.reports.drawing import DIM, INK, RANDOM, UNSEEN, above, panels, styled
 from models.reports.drawing import SERIES as OTHERS
-from models.studies.drawing import above, panels
 from models.studies.information import results
 from models.studies.information.histogram import (
     BITS,

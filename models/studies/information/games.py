@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from controller.config import ConfigError, parse_json
 from controller.errors import UserError
-from controller.recognition.event_metric import Answer, Event
-from models import json_values, user_files
+from controller.recognition.event_metric import Answer, Event, attach
 from models.evaluation import bootstrap
-from models.evaluation.event_counts import attach
+from models.results import storage
 from models.studies.information import channel
 
 NOTHING: Final = "nothing"
@@ -94,9 +93,9 @@ def read(path: Path) -> Session:
     Raises:
         UserError: It cannot be read, or holds no game with its intended gestures.
     """
-    for line in reversed(user_files.read_text(path).splitlines()):
+    for line in reversed(storage.read_text(path).splitlines()):
         with suppress(ConfigError, TypeError, KeyError, ValueError, AttributeError):
-            return session(parse_json(line, user_files.MAX_BYTES))
+            return session(parse_json(line, storage.MAX_BYTES))
     raise GameError(f"{path} holds no game; make one with: {HOW_TO_PLAY}")
 
 
@@ -106,7 +105,7 @@ def session(value: Any) -> Session:
     Raises:
         TypeError, KeyError, ValueError, AttributeError: The value is no game.
     """
-    game = json_values.read(_Game, value)
+    game = storage.from_plain(_Game, value)
     events = [Event(on / 1000, off / 1000, name) for on, off, name in game.events]
     answers = [Answer(ms / 1000, name) for ms, name in game.commands]
     return Session(events, answers, game.seconds / 60.0)

@@ -87,7 +87,7 @@ def null_information(
             end joined to the beginning: both stay as slow as they are, so drift may agree with
             long gestures by chance.
         seed: Of the shuffling.
-        shuffles: How often.
+        shuffles: Number of shuffles.
     """
     rng = np.random.default_rng(seed)
     found = []

@@ -6,12 +6,11 @@ from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from models import user_files
 from models.formatting import joined
 from models.reports import page
-from models.reports.drawing import styled, svg
+from models.reports.drawing import save, styled, svg
 from models.reports.tables import Table
-from models.studies.drawing import save
+from models.results import storage
 from models.studies.information import figures, results, tables
 from models.studies.information.histogram import BITS, PAPER_INFORMATION
 
@@ -75,7 +74,7 @@ def write(folder: Path, found: Found) -> list[Path]:
         for kind in ("svg", "png")
     ]
     path = folder / PAGE
-    user_files.write_text(path, _page(found, drawn))
+    storage.write_text(path, _page(found, drawn))
     return [*paths, path]
 
 

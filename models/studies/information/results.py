@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from models import json_values, user_files
+from models.results import storage
 
 MEASURED: Final = "information.json"
 
@@ -22,22 +22,14 @@ def load(path: Path | None) -> Results:
     Raises:
         UserFileError: The file cannot be read or written, or holds something else.
     """
-    if path is not None:
-        user_files.target(path)  # refused now, not when the first result is written
-    if path is None or not path.exists():
-        return {"parts": {}, "games": {}}
-    found = user_files.read_json(path)
-    if isinstance(found, dict) and all(isinstance(found.get(k), dict) for k in ("parts", "games")):
-        return dict(_with_nan(found))
-    raise user_files.UserFileError(
-        f"{path} holds no estimates of this program; remove it, or choose another DIR"
-    )
+    found = None if path is None else storage.read_tables(path, "parts", "games")
+    return {"parts": {}, "games": {}} if found is None else dict(_with_nan(found))
 
 
 def keep(path: Path | None, found: Results) -> None:
     """Write the results to a file, if there is one."""
     if path is not None:
-        user_files.write_text(path, f"{json_values.text(found)}\n")
+        storage.write_json(path, found)
 
 
 def sets_with(found: Mapping[str, Any], *parts: str) -> list[str]:

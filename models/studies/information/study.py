@@ -108,8 +108,8 @@ def measure(
         sets: Data sets.
         only: First words of names of parts, or "none"; empty: all parts.
         workers: Processes.
-        path: Where results are kept after each part, so that an interrupted study continues; None:
-            nowhere.
+        path: File of the results, written after each part, so that an interrupted study
+            continues; None: nowhere.
         say: Takes lines of progress.
     """
     found, jobs = load(path), {}

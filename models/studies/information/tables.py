@@ -16,8 +16,7 @@ from models.studies.information.histogram import (
 )
 from models.studies.information.results import sets_with, value, vocabularies
 
-BEGIN: Final = "<!-- models information -->"
-END: Final = "<!-- so far models information -->"
+COMMAND: Final = "models information"  # its marks enclose the tables in a page
 UNIFORM: Final = math.log(5)  # nats: the paper prints it in bits, 2.32
 
 # Row, the paper's figure in nats, and key of ours.
@@ -73,15 +72,6 @@ def text(found: Found) -> str:
     """Return all tables with rows, as Markdown."""
     made = (of(found) for of in (section_6, bins, windows, gestures, places, games, vocabulary))
     return "\n\n".join(markdown.table(table) for table in made if table.rows)
-
-
-def into(page: str, found: Found) -> str:
-    """Return a page with the tables between its two marks, in place of the former ones.
-
-    Raises:
-        ValueError: The marks are not in it.
-    """
-    return markdown.between(page, BEGIN, END, text(found))
 
 
 def section_6(found: Found) -> Table:

@@ -16,7 +16,7 @@ from controller.recognition.preprocess import PreprocessSettings
 from controller.simulator.gesture_file import shipped
 from controller.simulator.hand import GESTURES
 from models.data.augment import Symmetry
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.data.simulate import DataSet
 from models.evaluation import scores
 from models.evaluation.replay import debounced_stream, network_inputs
@@ -76,10 +76,10 @@ def _played(data: DataSet, owner: int, labels: tuple[str, ...]) -> list[games.Se
         inputs = network_inputs(days[day].frames, settings)
         x = GAIN * (inputs.windows.reshape(len(inputs.windows), -1) - 1.0)
         given = scores.softmax(classify(x.astype(np.float32)), temperature).astype(np.float32)
-        known = know(days[day], named, str(day))
-        stream = debounced_stream(known, inputs, given, named, DebounceSettings(on=on))
-        minutes = float(known.t[-1] - known.t[0]) / 60.0
-        return games.Session(known.events, stream.answers, minutes)
+        truth = GroundTruth.of(days[day], named, str(day))
+        stream = debounced_stream(truth, inputs, given, named, DebounceSettings(on=on))
+        minutes = float(truth.t[-1] - truth.t[0]) / 60.0
+        return games.Session(truth.events, stream.answers, minutes)
 
     def right(on: float) -> float:
         pooled = games.gather([session(TAUGHT, on)], labels)

@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 from controller.bundles import vocabulary
 from controller.recognition.preprocess import PreprocessSettings
 from controller.recordings.recording import UNKNOWN, Recording
-from models.data.examples import COLUMNS, Choice, Labels, Source, prepare
+from models.data.examples import (
+    Choice,
+    Labels,
+    Source,
+    column,
+    labellers,
+    prepare,
+    renumbered,
+    run_starts,
+)
 from models.data.ground_truth import labels_of, true_places
 
 GAIN: Final = 10.0  # z - 1 is about 0.1 under a touch
@@ -84,7 +93,7 @@ def cut(
     images = max(1, round(WINDOW_S * rate_hz))
     sources = []
     for one in recordings:
-        label = _numbers(one, names)[labels_of(one, choice)]
+        label = renumbered(labels_of(one, choice), one.origin.labels, names)
         place = true_places(one, label, vocabulary.of(names))
         sources.append(Source(one.frames, label, place, one.sequence, one.excluded))
     if rest == "first":
@@ -118,15 +127,10 @@ def _names(recordings: Sequence[Recording]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _numbers(recording: Recording, names: Sequence[str]) -> Numbers:
-    """Return the number of each of a recording's labels among all names; -1 takes the last one."""
-    return np.array([*(names.index(name) for name in recording.origin.labels), UNKNOWN])
-
-
 def _fixed_rest(
     sources: Sequence[Source], images: int, rate_hz: float
 ) -> tuple[NDArray[np.float32], Numbers, Numbers, Numbers, NDArray[np.float32]]:
-    """Return x, y, session, frame and place of windows of z = C / C0 with a fixed C0."""
+    """Return windows with a fixed C0: x (n, images, taxels), y, session, frame and place."""
     parts: list[tuple[NDArray[Any], ...]] = []
     for number, source in enumerate(sources):
         z = GAIN * (fixed_ratio(source.frames, rate_hz) - 1.0)
@@ -141,10 +145,8 @@ def _fixed_rest(
 
 def event_numbers(y: Numbers, session: Numbers, frame: Numbers) -> Numbers:
     """Return the number of the touch, or of the pause, of each window, all (n,)."""
-    begins = np.zeros(len(y), dtype=np.bool_)
     # A single frame of unknown class separates nothing; a longer silence does.
-    begins[1:] = (np.diff(y) != 0) | (np.diff(session) != 0) | (np.abs(np.diff(frame)) > SILENCE)
-    return np.cumsum(begins).astype(np.int64)
+    return np.cumsum(run_starts(frame, y, session, gap=SILENCE)) - 1
 
 
 def fixed_ratio(frames: NDArray[np.float32], rate_hz: float) -> NDArray[np.float32]:
@@ -162,9 +164,8 @@ def as_the_paper(recordings: Sequence[Recording]) -> tuple[NDArray[np.float64], 
     signals, labels = [], []
     names = _names(recordings)
     for one in recordings:
-        columns = [getattr(one, COLUMNS[name]) for name in LABELLERS]
-        given = next((column for column in columns if (column > 0).any()), columns[-1])
-        label = _numbers(one, names)[given]
+        given = column(one, next(iter(labellers(one, LABELLERS)), LABELLERS[-1]))
+        label = renumbered(given, one.origin.labels, names).astype(np.int64)
         known = (label != UNKNOWN) & ~one.excluded
         z = fixed_ratio(one.frames, one.origin.rate_hz)
         signals.append(z.astype(np.float64)[known])

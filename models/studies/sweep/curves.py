@@ -8,8 +8,8 @@ from typing import Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from models.reports import drawing
 from models.reports.drawing import styled
-from models.studies import drawing
 from models.studies.sweep import figures
 from models.studies.sweep.figures import Measure, Point
 

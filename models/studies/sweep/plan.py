@@ -22,8 +22,8 @@ import numpy as np
 
 from controller import config, files
 from controller.errors import UserError, reason
-from models.data import hold_out
-from models.data.hold_out import HoldOut
+from models.data import splits
+from models.data.splits import HoldOut
 from models.studies.sweep import settings
 from models.studies.sweep.settings import RECORDINGS, SECTIONS, SIMULATION, TEST, TRAIN, Setting
 
@@ -216,4 +216,4 @@ def _check_amounts(plan: Plan) -> None:
         rule = HoldOut(**plan.test, enrolled=plan.train["task"] == "user")
         held = rule.held(user, session)
     with _at("axes" if {"users", "sessions"} & plan.axes.keys() else "train", ""):
-        hold_out.learned(user, session, held, most["users"], most["sessions"], 0)
+        splits.learned(user, session, held, most["users"], most["sessions"], 0)

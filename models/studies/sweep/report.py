@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from controller.console import count
-from models import user_files
 from models.reports import markdown
 from models.reports.tables import Table
+from models.results import storage
 from models.studies.sweep import figures
 from models.studies.sweep.figures import MEASURES, Choice, Measure, Point
 
@@ -94,7 +94,7 @@ def write(found: Mapping[str, Any], folder: Path) -> list[Path]:
         return []
     whole = io.StringIO(newline="")
     csv.writer(whole, lineterminator="\n").writerows(rows(points, measure))
-    user_files.write_text(folder / POINTS, whole.getvalue())
+    storage.write_text(folder / POINTS, whole.getvalue())
     axes = [axis for axis, values in found["axes"].items() if numeric(axis, values)]
     if not axes:
         return [folder / POINTS]

@@ -25,8 +25,9 @@ from typing import Any, Final
 from controller.console import count
 from controller.errors import TroubleError
 from controller.recordings.recording import software
-from models import formatting, processes, user_files
+from models import formatting, processes
 from models.data.load import Say
+from models.results import storage
 from models.studies.sweep import figures
 from models.studies.sweep.plan import Job, Plan
 
@@ -87,7 +88,7 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
         ClusterError: The cluster cannot be used.
         ClusterLostError: It went away.
     """
-    user_files.folder_target(sweep.folder / JOBS)
+    storage.folder_target(sweep.folder / JOBS)
     named, done = sweep.named(), answers(sweep.folder)
     finished = sum(name in done for name in named)
     say(count(len(named), "training") + (f", {finished} of them done already" if finished else ""))
@@ -102,14 +103,14 @@ def run(sweep: Sweep, say: Say) -> dict[str, Any]:
             failed[answer["name"]] = answer["failed"]
             outcome = f"failed: {answer['failed']}"
         else:
-            user_files.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
+            storage.write_text(sweep.folder / JOBS / f"{answer['name']}.json", _json(answer))
             outcome = f"score {figures.score(answer['result']):.4g}"
         left = (time.monotonic() - began) / number * (len(orders) - number)
         more = f"; {formatting.duration(left)} left" if number < len(orders) else ""
         at = describe(named[answer["name"]])
         say(f"{finished + number}/{len(named)} {at}: {outcome}{more}")
     found = results(sweep, answers(sweep.folder), failed)
-    user_files.write_text(sweep.folder / RESULTS, _json(found))
+    storage.write_text(sweep.folder / RESULTS, _json(found))
     return found
 
 
@@ -137,8 +138,8 @@ def answers(folder: Path) -> dict[str, Answer]:
     """Return the finished jobs in a sweep's folder, by name; damaged ones are left out."""
     found = {}
     for path in sorted((folder / JOBS).glob("[!.]*.json")):
-        with suppress(user_files.UserFileError, KeyError, TypeError, AttributeError, ValueError):
-            answer = user_files.read_json(path)
+        with suppress(storage.UserFileError, KeyError, TypeError, AttributeError, ValueError):
+            answer = storage.read_json(path)
             if answer["name"] == path.stem:
                 figures.score(answer["result"])
                 found[path.stem] = answer

@@ -17,12 +17,12 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from models.data import hold_out, load, splits, touch_images
+from models.data import load, splits, touch_images
 from models.data.examples import Choice
-from models.data.hold_out import HoldOut
 from models.data.load import Data
 from models.data.recipe import DEFAULT, Recipe
 from models.data.simulate import generate
+from models.data.splits import HoldOut
 from models.evaluation import scores
 from models.results.training import GestureResult, LocationResult
 from models.studies.sweep import settings
@@ -68,7 +68,7 @@ def train(job: Mapping[str, Any]) -> Result:
     enrolled = asked["task"] == "user"
     held = HoldOut(**job["test"], enrolled=enrolled).held(user, session)
     amounts = asked["users"], asked["sessions"], asked["seed"]
-    taken = hold_out.learned(user, session, held, *amounts)
+    taken = splits.learned(user, session, held, *amounts)
     if enrolled:  # users who are not learned from cannot be identified
         held &= np.isin(user, user[taken])
     taught = _some(data, present[taken], asked["minutes"])

@@ -36,7 +36,7 @@ from models.data.augment import Symmetry
 from models.data.load import Data
 from models.data.recipe import DEFAULT, NEVER_S, PAPER, Recipe
 from models.evaluation import scores
-from models.results.training import Honesty
+from models.results.training import HeldOutScore
 from models.training import checkpoint
 from models.training.gesture_task import GestureTask, train_gestures
 from models.training.location_task import train_locations
@@ -86,7 +86,7 @@ class Peer:
     averaged: bool
     gesture: Answer
     place: Answer | None
-    honesty: Honesty | None
+    honesty: HeldOutScore | None
 
 
 class Brief(Recipe):
@@ -213,7 +213,7 @@ def _learn_plain(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
     keep = ~null | (rng.random(len(ends)) < work.recipe.gesture.null_share)
     windows, label = examples.windows(ends[keep]), examples.label[ends[keep]]
     found = touch_images.find(examples, True, SEED)
-    mine = splits.split_touches(work.split, data.examples, found, SEED).train
+    mine = touch_images.split_touches(work.split, data.examples, found, SEED).train
     images, places = found.images[mine], found.place[mine]
     if name == "logistic":
         line = LogisticRegression(max_iter=300).fit(_flat(windows), label)
@@ -233,7 +233,7 @@ def _learn_plain(name: str, work: TrainingJob) -> dict[str, NDArray[Any]]:
 def _peer(name: str, recipe: Recipe, saved: Saved) -> Peer:
     arrays, words = saved
     settings = PreprocessSettings(**words["settings"])
-    honesty = Honesty(**words["honesty"]) if "honesty" in words else None
+    honesty = HeldOutScore(**words["honesty"]) if "honesty" in words else None
     gesture, place = _answers(name, recipe, arrays, words)
     return Peer(name, settings, recipe.averaged, gesture, place, honesty)
 

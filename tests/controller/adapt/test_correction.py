@@ -13,7 +13,7 @@ from controller.bundles import bundle as bundles
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.store import BundleStore, StoredBundle, name_of
 from controller.bundles.deploy.upload import UploadReceiver
-from controller.cli.options import parser
+from controller.cli.run import parser
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,
@@ -185,7 +185,7 @@ def test_the_loop_hands_over_the_latest_images_and_is_told_to_switch() -> None:
             return UploadStatus(IN_USE, 0, "learned")
 
     bench = Bench((3.0, FINGER), (4.0, Contacts(())), (6.05, Correction("pinch")))
-    bench.loop._clerk = clerk = Patient()
+    bench.loop._updater = clerk = Patient()
     bench.run(20.0)
     assert given == [("pinch", 40)]  # four seconds of images
     assert clerk.switched
@@ -216,7 +216,7 @@ def test_a_loop_whose_device_takes_other_networks_goes_on_as_it_was() -> None:
         asked.append(device)
         return True
 
-    bench.loop._clerk, bench.loop._exchange = Switching(), exchange
+    bench.loop._updater, bench.loop._exchange = Switching(), exchange
     bench.run(3.0)
     assert bench.messages(UploadStatus) == [UploadStatus(IN_USE, 0, "learned")]
     assert len(asked) == 1
@@ -250,7 +250,7 @@ def test_networks_are_exchanged_while_the_orb_runs(
     run_of_a_bundle: tuple[Parts, Device, BundleStore], tmp_path: Path
 ) -> None:
     parts, device, shelf = run_of_a_bundle
-    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)  # type: ignore[attr-defined]
+    device.sensor.touch((Contact(1, 2.0, 2.0, 8.0, 7.0),), 3.0)
     seen = np.array([device.advance(10.0).image for _ in range(8)])  # type: ignore[union-attr]
     before = np.concatenate([np.ones((20, 5, 5), np.float32), seen])
     correction.correct("twist_cw", before, RATE_HZ, shelf, copied(shelf))
@@ -267,12 +267,12 @@ def test_networks_are_exchanged_while_the_orb_runs(
     now = device.pipeline.rest
     assert now is not None
     assert np.abs(now / rest - 1.0).max() < 0.05
-    device.tape.close()  # type: ignore[union-attr]
-    device.tape = None
+    device.recorder.close()  # type: ignore[union-attr]
+    device.recorder = None
     first, second = (reader.load(tmp_path / f"sub-ab_ses-1_run-0{number}.npz") for number in (1, 2))
     assert (first.origin.bundle, second.origin.bundle) == (parts.bundle.hash, changed.bundle.hash)
     assert (len(first.t), len(second.t)) == (38, 5)
-    replayed = Pipeline(changed.bundle, changed.recognizer, changed.mapping)
+    replayed = Pipeline(changed.bundle.settings, changed.recognizer, changed.mapping)
     replayed.restore(second.state)
     steps = [replayed.step(f, float(t)) for f, t in zip(second.frames, second.t, strict=True)]
     assert step is not None

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from controller import npz
-from controller.bundles import archive, bundle
+from controller.bundles import archive, bundle, users_table
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy import selftest
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition import users
 from controller.recognition.mapping import Rule
+from controller.recognition.user_id import NOBODY
 from tests.support import user_bundles as enrolled
 
 
@@ -40,7 +40,7 @@ def test_any_zip_tool_shows_the_parts_of_people_before_the_sums(path: Path) -> N
 
 def test_a_bundle_without_people_has_no_word_about_them() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
-    assert (shipped.users, shipped.identifies, shipped.heads) == (users.NOBODY, False, {})
+    assert (shipped.users, shipped.identifies, shipped.heads) == (NOBODY, False, {})
     assert Recognizer(shipped).people(shipped.golden.windows[0]) is None
 
 
@@ -88,7 +88,7 @@ def test_networks_of_another_shape_are_refused(path: Path) -> None:
 
 
 def test_people_who_cannot_be_told_by_their_touch_may_still_have_a_bundle(tmp_path: Path) -> None:
-    parts = enrolled.parts() | {users.NETWORK: b""}
+    parts = enrolled.parts() | {users_table.NETWORK: b""}
     golden = npz.unpack(parts[bundle.GOLDEN], bundle.MAX_BYTES)
     with pytest.raises(BundleError, match="different numbers of golden"):
         bundle.write(tmp_path / "x.orb", manifest=enrolled.manifest(), parts=parts)

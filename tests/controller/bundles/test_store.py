@@ -20,7 +20,7 @@ from controller.bundles.deploy import install, selftest
 from controller.bundles.deploy.store import KEEP, RECORD, BundleStore, StoredBundle, name_of
 from controller.cli import bundles as models
 from controller.cli import install as install_command
-from controller.cli import options, rollback
+from controller.cli import rollback, run
 from controller.runtime import assemble as parts
 from tests.support.onnx_files import model, node, value
 
@@ -164,8 +164,12 @@ def test_what_was_installed_or_ships_is_not_asked_everything_again(
 ) -> None:
     monkeypatch.setattr("controller.bundles.deploy.store.home", lambda: tmp_path)
 
+    opened: list[bool] = []
+    monkeypatch.setattr(parts, "Recognizer", lambda *_, proved: opened.append(proved))
+
     def proved() -> bool:
-        return parts._deployed(options.parser().parse_args(words))[-1]
+        parts._deployed(run.parser().parse_args(words))
+        return opened.pop()
 
     assert proved() is asked
     name = put(BundleStore(tmp_path), variant(tmp_path, 1))

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from controller.bundles.bundle import BundleError
 from controller.bundles.deploy.upload import FOLDER, UploadReceiver
 from controller.protocol.codec import fitted
-from controller.protocol.host_session import Connected, Delivered, Lost, Received
+from controller.protocol.link_events import Connected, Delivered, Lost, Received
 from controller.protocol.messages import (
     DECLINED,
     IN_USE,

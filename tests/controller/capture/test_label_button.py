@@ -7,7 +7,7 @@ from controller.capture.cues import Cue, Phase
 from controller.capture.simulated_hand import CuedHand
 from controller.recordings.recording import UNKNOWN, Provenance, Recording
 from controller.sensors import base as sensors
-from controller.sensors.base import Geometry, SensorError, SensorOptions
+from controller.sensors.base import Geometry, SensorError
 from controller.sensors.replay import Replay
 from controller.sensors.virtual import Virtual
 
@@ -31,7 +31,7 @@ def played(seed: int) -> tuple[Virtual, list[str | None], list[str]]:
 def test_every_sensor_says_what_its_button_does() -> None:
     for name in sensors.names():
         if name not in ("replay", "orb"):  # which need a recording, and a Raspberry Pi
-            sensor = sensors.load(name, SensorOptions(10.0))
+            sensor = sensors.load(name, 10.0)
             sensor.read(0.1)
             assert sensor.button(0.1) in (None, "null", "")
 

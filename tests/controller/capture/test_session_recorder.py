@@ -16,7 +16,7 @@ from controller.recognition.preprocess import State
 from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
 from controller.runtime.loop import Loop
 from controller.sensors.base import SensorError
 from tests.support.loop_bench import FINGER, GRANTING, SHIPPED, Bench, Certain, Slab, World
@@ -90,7 +90,7 @@ class Short(Recorder):
 
 def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> None:
     world = World((3.0, FINGER))
-    pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     origin = Provenance("x", 5, 5, 10.0, 10.0, SHIPPED.labels, SHIPPED.hash, "none", "0")
     paths = [tmp_path / f"{number}.npz" for number in range(3)]
     names = iter(paths)
@@ -99,12 +99,12 @@ def test_a_full_recording_is_sealed_and_the_next_one_goes_on(tmp_path: Path) -> 
         return Short(next(names), origin, state)
 
     tape = SessionRecorder(begin, pipeline, Labeller(SHIPPED.labels))
-    device = Device(Slab(world), pipeline, world, steady(10.0), tape=tape)
+    device = Device(Slab(world), pipeline, world, recorder=tape)
     Loop(world, lambda: device, world.clock).run(world.after(5.05))
     loaded = [reader.load(path) for path in paths]
     assert [k for one in loaded for k in one.sequence.tolist()] == list(range(1, 51))
     assert all(one.rest is not None for one in loaded)
-    replayed = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    replayed = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     replayed.restore(loaded[1].state)
     steps = [replayed.step(f, float(t)) for f, t in zip(loaded[1].frames, loaded[1].t, strict=True)]
     assert [s.command.command for s in steps if s.command] == ["left"]

@@ -39,7 +39,8 @@ from controller.recordings import reader
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime.assemble import TOKEN
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
 from controller.sensors.virtual import show
 from controller.shutdown import signals
@@ -71,8 +72,8 @@ class Basket:
 def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[Command]:
     """Record a session in which the virtual orb's hand shows every gesture; return its commands."""
     shipped = bundle.read(BUNDLE)
-    sensor = sensors.load("virtual", sensors.SensorOptions(rate_hz, seed=3))
-    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    sensor = sensors.load("virtual", rate_hz, seed=3)
+    pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
     origin = Provenance(
         sensor.device_id,
         5,
@@ -88,7 +89,7 @@ def session(path: Path, rate_hz: float = 10.0, seconds: float = PLAY_S) -> list[
     tape = SessionRecorder(lambda state: Recorder(path, origin, state), pipeline, labeller)
     link = Basket()
     script = show(shipped.labels, sensor.geometry, seed=3)
-    device = Device(sensor, pipeline, link, steady(rate_hz), tape=tape, script=script)
+    device = Device(sensor, pipeline, link, recorder=tape, hand=VirtualHand(script))
     for _ in range(round(seconds * rate_hz)):
         device.advance(rate_hz)
     device.close()
@@ -126,7 +127,7 @@ def test_a_recording_cut_from_the_middle_replays_from_its_state(
 ) -> None:
     source = reader.load(played[0])
     shipped = bundle.read(BUNDLE)
-    pipeline = Pipeline(shipped, Recognizer(shipped), shipped.mapping)
+    pipeline = Pipeline(shipped.settings, Recognizer(shipped), shipped.mapping)
     for frame, t_s in zip(source.frames[:_T0_ROW], source.t, strict=False):
         pipeline.step(frame, float(t_s))
     path = tmp_path / "rest.npz"
@@ -201,17 +202,6 @@ def test_a_recording_is_not_recorded_again(
 ) -> None:
     argv = ("--replay", played[0], "--record", tmp_path / "again.npz")
     assert "leave out --record" in complaint(capsys, *argv)
-
-
-def test_a_replay_has_no_ledger(
-    played: tuple[Path, list[Command]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "ledger.csv"
-    argv = ("--replay", played[0], "--ledger", path)
-    assert "a replay keeps no time that could be measured; leave out --ledger" in complaint(
-        capsys, *argv
-    )
-    assert not path.exists()
 
 
 def test_an_existing_recording_is_refused_before_anything_runs(

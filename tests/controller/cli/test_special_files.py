@@ -64,7 +64,6 @@ ROWS = {
     (" ", "--record .npz"): Row("--record @", name="one.npz", fine=("folder", "missing")),
     (" ", "--cues"): Row("--record % --cues @"),
     (" ", "--replay"): Row("--replay @"),
-    (" ", "--ledger"): Row("--replay {DEMO} --ledger @", fine=("missing",)),
     (" ", "--link hid:"): Row("--link hid:?keys=@"),
     ("teach", "--labels"): Row("teach --speed 0 --out %/out --labels @"),
     ("teach", "--out"): Row("teach --speed 0 --out @", fine=("folder", "missing")),

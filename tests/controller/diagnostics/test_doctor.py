@@ -12,10 +12,10 @@ import pytest
 from controller.__main__ import main
 from controller.bundles import bundle
 from controller.diagnostics import link_check, skin_checks, system_checks, touch_checks
-from controller.diagnostics.frame_source import FrameReader, PromptedFinger
+from controller.diagnostics.frame_source import Finger, FrameReader
 from controller.diagnostics.report import Row, Verdict, faulty, table
 from controller.diagnostics.skin_checks import PressureReading
-from controller.sensors.base import SensorOptions, load
+from controller.sensors.base import load
 
 SOUND = np.zeros((5, 5), dtype=np.bool_)
 
@@ -182,15 +182,15 @@ def test_a_taxel_that_feels_nothing_is_named_where_it_is_wired() -> None:
 
 
 def test_whoever_does_not_want_to_press_need_not() -> None:
-    watch = FrameReader(load("virtual", SensorOptions(seed=2)))
+    watch = FrameReader(load("virtual", seed=2))
     assert watch.frames(0.5).shape == (5, 5, 5)
-    assert PromptedFinger(lambda words: "\n").press((0, 0))
-    assert not PromptedFinger(lambda words: "s\n").press((0, 0))
+    assert Finger(lambda words: "\n").press((0, 0))
+    assert not Finger(lambda words: "s\n").press((0, 0))
 
     def gone(words: str) -> str:
         raise EOFError
 
-    assert not PromptedFinger(gone).press((0, 0))
+    assert not Finger(gone).press((0, 0))
 
 
 # --- the command ----------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from controller.diagnostics import bluetooth
 from controller.diagnostics.report import Verdict
 from controller.links.bluetooth.bluez import ADAPTER, DEVICE
 from controller.links.bluetooth.identifiers import SERVICE_UUID
-from host.bluetooth import paired, sdp
+from host.bluetooth import sdp
 from host.cli import pair as host_pair
 from host.discovery import ports
 
@@ -64,7 +64,7 @@ def test_the_orb_gives_up_when_nobody_comes(
     fake: FakeBluez, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert pair.main(["--yes", "--seconds", "1"]) == 1
-    assert "nobody paired" in capsys.readouterr().out
+    assert "no host paired" in capsys.readouterr().out
     assert not fake.get("/org/bluez/hci0", ADAPTER, "Pairable")
 
 
@@ -133,7 +133,7 @@ def test_host_find_lists_paired_orbs_and_no_others(fake: FakeBluez) -> None:
 
 def test_without_bluez_there_is_no_paired_orb(fake: FakeBluez) -> None:
     fake.stop()
-    assert paired.orbs() == []
+    assert ports.paired() == []
 
 
 def test_status_names_adapters_and_hosts(

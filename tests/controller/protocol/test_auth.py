@@ -6,14 +6,8 @@ import pytest
 
 from controller.protocol.auth import SIZE, FrameAuthenticator, seals
 from controller.protocol.device_session import WRONG_KEY, DeviceSession
-from controller.protocol.host_session import (
-    Connected,
-    Delivered,
-    HostSession,
-    Lost,
-    Received,
-    Refused,
-)
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import Connected, Delivered, Lost, Received, Refused
 from controller.protocol.messages import (
     VERSION,
     Bye,

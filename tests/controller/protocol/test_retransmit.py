@@ -65,9 +65,9 @@ def test_two_clocks_are_compared_to_within_half_a_round_trip(start_ms: int) -> N
     here, there = ClockSync(), ClockSync()
     now_ms, ahead_ms = 1_000, start_ms
     for _ in range(10):
-        there.hear(*here.say(now_ms), now_ms + ahead_ms + 10)
+        there.take(*here.stamps(now_ms), now_ms + ahead_ms + 10)
         now_ms += 60  # 10 ms on the way, 30 held, 20 on the way back
-        here.hear(*there.say(now_ms - 20 + ahead_ms), now_ms)
+        here.take(*there.stamps(now_ms - 20 + ahead_ms), now_ms)
     assert here.rtt_ms == 30
     assert here.offset_ms is not None
     assert abs((here.offset_ms - ahead_ms + 2**31) % 2**32 - 2**31) <= 15
@@ -78,26 +78,26 @@ def test_two_clocks_are_compared_to_within_half_a_round_trip(start_ms: int) -> N
 
 def test_the_shortest_round_trip_tells_the_offset_best() -> None:
     echo = ClockSync()
-    echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
+    echo.take(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
     assert (echo.rtt_ms, echo.offset_ms) == (4, 4_000)
-    echo.hear(sent_ms=5_100, echo_ms=1_090, held_ms=0, now_ms=1_190)  # 90 ms late, one way
+    echo.take(sent_ms=5_100, echo_ms=1_090, held_ms=0, now_ms=1_190)  # 90 ms late, one way
     assert (echo.rtt_ms, echo.offset_ms) == (100, 4_000)
 
 
 @pytest.mark.parametrize(("now_ms", "rtt_ms"), [(10_000, 10_000), (10_001, None)])
 def test_a_round_trip_of_more_than_ten_seconds_is_none(now_ms: int, rtt_ms: int | None) -> None:
     echo = ClockSync()
-    echo.hear(sent_ms=1, echo_ms=0, held_ms=0, now_ms=now_ms)
+    echo.take(sent_ms=1, echo_ms=0, held_ms=0, now_ms=now_ms)
     assert echo.rtt_ms == rtt_ms
 
 
 def test_of_the_last_thirty_two_round_trips_the_shortest_counts() -> None:
     echo = ClockSync()
-    echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
+    echo.take(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
     for number in range(1, 33):
         assert echo.offset_ms == 4_000
         sent_ms = 1_000 + 100 * number
-        echo.hear(sent_ms + 4_060, sent_ms, 0, sent_ms + 100)  # 100 ms, and 10 off
+        echo.take(sent_ms + 4_060, sent_ms, 0, sent_ms + 100)  # 100 ms, and 10 off
     assert echo.offset_ms == 4_010
 
 
@@ -106,22 +106,22 @@ def test_two_samples_may_differ_by_half_of_both_round_trips_and_two_milliseconds
         echo = ClockSync()
         for sent_ms, trip_ms, wrong_ms in ((1_000, 2, 0), (1_100, 4, off_ms)):
             there_ms = sent_ms + 4_000 + trip_ms // 2 + wrong_ms
-            echo.hear(there_ms, sent_ms, 0, sent_ms + trip_ms)
+            echo.take(there_ms, sent_ms, 0, sent_ms + trip_ms)
         assert echo.offset_ms == offset_ms
 
 
 def test_a_clock_that_was_set_is_noticed() -> None:
     echo = ClockSync()
-    echo.hear(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
-    echo.hear(sent_ms=902, echo_ms=2_000, held_ms=0, now_ms=2_010)
+    echo.take(sent_ms=5_002, echo_ms=1_000, held_ms=0, now_ms=1_004)
+    echo.take(sent_ms=902, echo_ms=2_000, held_ms=0, now_ms=2_010)
     assert echo.offset_ms == 902 + 5 - 2_010
 
 
 def test_nothing_is_measured_before_something_came_back_nor_from_nonsense() -> None:
     echo = ClockSync()
-    assert echo.say(5) == (5, 0, NEVER)
-    echo.hear(1, 0, NEVER, 10)
-    echo.hear(1, 5_000, 0, 10)  # an echo of what was not said yet
-    echo.hear(1, 0, 0, 1_000_000)  # or of an hour ago
+    assert echo.stamps(5) == (5, 0, NEVER)
+    echo.take(1, 0, NEVER, 10)
+    echo.take(1, 5_000, 0, 10)  # an echo of what was not said yet
+    echo.take(1, 0, 0, 1_000_000)  # or of an hour ago
     assert (echo.rtt_ms, echo.offset_ms, echo.age_ms(1, 10)) == (None, None, None)
-    assert echo.say(1_000_002) == (1_000_002, 1, 2)
+    assert echo.stamps(1_000_002) == (1_000_002, 1, 2)

@@ -9,15 +9,14 @@ from controller.protocol import codec
 from controller.protocol.clock_sync import NEVER
 from controller.protocol.codec import ProtocolError
 from controller.protocol.device_session import BACKLOG, GRANTED_BACKLOG, DeviceSession
-from controller.protocol.host_session import (
+from controller.protocol.host_session import HostSession
+from controller.protocol.link_events import (
     Connected,
     Delivered,
-    HostSession,
     Lost,
     Missed,
     Received,
     Refused,
-    SessionHistory,
     Stale,
     pause_s,
 )
@@ -42,7 +41,7 @@ from controller.protocol.messages import (
     Welcome,
 )
 from controller.protocol.packets import Decoder, Packet, encode
-from controller.protocol.retransmit import RetransmitQueue
+from controller.protocol.retransmit import RetransmitQueue, SessionHistory
 from tests.support.fake_device import welcome
 from tests.support.manual_host import HELLO, JOIN, numbered
 
@@ -686,7 +685,7 @@ def test_round_trip_and_offset_are_measured_at_both_ends() -> None:
     pair.exchange()
     pair.device.send(FRAME, 71_000, pair.now_ms)
     pair.let(500)
-    assert (pair.host.echo.rtt_ms, pair.device.echo.rtt_ms) == (0, 0)
+    assert (pair.host.clock.rtt_ms, pair.device.clock.rtt_ms) == (0, 0)
     assert pair.host.clock_offset_ms == 71_000 - 1_000
 
 
@@ -751,7 +750,7 @@ def test_an_orb_that_lies_about_its_commands_invents_none_and_costs_no_memory() 
         numbered(DROP, 5, done=4),
     )
     for sequence, message in enumerate(lies):
-        data = encode(message, session=pair.host._number, sequence=100 + sequence, t_ms=0)
+        data = encode(message, session=pair.host.number, sequence=100 + sequence, t_ms=0)
         news += pair.host.receive(data, pair.now_ms)
     assert news == [Missed(2**32 - 1)]
 
@@ -798,7 +797,7 @@ def test_the_handshake_tells_how_far_the_clocks_are_apart_so_that_no_command_is_
         answer = bytes(device.output)
         device.output.clear()
         host.receive(answer, 1_040)
-    assert (host.state, host.echo.offset_ms) == ("live", 70_000 - 40)
+    assert (host.state, host.clock.offset_ms) == ("live", 70_000 - 40)
     device.send(DROP, 0, 71_000)
     assert host.receive(bytes(device.output), 1_300) == [Missed(1)]
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.bundles import bundle
-from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.pipeline import Networks, Pipeline, Step
 from controller.recognition.preprocess import Frame, Image, State, Window
 from controller.recognition.touch_position import PositionSpread
 
@@ -15,13 +15,13 @@ SHIPPED = bundle.read(bundle.default_path())
 REST: Frame = np.full((5, 5), 40.0, dtype=np.float32)
 
 
-class Certain:
+class Certain(Networks):
     """Networks that are sure of one gesture where the newest image deviates most."""
 
     def __init__(self, label: str = "press") -> None:
         self.label = SHIPPED.labels.index(label)
 
-    def probabilities(self, window: Window) -> NDArray[np.float32]:
+    def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
         touched = float(np.abs(window[-1] - 1.0).max()) > 0.1
         probabilities = np.zeros(len(SHIPPED.labels), dtype=np.float32)
         probabilities[self.label if touched else 0] = 1.0
@@ -43,7 +43,7 @@ def played(pipeline: Pipeline, frames: list[Frame], start: int = 1) -> list[Step
 
 
 def pipeline() -> Pipeline:
-    return Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    return Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
 
 
 def test_a_press_at_the_left_becomes_left_once() -> None:
@@ -60,7 +60,7 @@ def test_a_press_at_the_left_becomes_left_once() -> None:
     [("pinch", "drop"), ("twist_cw", "rotate_cw"), ("twist_ccw", "rotate_ccw")],
 )
 def test_every_other_gesture_becomes_its_command_too(label: str, command: str) -> None:
-    networks = Pipeline(SHIPPED, Certain(label), SHIPPED.mapping)
+    networks = Pipeline(SHIPPED.settings, Certain(label), SHIPPED.mapping)
     steps = played(networks, [REST] * 20 + [pressed(0, 3)] * 20 + [REST] * 20)
     records = [step.command for step in steps if step.command]
     assert [(r.command, r.gesture) for r in records] == [(command, label)]
@@ -76,10 +76,10 @@ def test_the_gesture_is_held_until_rest() -> None:
 
 def test_what_is_as_probably_a_gesture_as_none_belongs_to_a_touch() -> None:
     class Doubtful(Certain):
-        def probabilities(self, window: Window) -> NDArray[np.float32]:
+        def probabilities(self, window: Window, user: str = "") -> NDArray[np.float32]:
             return np.array([0.5, 0.5, 0, 0, 0], dtype=np.float32)
 
-    steps = played(Pipeline(SHIPPED, Doubtful(), SHIPPED.mapping), [REST] * 20)
+    steps = played(Pipeline(SHIPPED.settings, Doubtful(), SHIPPED.mapping), [REST] * 20)
     assert [step.touch is not None for step in steps] == [step.ready for step in steps]
 
 
@@ -114,11 +114,11 @@ def test_a_place_is_told_with_how_far_off_it_may_be_if_somebody_measured_it() ->
         for frame in [REST] * 20 + [pressed(0, 3)] * 10 + [REST] * 20
     ]
     measured = replace(SHIPPED, spread=PositionSpread(0.1, 3.0))
-    steps = played(Pipeline(measured, Certain(), SHIPPED.mapping), frames)
+    steps = played(Pipeline(measured.settings, Certain(), SHIPPED.mapping), frames)
     sigmas = [step.sigma for step in steps if step.sigma is not None]
     assert [step.sigma is None for step in steps] == [step.touch is None for step in steps]
     assert 0.1 < min(sigmas) < 0.2
-    unmeasured = Pipeline(replace(SHIPPED, spread=None), Certain(), SHIPPED.mapping)
+    unmeasured = Pipeline(replace(SHIPPED, spread=None).settings, Certain(), SHIPPED.mapping)
     assert all(step.sigma is None for step in played(unmeasured, frames))
 
 

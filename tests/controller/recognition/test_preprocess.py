@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from controller.recognition import drift
+from controller.recognition.baseline import Rebaseline
 from controller.recognition.preprocess import (
     Preprocessor,
     PreprocessSettings,
     StoredBaseline,
     z_image,
 )
-from controller.recognition.rebaseline import Rebaseline
 
 RATIO = PreprocessSettings()
 REST_PF = np.linspace(36.0, 46.0, 25).reshape(5, 5)
@@ -221,24 +221,19 @@ def test_a_restored_stage_continues_exactly(cut: int) -> None:
         assert (got.ready, got.quiet) == (wanted.ready, wanted.quiet)
 
 
-def test_learning_from_a_frame_at_once_or_with_the_next_one_is_the_same() -> None:
-    prompt, late, asked = fresh(), fresh(), fresh()
+def test_learning_after_a_frame_is_as_learning_with_it() -> None:
+    whole, parts = fresh(), fresh()
     frames = [idle(3.0), pressed(1.0), idle(2.0), pressed(1.0, depth=0.2), idle(0.5)]
     frames[3][:, 1, :] = 0.0  # a lead is off
     for frame in np.concatenate(frames):
-        one, other = prompt.step(frame), late.step(frame)
-        prompt.settle()
-        prompt.settle()  # there is nothing left to learn
-        assert one.quiet == other.quiet == asked.step(frame).quiet
+        one, other = whole.step(frame), parts.measure(frame)
+        parts.learn()
+        parts.learn()  # there is nothing left to learn
+        assert one.quiet == other.quiet
         np.testing.assert_array_equal(one.image, other.image)
-        rest = asked.rest  # who asks for it gets what the frame made of it
-        assert (rest is None) == (prompt.rest is None)
-        if rest is not None:
-            np.testing.assert_array_equal(rest, prompt.rest)
-    ends = [stage.state() for stage in (prompt, late, asked)]
-    for name, array in ends[0].items():
-        np.testing.assert_array_equal(array, ends[1][name])
-        np.testing.assert_array_equal(array, ends[2][name])
+    end = parts.state()
+    for name, array in whole.state().items():
+        np.testing.assert_array_equal(array, end[name])
 
 
 def test_what_a_busy_sensor_comes_back_to_again_and_again_is_its_rest() -> None:
@@ -411,7 +406,7 @@ def test_a_calibration_that_is_given_up_leaves_nothing_behind() -> None:
 
 
 def test_a_calibration_of_another_shape_is_refused() -> None:
-    with pytest.raises(ValueError, match="calibrate anew"):
+    with pytest.raises(ValueError, match="calibrate it again"):
         Preprocessor(PreprocessSettings(), 4, 5, StoredBaseline(REST_PF.astype(np.float32), 0.003))
 
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.recognition.user_id import UserIdentifier, believe, evidence, named, nothing
-from controller.recognition.users import Users
+from controller.recognition.user_id import UserIdentifier, Users, believe, evidence, named, nothing
 
 TWO = Users(
     ("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=5.0

@@ -13,17 +13,17 @@ from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
 from controller.capture.labels import Labeller
 from controller.capture.session_recorder import SessionRecorder
-from controller.cli.options import parser
+from controller.cli.run import parser
 from controller.protocol.messages import Command, Message, UserIdentified
 from controller.recognition.mapping import Mapping, Rule
-from controller.recognition.pipeline import Pipeline, Step
+from controller.recognition.pipeline import Networks, Pipeline, Step
 from controller.recognition.preprocess import Frame, Image, Window
 from controller.recordings.recorder import Recorder
 from controller.recordings.recording import Provenance
 from controller.runtime import assemble
-from controller.runtime.device import Device, steady
+from controller.runtime.device import Device
+from controller.runtime.virtual_hand import VirtualHand
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorOptions
 from controller.sensors.virtual import Virtual, show
 from tests.support import user_bundles as enrolled
 
@@ -46,8 +46,8 @@ def felt(*words: str) -> list[Frame]:
 def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_named(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    as_taught = SensorOptions(10.0, user="ada", day="sub-ada_ses-6_run-01")  # `teach` names it so
-    taught = sensors.load("virtual", as_taught)
+    day = "sub-ada_ses-6_run-01"  # `teach` names it so
+    taught = sensors.load("virtual", 10.0, user="ada", day=day)
     assert isinstance(taught, Virtual)
     taught.perform(1, "twist_cw", 2.0, 2.0, 0.5)
     frames = [taught.read(k / 10) for k in range(1, 25)]
@@ -62,7 +62,7 @@ def test_the_virtual_orb_has_the_hand_of_whoever_is_named_on_the_day_that_is_nam
         assert "--hand-of is the virtual orb's own" in capsys.readouterr().err
 
 
-class Certain:
+class Certain(Networks):
     """Networks that see a pinch wherever something touches, and who it is by the side."""
 
     asked: list[str]
@@ -100,7 +100,9 @@ def played(pipeline: Pipeline, frames: list[Frame], start: int = 1) -> list[Step
 def test_a_person_is_known_after_some_gestures_and_theirs_mean_what_they_want(path: Path) -> None:
     two = bundle.read(path)
     networks = Certain()
-    steps = played(Pipeline(two, networks, two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6)
+    steps = played(
+        Pipeline(two.settings, networks, two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6
+    )
     commands = [step.command.command for step in steps if step.command]
     assert commands[0] == "drop"  # nobody knows yet who it is
     assert commands[2] == "hold"  # bob's own
@@ -112,14 +114,16 @@ def test_a_person_is_known_after_some_gestures_and_theirs_mean_what_they_want(pa
 
 def test_a_new_face_never_changes_anything_amid_a_gesture(path: Path) -> None:
     two = bundle.read(path)
-    steps = played(Pipeline(two, Certain(), two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6)
+    steps = played(
+        Pipeline(two.settings, Certain(), two.mapping), [REST] * 20 + RIGHT * 3 + LEFT * 6
+    )
     for before, now in pairwise(steps):
         assert now.user == before.user or not now.held
 
 
 def test_who_said_who_plays_is_believed_and_nobody_is_asked(path: Path) -> None:
     two = bundle.read(path)
-    pipeline = Pipeline(two, Certain(), two.mapping, player="bob")
+    pipeline = Pipeline(two.settings, Certain(), two.mapping, player="bob")
     steps = played(pipeline, [REST] * 20 + LEFT * 4)
     assert {(step.user, step.confidence) for step in steps} == {("bob", 1.0)}
     assert [step.command.command for step in steps if step.command] == ["hold"] * 4
@@ -162,9 +166,9 @@ def test_a_mapping_file_has_rules_for_single_people(
 def test_a_session_goes_on_bit_for_bit_wherever_it_was_cut(path: Path) -> None:
     two = bundle.read(path)
     frames = [REST] * 20 + RIGHT * 2 + LEFT
-    whole = played(Pipeline(two, Certain(), two.mapping), frames)
+    whole = played(Pipeline(two.settings, Certain(), two.mapping), frames)
     for cut in (25, 33, 60, 78):
-        first, second = (Pipeline(two, Certain(), two.mapping) for _ in range(2))
+        first, second = (Pipeline(two.settings, Certain(), two.mapping) for _ in range(2))
         played(first, frames[:cut])
         second.restore(first.state())
         for one, other in zip(whole[cut:], played(second, frames[cut:], cut + 1), strict=True):
@@ -213,8 +217,8 @@ def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -
     two = bundle.read(path)
     frames = [REST] * 20 + RIGHT * 3
     link = Told()
-    pipeline = Pipeline(two, Certain(), two.mapping)
-    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    pipeline = Pipeline(two.settings, Certain(), two.mapping)
+    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in range(len(frames) - 1):
         device.advance(10.0)
     who = [message for message in link.messages if isinstance(message, UserIdentified)]
@@ -228,9 +232,9 @@ def test_the_host_is_told_when_that_changes_and_once_when_it_comes(path: Path) -
 def test_a_bundle_that_knows_nobody_says_nothing_of_who() -> None:
     shipped = bundle.read(enrolled.SHIPPED)
     link = Told()
-    pipeline = Pipeline(shipped, Certain(), shipped.mapping)
+    pipeline = Pipeline(shipped.settings, Certain(), shipped.mapping)
     frames = [REST] * 20 + RIGHT
-    device = Device(Scripted(frames), pipeline, link, steady(10.0))  # type: ignore[arg-type]
+    device = Device(Scripted(frames), pipeline, link)  # type: ignore[arg-type]
     for _ in frames:
         device.advance(10.0)
     assert any(isinstance(message, Command) for message in link.messages)
@@ -242,8 +246,8 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     two = bundle.read(path)
-    sensor = sensors.load("virtual", sensors.SensorOptions(10.0, seed=3))
-    pipeline = Pipeline(two, Recognizer(two), two.mapping)
+    sensor = sensors.load("virtual", 10.0, seed=3)
+    pipeline = Pipeline(two.settings, Recognizer(two), two.mapping)
     origin = Provenance(
         sensor.device_id, 5, 5, 10.0, 10.0, two.labels, two.hash, "onnxruntime", "test"
     )  # fmt: skip
@@ -253,7 +257,7 @@ def test_a_replay_says_who_touched_as_the_live_run_did(
     )
     link = Told()
     script = show(two.labels, sensor.geometry, seed=3)
-    device = Device(sensor, pipeline, link, steady(10.0), tape=tape, script=script)
+    device = Device(sensor, pipeline, link, recorder=tape, hand=VirtualHand(script))
     for _ in range(300):
         device.advance(10.0)
     device.close()

@@ -264,11 +264,11 @@ def test_a_rate_two_percent_from_the_bundle_s_is_refused(tmp_path: Path) -> None
     shipped = bundle.read(bundle.default_path())
     for rate_hz in (9.9, 10.15):
         near = reader.load(record(tmp_path / f"near-{rate_hz}.npz", rate_hz=rate_hz))
-        refuse_misfit(near, shipped)
+        refuse_misfit(near, shipped.settings)
     for rate_hz in (9.7, 10.3, 25.0):
         far = reader.load(record(tmp_path / f"far-{rate_hz}.npz", rate_hz=rate_hz))
         with pytest.raises(RecordingError, match=f"runs at {rate_hz:.2f} Hz, the bundle at 10.00"):
-            refuse_misfit(far, shipped)
+            refuse_misfit(far, shipped.settings)
 
 
 def test_a_missed_frame_does_not_change_the_rate(tmp_path: Path) -> None:
@@ -283,7 +283,7 @@ def test_another_sensor_s_recording_is_refused(tmp_path: Path) -> None:
     path = record(tmp_path / "one.npz")
     other = changed(path, frames=FRAMES[:, :4].copy(), meta=meta(rows=4))
     with pytest.raises(RecordingError, match="4×5 sensor, the bundle for 5×5"):
-        refuse_misfit(reader.load(other), shipped)
+        refuse_misfit(reader.load(other), shipped.settings)
 
 
 @pytest.mark.parametrize(

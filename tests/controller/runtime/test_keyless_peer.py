@@ -130,7 +130,7 @@ def recorded(tmp_path: Path, *requests: tuple[float, Message], seconds: float) -
 
     def open_device() -> Device:
         device = opened()
-        device.tape = bench.tape(tmp_path / f"{next(sessions)}.npz", device.pipeline)
+        device.recorder = bench.tape(tmp_path / f"{next(sessions)}.npz", device.pipeline)
         return device
 
     bench.loop._open = open_device
@@ -167,7 +167,7 @@ def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
     origin = tape._recorder.origin
     tape._begin = lambda state: Full(tmp_path / next(names), origin, state)
     tape._recorder = tape._begin(device.pipeline.state())
-    device.tape = tape
+    device.recorder = tape
     for _ in range(18):
         device.advance(10.0)
     device.close()
@@ -177,7 +177,7 @@ def test_a_file_that_goes_on_is_kept_however_short(tmp_path: Path) -> None:
 def test_a_peer_that_may_correct_nothing_leaves_no_marks_in_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.npz"
     bench = Bench(*[(1.5, Correction("press"))] * 50, record=path)
-    bench.loop._clerk = BundleUpdater(
+    bench.loop._updater = BundleUpdater(
         UploadReceiver(tmp_path, "no key"), lambda path: "", lambda label, seen: ""
     )
     bench.run(3.0)

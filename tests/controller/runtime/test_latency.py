@@ -1,6 +1,7 @@
 """The ledger: each hop of each frame, percentiles of the latest ones, and memory that stays."""
 
 import gc
+import json
 import os
 import subprocess
 import sys
@@ -9,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller.protocol.messages import LatencyReport, StageTime
 from controller.runtime import realtime
-from controller.runtime.latency import HOPS, LatencyStatistics, StageLatency
-from controller.runtime.latency_report import LatencyReporter, close_ledger, open_ledger
+from controller.runtime.latency import HOPS, LatencyReporter, LatencyStatistics
 
 ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 
@@ -19,12 +20,11 @@ ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the device runs
 def test_hops_are_the_differences_of_the_stamps_and_all_is_their_sum() -> None:
     ledger = LatencyStatistics(("scan", "network"))
     ledger.note([0, 2_000_000, 5_000_000])
-    assert ledger.latest().tolist() == [2.0, 3.0]
-    assert ledger.digest() == [
-        StageLatency("scan", 2.0, 2.0, 2.0),
-        StageLatency("network", 3.0, 3.0, 3.0),
-        StageLatency("all", 5.0, 5.0, 5.0),
-    ]
+    assert ledger.digest() == (
+        StageTime("scan", 2.0, 2.0, 2.0),
+        StageTime("network", 3.0, 3.0, 3.0),
+        StageTime("all", 5.0, 5.0, 5.0),
+    )
 
 
 def test_percentiles_are_numpys_own() -> None:
@@ -32,7 +32,7 @@ def test_percentiles_are_numpys_own() -> None:
     for ms in range(1000):
         ledger.note([0, ms * 1_000_000])
     (scan, _) = ledger.digest()
-    assert (scan.p50, scan.p95, scan.p99) == pytest.approx(
+    assert (scan.p50_ms, scan.p95_ms, scan.p99_ms) == pytest.approx(
         np.percentile(np.arange(1000.0), [50, 95, 99])
     )
 
@@ -43,12 +43,12 @@ def test_old_frames_are_forgotten_and_nothing_grows() -> None:
         ledger.note([0, 9_000_000])
     for _ in range(10):
         ledger.note([0, 1_000_000])
-    assert ledger.digest()[0] == StageLatency("scan", 1.0, 1.0, 1.0)
+    assert ledger.digest()[0] == StageTime("scan", 1.0, 1.0, 1.0)
     assert ledger.lines == 20
 
 
 def test_an_empty_ledger_says_nothing() -> None:
-    assert LatencyStatistics().digest() == []
+    assert LatencyStatistics().digest() == ()
 
 
 def test_garbage_is_swept_between_frames_only() -> None:
@@ -111,35 +111,20 @@ def test_real_time_is_asked_for_this_thread_alone() -> None:
     assert asked == [(0, os.SCHED_FIFO)]
 
 
-def test_a_ledgers_file_has_one_heading_and_a_line_for_each_frame_of_all_sessions(
+def test_a_frame_counts_when_it_has_ended_all_hops_and_reports_come_once_a_second(
     tmp_path: Path,
 ) -> None:
-    path = tmp_path / "ledger.csv"
-    file = open_ledger(path)
-    for _ in range(2):  # sessions
-        keeper = LatencyReporter(0.1, lambda pace: None, file=file, clock_ns=lambda: 5_000_000)
-        for frame in (1, 2):
-            keeper.start(0.001)
-            for _ in HOPS[1:]:
-                keeper.mark()
-            keeper.finish(frame)
-        keeper.close()
-    close_ledger(file)
-    heading, *lines = path.read_text().splitlines()
-    assert heading == "frame,wait_ms,scan_ms,prepare_ms,network_ms,decide_ms,send_ms"
-    assert lines == [f"{frame},1.0000" + 5 * ",0.0000" for frame in (1, 2, 1, 2)]
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is full")
-def test_a_full_disk_costs_the_ledger_and_nothing_else(caplog: pytest.LogCaptureFixture) -> None:
-    with Path("/dev/full").open("w") as file:
-        keeper = LatencyReporter(0.1, lambda pace: None, file=file)
-        for frame in (1, 2):
-            keeper.start(0.0)
-            for _ in HOPS[1:]:
-                keeper.mark()
-            keeper.finish(frame)
-            keeper.idle(float(frame), 0.09, missed=0)
-        keeper.close()
-        close_ledger(file)
-    assert caplog.messages == ["the ledger ends here: No space left on device"]
+    reports: list[LatencyReport] = []
+    status = tmp_path / "status.json"
+    reporter = LatencyReporter(0.1, reports.append, status=status, clock_ns=lambda: 5_000_000)
+    for hops in (len(HOPS) - 1, 2):  # the sensor was away in the second frame
+        reporter.start(0.001)
+        for _ in range(hops):
+            reporter.mark()
+        reporter.idle(now_s=3.0, left_s=0.09, missed=2)
+    (report,) = reports
+    assert (report.period_ms, report.missed) == (100.0, 2)
+    assert report.hops[0] == StageTime("wait", 1.0, 1.0, 1.0)
+    assert json.loads(status.read_text())["frames"] == 1
+    reporter.close()
+    assert not status.exists()

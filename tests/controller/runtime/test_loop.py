@@ -22,12 +22,12 @@ from controller.recognition.pipeline import Pipeline
 from controller.recognition.preprocess import Frame
 from controller.runtime.device import Device, telemetry
 from controller.runtime.loop import Loop
-from controller.sensors.base import VirtualSensor
+from controller.sensors.base import Sensor
 from tests.support.loop_bench import FINGER, GRANTING, HELLO, SHIPPED, Bench, Certain, Slab, World
 
 
 def test_the_bench_s_sensor_is_a_virtual_sensor() -> None:
-    assert isinstance(Slab(World()), VirtualSensor)
+    assert isinstance(Slab(World()), Sensor)
 
 
 # --- paced by the clock ---------------------------------------------------------------------------
@@ -175,9 +175,9 @@ def test_granted_time_and_paced_time_give_the_same_frames_and_commands() -> None
 def test_a_recording_keeps_its_times_loses_no_frame_and_ends() -> None:
     world = World()
     sensor = Slab(world, busy_s=0.15)  # even where frames come faster than they can be sent
-    pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     schedule = [(4, 2.5), (5, 2.6), (7, 2.8), (8, 5.0)]
-    device = Device(sensor, pipeline, world, iter(schedule), live=False)
+    device = Device(sensor, pipeline, world, schedule=iter(schedule))
     Loop(world, lambda: device, world.clock).run(world.after(60.0))
     assert [t_s for t_s, _ in sensor.reads] == [2.5, 2.6, 2.8, 5.0]
     assert [round(clock, 3) for _, clock in sensor.reads] == [0.0, 0.15, 0.3, 2.5]
@@ -189,7 +189,7 @@ def test_a_recording_keeps_its_times_loses_no_frame_and_ends() -> None:
 
 
 def test_telemetry_shows_what_the_membrane_feels_as_bytes() -> None:
-    pipeline = Pipeline(SHIPPED, Certain(), SHIPPED.mapping)
+    pipeline = Pipeline(SHIPPED.settings, Certain(), SHIPPED.mapping)
     rest = np.full((5, 5), 40.0, dtype=np.float32)
     for k in range(20):
         pipeline.step(rest, k / 10)

@@ -52,7 +52,7 @@ def test_a_state_is_told_once_in_one_line(systemd: socket.socket) -> None:
     with systemd:
         heart = WatchdogHeartbeat(environment(systemd))
         for line in ("waiting", "waiting", "a host\nis there"):
-            heart.tell(line)
+            heart.status(line)
         assert [heard(systemd), heard(systemd)] == ["STATUS=waiting", "STATUS=a host is there"]
 
 
@@ -83,7 +83,7 @@ def test_without_systemd_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
     heart = WatchdogHeartbeat({"WATCHDOG_USEC": "1"}, lambda: next(now_s))
     heart.ready()
     heart.beat()
-    heart.tell("x")
+    heart.status("x")
     assert opened == []
 
 

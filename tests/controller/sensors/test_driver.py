@@ -16,7 +16,6 @@ from gpiozero.pins.mock import MockFactory
 
 from controller.sensors import base as sensors
 from controller.sensors import orb
-from controller.sensors.base import SensorOptions
 from controller.sensors.hardware import HardwareAwayError, HardwareError, raspberry_pi
 from controller.sensors.hardware.emulated.adc import FakeChip
 from controller.sensors.hardware.emulated.board import EmulatedBoard
@@ -86,7 +85,7 @@ def test_an_orb_on_a_computers_own_pins_and_bus_is_read(
     assert pi.bench is not None
     circuit = pi.bench.circuit
     monkeypatch.setattr(time, "perf_counter", lambda: circuit.now_s)
-    sensor = sensors.load("orb", SensorOptions(10.0))
+    sensor = sensors.load("orb", 10.0)
     assert not sensor.virtual
     assert sensor.device_id.startswith("orb")
     assert (sensor.geometry.rows, sensor.geometry.columns) == (5, 5)
@@ -127,7 +126,7 @@ def test_a_missing_library_is_one_sentence(
     if module == "spidev":
         monkeypatch.setattr(raspberry_pi, "raspberry", MockFactory)
     with pytest.raises(HardwareError, match=r"'orbtouch\[pi\]' .*, or try --sensor emu"):
-        sensors.load("orb", SensorOptions(10.0))
+        sensors.load("orb", 10.0)
 
 
 def test_what_is_missing_at_the_start_is_told_at_the_start(
@@ -136,14 +135,14 @@ def test_what_is_missing_at_the_start_is_told_at_the_start(
     bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("unplugged")])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
     with pytest.raises(HardwareAwayError, match="the membrane is plugged in"):
-        sensors.load("orb", SensorOptions(10.0))
+        sensors.load("orb", 10.0)
 
 
 def test_a_board_that_is_too_slow_is_told_at_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = EmulatedBoard(seed=3, faults=[WiringFault.parse("slow_clock=40")])
     monkeypatch.setattr(orb, "open_board", lambda wiring: bench.board)
     with pytest.raises(HardwareError, match=r"a scan takes \d+ ms and 10 Hz leave 100"):
-        sensors.load("orb", SensorOptions(10.0))
+        sensors.load("orb", 10.0)
 
 
 def test_waiting_is_never_too_short() -> None:

@@ -1,8 +1,10 @@
 """Emulated hardware: a driver's picofarads are those of the skin, and faults are felt."""
 
 import gc
-from dataclasses import replace
+import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from gpiozero.pins.mock import MockFactory
 
 from controller.protocol.messages import Contact
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorAwayError, SensorError, SensorOptions, VirtualSensor
+from controller.sensors.base import SensorAwayError, SensorError
 from controller.sensors.hardware import HardwareError
 from controller.sensors.hardware.driver import Driver
 from controller.sensors.hardware.emulated.board import BoardModel, EmulatedBoard
@@ -148,10 +150,9 @@ def test_a_large_orb_needs_two_converters_and_any_order_will_do() -> None:
 
 
 def test_the_emulated_orb_is_the_virtual_orb_behind_a_driver() -> None:
-    pressed, plain = (sensors.load(n, SensorOptions(10.0, seed=7)) for n in ("emulated", "virtual"))
+    pressed, plain = (sensors.load(n, 10.0, seed=7) for n in ("emulated", "virtual"))
     images = []
     for sensor in (pressed, plain):
-        assert isinstance(sensor, VirtualSensor)
         sensor.touch((Contact(0, 1.0, 3.0, 9.0, 7.0),), 2.0)
         frames = np.array([sensor.read(k / 10) for k in range(1, 31)])
         images.append(frames[-3:].mean(axis=0) / frames[:18].mean(axis=0))
@@ -161,8 +162,8 @@ def test_the_emulated_orb_is_the_virtual_orb_behind_a_driver() -> None:
 
 
 def test_a_fault_of_the_skin_and_one_of_the_wiring_can_be_asked_for_together() -> None:
-    options = SensorOptions(10.0, faults=("dead:1,1", "open_row:3", "air_leak=0.2"))
-    emulated = sensors.load("emulated", options)
+    spec = "emulated:fault=dead:1,1,fault=open_row:3,fault=air_leak=0.2"
+    emulated = sensors.load(spec, 10.0)
     frame = np.mean([emulated.read(k / 10) for k in range(1, 8)], axis=0)
     assert (frame[3] < 2.0).all()
     assert frame[1, 1] < 2.0
@@ -176,7 +177,7 @@ def test_a_scan_that_takes_longer_than_a_frame_is_refused(tmp_path: Path) -> Non
         "[times]\nsettle_us = 50000\n"
     )
     with pytest.raises(SensorError, match=r"a scan takes 20\d ms and 10 Hz leave 100"):
-        sensors.load("emulated", SensorOptions(10.0, wiring=slow))
+        sensors.load("emulated", 10.0, wiring=slow)
 
 
 def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
@@ -193,3 +194,25 @@ def test_pins_that_are_collected_as_garbage_leave_the_circuit_alone(
         monkeypatch.setattr(Circuit, name, touched)
     del driver
     gc.collect()
+
+
+def test_a_sensor_with_an_option_of_its_own_is_one_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    @dataclass(frozen=True)
+    class Options(sensors.SensorOptions):
+        gain: float = 1.0
+
+    class Plate(sensors.Sensor):
+        def __init__(self, options: Options, rate_hz: float | None) -> None:
+            self.gain, self.rate_hz = options.gain, rate_hz or 10.0
+
+    module = ModuleType("controller.sensors.plate")
+    module.__dict__.update(Options=Options, create=Plate)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setattr(sensors, "names", lambda: ["plate"])
+    plate = sensors.load("plate:gain=2.5", 20.0, seed=3)  # which a plate has no use for
+    assert isinstance(plate, Plate)
+    assert (plate.gain, plate.rate_hz, plate.virtual, plate.button(0.0)) == (2.5, 20.0, False, None)
+    with pytest.raises(SensorError, match="plate has no option 'size'; it has gain"):
+        sensors.load("plate:size=3")
+    with pytest.raises(SensorError, match="plate:gain=much needs a value of the type float"):
+        sensors.load("plate:gain=much")

@@ -7,8 +7,15 @@ import pytest
 
 from controller.simulator import hand
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import RIM, SLOTS, draw_mood, draw_style, perform
-from controller.simulator.user_style import LEFT_HANDED, PARAMETERS, parameters, person
+from controller.simulator.hand import RIM, SLOTS, perform
+from controller.simulator.user_style import (
+    LEFT_HANDED,
+    PARAMETERS,
+    draw_mood,
+    draw_style,
+    parameters,
+    person,
+)
 from controller.simulator.virtual_orb import VirtualOrb
 
 RNG = np.random.default_rng

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from controller.simulator import green_functions
 from controller.simulator.gesture_file import shipped
-from controller.simulator.hand import GESTURES, SLOTS, draw_style
+from controller.simulator.hand import GESTURES, SLOTS
 from controller.simulator.lowpass import Lowpass
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.membrane import RADIUS_MM, clamp_radius_mm
 from controller.simulator.orb import NOMINAL, OrbSimulator
 from controller.simulator.session import simulate
 from controller.simulator.session_script import SessionScript
+from controller.simulator.user_style import draw_style
 
 Paths = tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]
 

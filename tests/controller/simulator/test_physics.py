@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from controller.simulator import membrane, paper_model
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.green_functions import drag_system, poisson
-from controller.simulator.hand import SLOTS, Performance, draw_style, perform
+from controller.simulator.hand import SLOTS, Performance, perform
 from controller.simulator.mechanics import Mechanics, MechanicsModel
 from controller.simulator.orb import NOMINAL, OrbSimulator
+from controller.simulator.user_style import draw_style
 
 Array = NDArray[np.float64]
 FORGETFUL = MechanicsModel(memory=((0.0, 1.0),))

@@ -12,17 +12,11 @@ from controller.protocol.messages import Contact
 from controller.simulator import membrane, paper_model
 from controller.simulator.contact import ContactModel, Fingers, Skin
 from controller.simulator.electronics import ElectronicsModel
-from controller.simulator.hand import (
-    DISTRACTORS,
-    GESTURES,
-    ONSET_SHARE,
-    draw_mood,
-    draw_style,
-    perform,
-)
+from controller.simulator.hand import DISTRACTORS, GESTURES, ONSET_SHARE, perform
 from controller.simulator.orb import OrbModel, OrbSimulator
 from controller.simulator.readout import ReadoutModel, read, scan_times
 from controller.simulator.session import LABELS, simulate
+from controller.simulator.user_style import draw_mood, draw_style
 from controller.simulator.virtual_orb import VirtualOrb
 
 SKIN = Skin(membrane.inflate(), 5, 5, 10.0, ContactModel())

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller import console
 from controller.bundles import vocabulary
 from controller.recordings import writer
 from controller.recordings.recording import Mark
@@ -177,7 +178,7 @@ def test_people_who_came_once_are_asked_to_come_again_and_nothing_is_trained() -
     once = came(("ada", "1"), ("ben", "1"), ("ada", "2"))
     planned = next_step.course_of_people(Path("home"), once)
     said: list[str] = []
-    assert next_step.offer(planned, ask=lambda question: "y", say=said.append, yes=True) == 0
+    assert next_step.offer(planned, agree=lambda question: True, say=said.append, yes=True) == 0
     assert said == [planned.note]
     assert planned.note.startswith("ben came on one day only")
     assert "controller teach --protocol users --user ada,ben --out home" in planned.note
@@ -193,10 +194,10 @@ class Shell:
         self.ran: list[list[str]] = []
         self.said: list[str] = []
 
-    def offer(self, answer: str | None, installed: bool = True, yes: bool = False) -> int:
+    def offer(self, answer: bool | None, installed: bool = True, yes: bool = False) -> int:
         return next_step.offer(
             next_step.course(Path("data"), taken("1")),
-            ask=None if answer is None else lambda question: answer,
+            agree=None if answer is None else lambda question: answer,
             say=self.said.append,
             call=self.call,
             installed=lambda: installed,
@@ -208,16 +209,16 @@ class Shell:
         return self.statuses.pop(0) if self.statuses else 0
 
 
-@pytest.mark.parametrize(("answer", "yes"), [("y", False), (" YES", False), (None, True)])
-def test_who_agrees_gets_a_bundle(answer: str | None, yes: bool) -> None:
+@pytest.mark.parametrize(("answer", "yes"), [(True, False), (None, True)])
+def test_who_agrees_gets_a_bundle(answer: bool | None, yes: bool) -> None:
     shell = Shell()
     assert shell.offer(answer, yes=yes) == 0
     assert [command[1] for command in shell.ran] == ["train", "tune", "rehearse", "evaluate"]
     assert "Play with it: host -- --bundle data.orb" in shell.said[-1]
 
 
-@pytest.mark.parametrize("answer", ["", "n", "what?", None])
-def test_who_does_not_is_told_the_commands(answer: str | None) -> None:
+@pytest.mark.parametrize("answer", [False, None])
+def test_who_does_not_is_told_the_commands(answer: bool | None) -> None:
     shell = Shell()
     assert shell.offer(answer) == 0
     assert shell.ran == []
@@ -226,7 +227,7 @@ def test_who_does_not_is_told_the_commands(answer: str | None) -> None:
 
 def test_who_cannot_train_here_is_told_what_is_missing() -> None:
     shell = Shell()
-    assert shell.offer("y", installed=False) == 0
+    assert shell.offer(True, installed=False) == 0
     assert shell.ran == []
     assert "pip install -e '.[train]'" in shell.said[0]
     assert shell.offer(None, installed=False, yes=True) == 1
@@ -234,16 +235,22 @@ def test_who_cannot_train_here_is_told_what_is_missing() -> None:
 
 def test_what_fails_ends_the_row_with_its_own_status() -> None:
     shell = Shell(0, 2)
-    assert shell.offer("y") == 2
+    assert shell.offer(True) == 2
     assert [command[1] for command in shell.ran] == ["train", "tune"]
     assert "the same commands go on from here:" in shell.said
 
 
-def test_a_question_that_nobody_answers_is_a_no() -> None:
-    def ended(question: str) -> str:
+@pytest.mark.parametrize(
+    ("answer", "agreed"), [("y", True), (" YES", True), ("", False), ("n", False), ("what?", False)]
+)
+def test_yes_is_a_word(answer: str, agreed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("builtins.input", lambda: answer)
+    assert console.agreed("Train now?") is agreed
+
+
+def test_a_question_that_nobody_answers_is_a_no(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended() -> str:
         raise EOFError
 
-    said: list[str] = []
-    planned = next_step.course(Path("data"), taken("1"))
-    assert next_step.offer(planned, ask=ended, say=said.append, installed=lambda: True) == 0
-    assert said[0] == "make a bundle of it with:"
+    monkeypatch.setattr("builtins.input", ended)
+    assert not console.agreed("Train now?")

@@ -8,10 +8,10 @@ import pytest
 from controller.__main__ import main
 from controller.capture.cues import Cue, Phase
 from controller.capture.simulated_hand import CuedHand
-from controller.cli.options import parser as grammar
+from controller.cli.run import parser as grammar
 from controller.runtime.assemble import open_device, prepare
 from controller.sensors import base as sensors
-from controller.sensors.base import SensorError, SensorOptions
+from controller.sensors.base import SensorError
 from controller.sensors.virtual import knows, show
 from controller.simulator.virtual_orb import VirtualOrb
 from controller.teach import dataset_folder
@@ -25,9 +25,7 @@ def mine(tmp_path: Path) -> Path:
 
 
 def test_the_virtual_orb_does_a_user_s_gestures(mine: Path) -> None:
-    options = SensorOptions(10.0, gestures=(mine / "knock.toml",))
-    orb = sensors.load("virtual", options)
-    assert isinstance(orb, sensors.VirtualSensor)
+    orb = sensors.load("virtual", 10.0, gestures=(mine / "knock.toml",))
     said = set()
     for k in range(1, 100):
         if k % 20 == 0:
@@ -36,10 +34,10 @@ def test_the_virtual_orb_does_a_user_s_gestures(mine: Path) -> None:
         said.add((orb.label(k / 10), orb.button(k / 10)))
     assert {label for label, _ in said} == {button for _, button in said} == {"null", "knock"}
     assert {truth.label for truth in orb.truths()} == {"knock"}
-    assert knows(options.gestures, "knock")
+    assert knows((mine / "knock.toml",), "knock")
     assert not knows((), "knock")
     with pytest.raises(SensorError, match="cannot read the gesture"):
-        sensors.load("virtual", SensorOptions(10.0, gestures=(mine / "absent.toml",)))
+        sensors.load("virtual", 10.0, gestures=(mine / "absent.toml",))
 
 
 def test_a_hand_shows_what_it_knows_of_a_bundle(mine: Path) -> None:
@@ -98,7 +96,7 @@ def test_the_orb_that_plays_knows_the_gestures_of_a_vocabulary(
     parts = prepare(options)
     parts.link.close()
     device = open_device(parts, 1)
-    assert isinstance(device.sensor, sensors.VirtualSensor)
+    assert device.sensor.virtual
     device.sensor.perform(1, "knock", 2.0, 2.0, 1.0)
     device.close()
     assert main(["--labels", str(mine / "absent.toml")]) == 2

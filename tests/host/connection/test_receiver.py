@@ -56,7 +56,7 @@ from host.connection.receiver import (
     Stale,
 )
 from host.connection.transport import Transport, explain, open_transport
-from host.connection.virtual_orb import VirtualOrbProcess
+from host.connection.virtual_orb import START_S, VirtualOrbProcess
 from tests.support import SUPPORT
 from tests.support.fake_device import welcome
 from tests.support.manual_host import numbered
@@ -119,6 +119,10 @@ class Ear:
                 assert news.message.frame == frame
 
 
+Ears = Callable[[Receiver], Ear]  # makes an ear, and closes its receiver after the test
+Peer = Callable[[Callable[[bytes], bytes]], str]  # starts a peer; returns its URL
+
+
 @pytest.fixture
 def device() -> Iterator[VirtualOrbProcess]:
     device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
@@ -127,7 +131,7 @@ def device() -> Iterator[VirtualOrbProcess]:
 
 
 @pytest.fixture
-def ears() -> Iterator[Callable[[Receiver], Ear]]:
+def ears() -> Iterator[Ears]:
     made: list[Receiver] = []
 
     def make(receiver: Receiver) -> Ear:
@@ -142,9 +146,7 @@ def ears() -> Iterator[Callable[[Receiver], Ear]]:
 # --- two processes over TCP ---
 
 
-def test_two_processes_talk_over_tcp(
-    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
-) -> None:
+def test_two_processes_talk_over_tcp(device: VirtualOrbProcess, ears: Ears) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     answer = ear.receiver.connect()
     assert (answer.name, answer.virtual) == ("OrbTouch", True)
@@ -160,7 +162,7 @@ def test_two_processes_talk_over_tcp(
 
 
 def test_round_trip_and_clock_offset_are_known_only_while_connected(
-    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Ears
 ) -> None:
     receiver = Receiver(device.open, token=device.token)
     ear = ears(receiver)
@@ -183,9 +185,7 @@ def test_waiting_ends_when_there_is_news_to_poll(device: VirtualOrbProcess) -> N
     receiver.close()
 
 
-def test_granted_time_gives_the_same_messages_however_it_is_cut(
-    ears: Callable[[Receiver], Ear],
-) -> None:
+def test_granted_time_gives_the_same_messages_however_it_is_cut(ears: Ears) -> None:
     def play(step_ms: int) -> list[Delivered]:
         device = VirtualOrbProcess(1, command=(*DEVICE, "listen://127.0.0.1:0"))
         ear = ears(Receiver(device.open, token=device.token, granted=True))
@@ -204,7 +204,7 @@ def test_granted_time_gives_the_same_messages_however_it_is_cut(
 
 
 def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_nothing(
-    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Ears
 ) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
@@ -227,7 +227,7 @@ def test_a_device_killed_in_mid_stream_is_noticed_started_again_and_repeats_noth
 
 
 def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
-    device: VirtualOrbProcess, ears: Callable[[Receiver], Ear]
+    device: VirtualOrbProcess, ears: Ears
 ) -> None:
     ear = ears(Receiver(device.open, token=device.token))
     ear.receiver.connect()
@@ -244,9 +244,7 @@ def test_a_device_that_hangs_is_stale_then_lost_and_found_when_it_goes_on(
     ear.accounts_for_every_command()
 
 
-def test_a_receiver_that_was_only_started_waits_for_an_orb_to_come(
-    ears: Callable[[Receiver], Ear],
-) -> None:
+def test_a_receiver_that_was_only_started_waits_for_an_orb_to_come(ears: Ears) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     url = f"socket://127.0.0.1:{port}"
@@ -288,7 +286,7 @@ def cable() -> Iterator[Cable]:
 
 
 def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugged_in_again(
-    cable: Cable, ears: Callable[[Receiver], Ear]
+    cable: Cable, ears: Ears
 ) -> None:
     far, near = cable.ends
     with subprocess.Popen([*DEVICE, far], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
@@ -312,7 +310,7 @@ def test_two_processes_talk_over_a_pty_through_a_cable_that_is_pulled_and_plugge
 
 
 @pytest.fixture
-def peer() -> Iterator[Callable[[Callable[[bytes], bytes]], str]]:
+def peer() -> Iterator[Peer]:
     """Start a peer that answers what it hears with a function; return its URL."""
     listeners: list[socket.socket] = []
     threads: list[threading.Thread] = []
@@ -345,9 +343,7 @@ def failure(url: str, token: str = "") -> str:
     return str(raised.value)
 
 
-def test_silence_nonsense_and_our_own_echo_are_no_orb(
-    peer: Callable[[Callable[[bytes], bytes]], str], ears: Callable[[Receiver], Ear]
-) -> None:
+def test_silence_nonsense_and_our_own_echo_are_no_orb(peer: Peer, ears: Ears) -> None:
     silent, babbling = peer(lambda data: b""), peer(lambda data: b"AT+OK\r\n\0" * 3)
     other = "says something, but not what an OrbTouch says; name the orb's own port with --link"
     sentences = {
@@ -365,9 +361,7 @@ def test_silence_nonsense_and_our_own_echo_are_no_orb(
         assert ear.receiver.state == "connecting"
 
 
-def test_an_orb_of_another_version_says_so_in_its_refusal(
-    peer: Callable[[Callable[[bytes], bytes]], str],
-) -> None:
+def test_an_orb_of_another_version_says_so_in_its_refusal(peer: Peer) -> None:
     sentence = "the orb speaks protocol versions 3 to 4, the host version 2; update the host"
 
     def refuse(data: bytes) -> bytes:
@@ -385,7 +379,7 @@ def test_an_orb_that_belongs_to_another_program_refuses() -> None:
     link.close()
 
 
-def test_a_key_has_to_be_the_same_at_both_ends(ears: Callable[[Receiver], Ear]) -> None:
+def test_a_key_has_to_be_the_same_at_both_ends(ears: Ears) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome(), key=bytes(32))
     for key, sentence in (
         (b"", "the orb wants a key; add --key"),
@@ -409,9 +403,7 @@ def test_a_port_that_closes_before_an_orb_answers_is_explained() -> None:
         assert failure(url).startswith(f"{url} was cut off before an OrbTouch answered; name")
 
 
-def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(
-    ears: Callable[[Receiver], Ear],
-) -> None:
+def test_an_orb_that_is_taken_refuses_and_comes_when_it_is_free(ears: Ears) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome())
     first = Receiver(lambda: open_transport(link.url))
     first.connect()
@@ -472,7 +464,7 @@ def test_a_port_that_pyserial_watches_carries_every_byte_once(
 
 
 def test_pauses_grow_with_failures_and_a_connection_ends_that(
-    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+    ears: Ears, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     link: Any = open_link("listen://127.0.0.1:0", welcome())
     failures: list[int] = []
@@ -527,9 +519,7 @@ class LateOrb:
         """Nothing is open."""
 
 
-def test_a_command_that_is_too_late_is_missed_and_counted(
-    ears: Callable[[Receiver], Ear],
-) -> None:
+def test_a_command_that_is_too_late_is_missed_and_counted(ears: Ears) -> None:
     orbs = iter([LateOrb()])
 
     def attempt() -> Transport:
@@ -611,10 +601,28 @@ def python(code: str) -> tuple[str, ...]:
     return (sys.executable, "-c", code)
 
 
-def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
-    device = VirtualOrbProcess(1, command=python("import sys; sys.exit('the bundle is\\nmissing')"))
-    with pytest.raises(LinkError, match="ended with status 1: the bundle is missing"):
-        Receiver(device.open, token=device.token).connect()
+STARTS_NOT = "the virtual orb does not start, it "
+
+
+@pytest.mark.parametrize(
+    ("code", "sentence"),
+    [
+        (
+            "raise SystemExit('the bundle is\\nmissing')",
+            "ended with status 1: the bundle is missing",
+        ),
+        ("input()", "does not say where it is: it left no message"),
+        *(
+            (f"print({line!r}, flush=True)", "")
+            for line in ("", "hello", "[]", "{}", "{" * 100_000)
+        ),
+    ],
+)
+def test_an_orb_that_does_not_say_where_it_listens_is_ended(code: str, sentence: str) -> None:
+    start_s = 0.1 if code == "input()" else START_S
+    device = VirtualOrbProcess(1, command=python(code), start_s=start_s)
+    with pytest.raises(LinkError, match=STARTS_NOT + sentence):
+        device.open()
     assert device.process is None
     device.close()
 
@@ -622,20 +630,6 @@ def test_an_orb_that_ends_at_once_is_told_with_its_last_words() -> None:
 def test_options_that_an_orb_does_not_know_are_told_without_all_that_it_knows() -> None:
     device = VirtualOrbProcess(1, ("--presett", "nominal"))
     with pytest.raises(LinkError, match=r"status 2: unrecognized arguments: --presett nominal$"):
-        device.open()
-
-
-def test_an_orb_that_does_not_say_where_it_listens_is_ended() -> None:
-    device = VirtualOrbProcess(1, command=python("import sys; sys.stdin.read()"), start_s=0.1)
-    with pytest.raises(LinkError, match="does not say where it is: it left no message"):
-        device.open()
-    assert device.process is None
-
-
-@pytest.mark.parametrize("line", ["", "hello", "[]", "{}", "{" * 100_000])
-def test_an_orb_whose_first_line_makes_no_sense_is_ended(line: str) -> None:
-    device = VirtualOrbProcess(1, command=python(f"print({line!r}, flush=True)"))
-    with pytest.raises(LinkError, match="the virtual orb does not start"):
         device.open()
 
 
@@ -740,7 +734,7 @@ class Scripted:
 
 
 def test_commands_that_a_busy_program_left_waiting_are_too_late(
-    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+    ears: Ears, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     transport = Scripted()
     ear = ears(Receiver(lambda: transport))
@@ -757,7 +751,7 @@ def test_commands_that_a_busy_program_left_waiting_are_too_late(
 
 
 def test_a_program_that_does_not_listen_any_more_costs_no_memory(
-    ears: Callable[[Receiver], Ear], monkeypatch: pytest.MonkeyPatch
+    ears: Ears, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(receiver_module, "INBOX", 10)
     transport = Scripted()
@@ -773,7 +767,7 @@ def test_a_program_that_does_not_listen_any_more_costs_no_memory(
     assert told[-1] == Lost("the program did not listen to the orb any more")
 
 
-def test_a_mistake_in_the_receivers_thread_is_seen(ears: Callable[[Receiver], Ear]) -> None:
+def test_a_mistake_in_the_receivers_thread_is_seen(ears: Ears) -> None:
     def fail() -> Transport:
         raise ZeroDivisionError
 

@@ -10,7 +10,7 @@ from controller.protocol.messages import Command, GroundTruth, Welcome
 from host.connection.receiver import Delivered
 from host.demo import demo
 from host.demo.autoplayer import COMMAND_OF, MANUAL, Autoplayer
-from host.demo.demo import ByteMeter, DemoRecord
+from host.demo.demo import DemoRecord
 from tetris.engine.game import Action, Game
 
 
@@ -25,7 +25,7 @@ def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
     record.take([Delivered(GroundTruth(2, "brush", 3000, 3500), 3500)], 3500)
     record.take([command("left"), Delivered(GroundTruth(3, "pinch", 5000, 6000), 6000)], 5500)
     record.take([Delivered(GroundTruth(4, "press", 8000, 8500), 8500)], 8500)
-    verdict = record.verdict(1, 10.0, ByteMeter())
+    verdict = record.verdict(1, 10.0)
     assert [verdict[k] for k in ("intended", "hits", "wrong", "missed")] == [3, 1, 1, 2]
     assert (verdict["false_alarms"], verdict["stray_touches"]) == (0, 1)
     assert verdict["latency_s"] == {"p50": 0.4, "p95": 0.4}
@@ -36,7 +36,7 @@ def test_a_record_judges_every_gesture_by_the_command_it_meant() -> None:
 def test_a_command_for_a_stray_touch_is_a_false_alarm() -> None:
     record = DemoRecord(meant={1: ""})
     record.take([command("left"), Delivered(GroundTruth(1, "rest", 1000, 1900), 1900)], 1400)
-    assert record.verdict(1, 3.0, ByteMeter())["false_alarms"] == 1
+    assert record.verdict(1, 3.0)["false_alarms"] == 1
 
 
 def test_the_player_means_only_what_the_manual_says_and_waits_for_its_hand() -> None:

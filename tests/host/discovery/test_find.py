@@ -21,10 +21,10 @@ from host.cli import find
 from host.connection.device_store import DeviceStore
 from host.connection.receiver import Connected
 from host.connection.transport import LinkError, open_transport
-from host.discovery import notes, ports, probe, search
+from host.discovery import ports, probe, search
 from host.discovery.ports import Port
 from host.discovery.probe import Answer
-from host.discovery.seek import DevicePort
+from host.discovery.search import DevicePort
 from tests.support.fake_device import welcome
 from tests.support.serial_cable import Cable
 
@@ -58,10 +58,11 @@ class Desk:
 
 @pytest.fixture
 def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> DeviceStore:
-    """What is remembered here, and a system that lists no ports."""
+    """The devices known here, on a system that lists no ports; others are asked in this process."""
     path = tmp_path / "devices.toml"
     monkeypatch.setattr("host.connection.device_store.default_path", lambda: path)
     monkeypatch.setattr(search, "listed", list)
+    monkeypatch.setattr(search, "ask_all", in_process)
     return DeviceStore()
 
 
@@ -106,9 +107,8 @@ def test_foreign_device_that_talks_garbage_is_said_to_be_none() -> None:
 
 
 def test_orb_that_asks_for_a_key_is_found_with_it(
-    desk: Desk, memory: DeviceStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     file = tmp_path / "orb.key"
     psk.make(file)
     port = desk.plug("orb-1", key=psk.read(file))
@@ -188,9 +188,8 @@ def in_process(asked: Iterable[Port], **options: object) -> list[Answer]:
 
 
 def test_devices_are_listed_by_identity_when_their_ports_shuffle(
-    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     names = ["orb-1", "orb-2", "orb-3"]
     for order in (names, names[::-1], ["orb-2", "orb-3", "orb-1"]):
         with contextlib.ExitStack() as stack:
@@ -206,7 +205,6 @@ def test_devices_are_listed_by_identity_when_their_ports_shuffle(
 def test_device_is_found_again_on_another_port(
     desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     old, new = desk.plug("orb-2"), desk.plug("orb-1", "Blue")
     memory.remember("orb-1", name="Blue", port=old, seen="1")
     monkeypatch.setattr(search, "listed", lambda: [Port(old, "USB"), Port(new, "USB")])
@@ -234,9 +232,8 @@ def test_device_that_is_where_it_was_is_found_without_opening_another_port(
 
 
 def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
-    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     new = desk.plug("orb-1")
     memory.remember("orb-1", port=new)
     seeker = DevicePort("orb-1", memory)
@@ -249,12 +246,11 @@ def test_port_that_vanished_is_looked_for_when_it_is_opened_again(
 def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chosen(
     desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     real, liar = desk.plug("orb-1"), desk.plug("orb-1")
     answers = in_process([Port(real), Port(liar)])
     assert len(find.rows(answers, [])) == 2
     assert "2 ports say that they are orb-1" in find.remarks(answers)[0]
-    notes.note(memory, answers)
+    search.note(memory, answers)
     assert memory.devices == []
     monkeypatch.setattr(search, "listed", lambda: [Port(real, "USB"), Port(liar, "USB")])
     with pytest.raises(LinkError, match="is not one device"):
@@ -262,14 +258,13 @@ def test_two_ports_that_claim_one_identity_are_both_told_of_and_neither_is_chose
 
 
 def test_device_that_turns_out_to_be_another_one_ends_the_program(
-    desk: Desk, memory: DeviceStore, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, memory: DeviceStore
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", port=desk.plug("orb-1"))
     seeker = DevicePort("orb-1", memory)
-    seeker.hear([Connected(orb_welcome("orb-1"))])
+    seeker.on_received([Connected(orb_welcome("orb-1"))])
     with pytest.raises(LinkError, match="is now orb-9, not orb-1"):
-        seeker.hear([Connected(orb_welcome("orb-9"))])
+        seeker.on_received([Connected(orb_welcome("orb-9"))])
 
 
 def test_device_that_is_nowhere_is_one_sentence(memory: DeviceStore) -> None:
@@ -352,9 +347,8 @@ def test_key_that_cannot_be_read_is_told_before_anybody_is_asked(
 
 
 def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
-    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1", name="Blue", port="/dev/gone", seen="2026-11-20T18:02:00Z")
     assert find.main([]) == 1
     told = capsys.readouterr()
@@ -363,9 +357,8 @@ def test_remembered_device_that_is_away_is_listed_with_when_it_was_here(
 
 
 def test_what_a_terminal_would_obey_is_listed_as_an_escape(
-    memory: DeviceStore, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    memory: DeviceStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(search, "ask_all", in_process)
     memory.remember("orb-1\x1b[2J", name="\u202e\nBlue", port="/dev/\x07", seen="\x1b[31mnow")
     assert find.main([]) == 1
     told = capsys.readouterr()

@@ -267,6 +267,8 @@ class FakeReceiver:
     def send(self, message: Message) -> None:
         self.sent.append(message)
 
+    def wait(self, timeout_s: float) -> None: ...
+
 
 def test_loop_plays_until_its_time_is_up() -> None:
     surface = loop.window(headless=True)

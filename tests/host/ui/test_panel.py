@@ -10,6 +10,7 @@ import numpy as np
 import pygame
 import pytest
 
+from controller.protocol.codec import quantise_image
 from controller.protocol.messages import (
     COMMANDS,
     Command,
@@ -18,7 +19,6 @@ from controller.protocol.messages import (
     Telemetry,
     UserIdentified,
     Welcome,
-    quantise_image,
 )
 from host.connection.receiver import Connected, Delivered, Lost, Received
 from host.targets.tetris import TetrisTarget

@@ -14,25 +14,16 @@ from models import cli as commands
 from models.__main__ import main
 from models.data.recipe import STEPS
 from tests.support import ROOT
+from tests.support.model_commands import refused
 
 DOCS = ROOT / "docs"
-
-
-def told(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    """Return the one line that a refused command prints."""
-    assert main(list(words)) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    (line,) = captured.err.splitlines()
-    assert line.startswith("models: ")
-    return line.removeprefix("models: ")
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert told(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
-    assert told(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
+    assert refused(capsys, "trian") == "there is no command 'trian'; did you mean `models train`?"
+    assert refused(capsys, "x").endswith(f"there are {', '.join(commands.names())}")
 
 
 def test_the_version_is_the_program_s(capsys: pytest.CaptureFixture[str]) -> None:
@@ -65,14 +56,14 @@ def test_a_bundle_to_write_ends_in_orb_and_has_a_folder(
     for words in (["tune", "models/orbtouch.orb", "d"], ["rehearse", "models/orbtouch.orb", "d"]):
         for out in (".", "x.txt", "orb"):
             expected = f"{out!r} is no name of a bundle; name one that ends in .orb"
-            assert told(capsys, *words, "--out", out) == expected
-        assert "is no directory; make it first" in told(capsys, *words, "--out", absent)
+            assert refused(capsys, *words, "--out", out) == expected
+        assert "is no directory; make it first" in refused(capsys, *words, "--out", absent)
 
 
 def test_where_there_are_no_recordings_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = told(capsys, "tune", "models/orbtouch.orb", str(tmp_path))
+    said = refused(capsys, "tune", "models/orbtouch.orb", str(tmp_path))
     assert said.startswith(f"there are no recordings in {tmp_path}; make some with")
 
 

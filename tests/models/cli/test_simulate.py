@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,9 @@ from models.__main__ import main
 from models.data import simulate
 from models.data.examples import Source, prepare, read_training
 from models.data.simulate import DataSet
+from tests.support.model_commands import refused
 
+ONE = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
 SMALL = ["--users", "2", "--sessions", "2", "--minutes", "0.5"]
 
 
@@ -37,14 +38,6 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("data") / "set"
     assert make(out, *SMALL, "--workers", "1") == 0
     return out
-
-
-def refused(capsys: pytest.CaptureFixture[str], status: int) -> str:
-    """The one sentence of a command that was refused."""
-    assert status == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    return error
 
 
 def test_a_data_set_has_a_recording_for_each_user_and_session(data: Path) -> None:
@@ -128,14 +121,13 @@ def test_a_failed_write_leaves_no_file(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_users_can_be_added_later_and_do_not_change_the_others(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "set"
-    assert make(out, "--users", "1", "--sessions", "1", "--minutes", "0.5") == 0
+    assert make(out, *ONE) == 0
     assert make(out, *SMALL) == 0
     assert sums(out) == sums(data)
 
 
 def test_another_seed_is_other_people(data: Path, tmp_path: Path) -> None:
-    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
-    assert make(tmp_path / "set", *one, "--seed", "5") == 0
+    assert make(tmp_path / "set", *ONE, "--seed", "5") == 0
     name = simulate.name(0, 0)
     other, this = reader.load(tmp_path / "set" / name), reader.load(data / name)
     assert (other.frames != this.frames).any()
@@ -177,35 +169,32 @@ def test_what_cannot_be_is_one_sentence(
     data: Path, options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sums(data)
-    assert sentence in refused(capsys, make(data, *SMALL, *options))
+    assert sentence in refused(capsys, "simulate", "--out", data, *SMALL, *options)
     assert sums(data) == before
 
 
 def test_other_files_are_never_mixed_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "mine.npz").write_bytes(b"precious")
-    assert "of another origin" in refused(capsys, make(tmp_path, *SMALL))
+    assert "of another origin" in refused(capsys, "simulate", "--out", tmp_path, *SMALL)
     (tmp_path / "file").touch()
-    assert "cannot write into" in refused(capsys, make(tmp_path / "file", *SMALL))
+    assert "cannot write into" in refused(capsys, "simulate", "--out", tmp_path / "file", *SMALL)
 
 
 def test_a_damaged_recording_is_told_and_not_replaced(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
-    assert make(tmp_path / "set", *one) == 0
+    assert make(tmp_path / "set", *ONE) == 0
     path = tmp_path / "set" / simulate.name(0, 0)
     path.write_bytes(path.read_bytes()[:-100])
-    capsys.readouterr()
-    assert "is damaged; remove it" in refused(capsys, make(tmp_path / "set", *one))
+    assert "is damaged; remove it" in refused(capsys, "simulate", "--out", tmp_path / "set", *ONE)
 
 
 # --- seeds that are for tests, and training from recordings ----------------------------------
 
 
 def test_a_pointer_touches_as_a_mouse_does_and_nothing_else_is_different(tmp_path: Path) -> None:
-    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
     for hand in ("person", "pointer"):
-        assert make(tmp_path / hand, *one, "--hand", hand) == 0
+        assert make(tmp_path / hand, *ONE, "--hand", hand) == 0
     hand_s, mouse_s = (
         reader.load(tmp_path / hand / simulate.name(0, 0)) for hand in ("person", "pointer")
     )
@@ -214,8 +203,7 @@ def test_a_pointer_touches_as_a_mouse_does_and_nothing_else_is_different(tmp_pat
 
 
 def test_no_training_accepts_a_recording_with_a_test_seed(tmp_path: Path) -> None:
-    one = ["--users", "1", "--sessions", "1", "--minutes", "0.5"]
-    assert make(tmp_path / "set", *one, "--seed", str(TEST_SEEDS.stop - 1)) == 0
+    assert make(tmp_path / "set", *ONE, "--seed", str(TEST_SEEDS.stop - 1)) == 0
     with pytest.raises(ValueError, match=r"run-01\.npz has seed 999999, and seeds 900000"):
         read_training([tmp_path])
 
@@ -224,7 +212,7 @@ def test_training_reads_folders_and_files_of_one_kind(data: Path, tmp_path: Path
     assert len(read_training([data])) == 4
     assert len(read_training([data / simulate.name(1, 1)])) == 1
     faster = tmp_path / "faster"
-    assert make(faster, "--users", "1", "--sessions", "1", "--minutes", "0.5", "--rate", "20") == 0
+    assert make(faster, *ONE, "--rate", "20") == 0
     with pytest.raises(ValueError, match=r"5×5 taxels at 10 Hz .* 20 Hz .* train on one kind"):
         read_training([data, faster])
     empty = tmp_path / "empty"
@@ -241,13 +229,3 @@ def test_examples_take_true_labels_or_the_buttons(data: Path) -> None:
     assert 0.8 < np.mean(true.label == button.label) < 1.0
     assert np.isfinite(true.touch[true.label == 1]).all()
     assert set(true.session.tolist()) == {0, 1, 2, 3}
-
-
-def test_a_recording_without_such_labels_is_refused(data: Path) -> None:
-    recorded = read_training([data])[0]
-    blank = np.full_like(recorded.label, recording.UNKNOWN)
-    unlabelled = replace(recorded, label=blank, truth=None)
-    with pytest.raises(ValueError, match="lacks true labels; learn from button"):
-        Source.of(unlabelled)
-    source = Source.of(unlabelled, "button")
-    assert np.isnan(source.touch).all()

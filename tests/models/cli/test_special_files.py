@@ -9,11 +9,11 @@ import pytest
 
 from controller.bundles.bundle import default_path
 from controller.recordings import writer
-from models import user_files
 from models.__main__ import main
 from models.data.simulate import DataSet
 from models.reports import page
 from models.reports.page import ReportData
+from models.results import storage
 from models.studies.information import games
 from models.studies.sweep import run
 from tests.support.report_results import evaluation
@@ -146,7 +146,7 @@ def test_what_lies_in_a_folder_is_refused_in_one_sentence(
         pytest.skip("it is replaced, as if there were none")
     make(kind, tmp_path, name)
     # That a name leads to itself is found out when something is to be written there.
-    late = kind == "loop" and name != "information.json"
+    late = kind == "loop" and name == "dataset.json"
     refused(words, tmp_path, tmp_path, 1 if late else 2)
 
 
@@ -237,5 +237,5 @@ def test_a_checkpoint_that_holds_something_else_is_damaged(tmp_path: Path) -> No
 
 
 def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    with pytest.raises(user_files.UserFileError, match=f"cannot read {tmp_path}: it is a folder"):
-        user_files.read_text(tmp_path)
+    with pytest.raises(storage.UserFileError, match=f"cannot read {tmp_path}: it is a folder"):
+        storage.read_text(tmp_path)

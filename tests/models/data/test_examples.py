@@ -31,29 +31,6 @@ def session(count: int = COUNT, **columns: Any) -> Source:
     return replace(plain, **columns)
 
 
-def numbered(*missing: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Numbers of frames, of which some are missing."""
-    numbers = np.arange(COUNT + len(missing), dtype=np.int64)
-    return np.delete(numbers, list(missing))
-
-
-def ends(*sources: Source) -> list[int]:
-    """Last frames of the windows, counted from the first frame with an image."""
-    last: list[int] = prepare(sources, SETTINGS).ends.tolist()
-    return last
-
-
-def test_every_frame_after_a_whole_window_ends_one() -> None:
-    assert ends(session()) == list(range(9, COUNT - START + 1))
-
-
-def test_no_window_spans_a_missing_frame() -> None:
-    # Frame 30 is missing, so the 20 frames 10 ... 29 and those from 31 on stand alone.
-    whole = ends(session(sequence=numbered(30)))
-    before, after = 30 - START + 1, COUNT - 30
-    assert whole == [*range(9, before), *range(before + 9, before + after)]
-
-
 def test_no_window_holds_a_frame_that_nobody_shall_learn_from() -> None:
     excluded = np.zeros(COUNT, dtype=np.bool_)
     excluded[30:35] = True
@@ -227,3 +204,4 @@ def test_labels_for_some_frames_are_enough_and_for_none_are_not() -> None:
     silent = replace(SESSION, label=nobody, button=nobody)
     with pytest.raises(ValueError, match="lacks cue labels; label it first, or leave it out"):
         Source.of(silent, "cue")
+    assert np.isnan(Source.of(replace(SESSION, truth=None)).touch).all()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.data.ground_truth import events_of, know
+from models.data.ground_truth import GroundTruth, events_of
 from tests.support.recordings import LABELS, of, origin, played
 
 
@@ -43,12 +43,12 @@ def test_a_gesture_that_is_partly_excluded_does_not_count() -> None:
     label = [0, 1, 1, 0, 2, 2, 0]
     excluded = np.array([False, False, True, False, False, False, False])
     recording = of(np.full((7, 2, 2), 40.0), label=label, excluded=excluded)
-    assert [event.kind for event in know(recording, LABELS, "it").events] == ["pinch"]
+    assert [event.kind for event in GroundTruth.of(recording, LABELS, "it").events] == ["pinch"]
 
 
 def test_first_contact_comes_shortly_before_the_onset() -> None:
     recording = played()
-    known = know(recording, LABELS, "it")
+    known = GroundTruth.of(recording, LABELS, "it")
     early = np.array([e.onset_s for e in known.events]) - np.array(known.contact_s)
     assert np.isfinite(early).all()
     assert early.min() >= 0.0
@@ -58,7 +58,7 @@ def test_first_contact_comes_shortly_before_the_onset() -> None:
 
 def test_who_did_not_say_when_first_contact_was_is_not_asked() -> None:
     label = [0, 1, 1, 0]
-    known = know(of(np.full((4, 2, 2), 40.0), label=label), LABELS, "it")
+    known = GroundTruth.of(of(np.full((4, 2, 2), 40.0), label=label), LABELS, "it")
     assert np.isnan(known.contact_s).all()
 
 
@@ -66,22 +66,22 @@ def test_labels_are_counted_as_the_bundle_counts_them() -> None:
     recording = of(
         np.full((3, 2, 2), 40.0), origin(2, 2, labels=("null", "pinch")), label=[0, 1, -1]
     )
-    assert know(recording, LABELS, "it").label.tolist() == [0, 2, -1]
+    assert GroundTruth.of(recording, LABELS, "it").label.tolist() == [0, 2, -1]
 
 
 def test_a_gesture_that_the_bundle_does_not_know_is_one_sentence() -> None:
     about = origin(2, 2, labels=("null", "press", "wave"))
     wave = of(np.full((3, 2, 2), 40.0), about, label=[0, 2, 0])
     with pytest.raises(ValueError, match="it has the gesture 'wave', the bundle press, pinch"):
-        know(wave, LABELS, "it")
+        GroundTruth.of(wave, LABELS, "it")
     unused = of(np.full((3, 2, 2), 40.0), about, label=[0, 1, 0])
-    assert len(know(unused, LABELS, "it").events) == 1
+    assert len(GroundTruth.of(unused, LABELS, "it").events) == 1
 
 
 def test_nobody_said_anything_is_one_sentence() -> None:
     silent = of(np.full((3, 2, 2), 40.0))
     with pytest.raises(ValueError, match="has no labels"):
-        know(silent, LABELS, "it")
+        GroundTruth.of(silent, LABELS, "it")
     idle = of(np.full((3, 2, 2), 40.0), key=[0, 0, 0])
     with pytest.raises(ValueError, match="has no button labels"):
-        know(idle, LABELS, "it", "button")
+        GroundTruth.of(idle, LABELS, "it", "button")

@@ -64,7 +64,7 @@ def test_windows_at_random_are_taken_from_those_to_learn_from(data: load.Data) -
 def test_touches_are_split_as_their_frames_are(data: load.Data) -> None:
     found = touch_images.find(data.examples, averaged=True, seed=0)
     split = splits.split_windows(data, "user", seed=0)
-    parts = splits.split_touches(split, data.examples, found, seed=0)
+    parts = touch_images.split_touches(split, data.examples, found, seed=0)
     assert not parts.words
     session = data.examples.session[found.frame]
     assert set(session[parts.check]) <= set(np.flatnonzero(split.held))
@@ -81,7 +81,7 @@ def test_where_one_session_only_knows_places_its_last_touches_are_held_out(
     touch = np.where(data.examples.session[:, None] == alone, data.examples.touch, np.nan)
     examples = replace(data.examples, touch=touch.astype(np.float32))
     found = touch_images.find(examples, averaged=True, seed=0)
-    parts = splits.split_touches(split, examples, found, seed=0)
+    parts = touch_images.split_touches(split, examples, found, seed=0)
     assert "the last 6th of the touches is held out" in parts.words
     assert len(parts.check)
     learned = [*parts.train, *parts.random]
@@ -93,7 +93,7 @@ def test_places_are_held_out_with_all_touches_nearest_to_them(data: load.Data) -
     found = touch_images.find(data.examples, averaged=True, seed=0)
     split = splits.split_windows(data, "site", seed=0)
     assert split.held.sum() == 1  # gestures go by sessions all the same
-    parts = splits.split_touches(split, data.examples, found, seed=0)
+    parts = touch_images.split_touches(split, data.examples, found, seed=0)
     sites = [
         {tuple(site) for site in np.rint(found.place[part]).tolist()}
         for part in (parts.check, np.concatenate([parts.train, parts.random]))
@@ -147,32 +147,23 @@ def read(folder: Path, **options: Any) -> load.Data:
     return load.read([folder], DEFAULT, "auto", lambda _: None, **options)
 
 
-def test_a_recording_that_runs_at_another_rate_is_left_out_and_said(tmp_path: Path) -> None:
-    write(tmp_path / "0.npz", 0)
-    slow = write(tmp_path / "1.npz", 1, slow=True)
-    found = read(tmp_path)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
-    assert found.notes == (f"{slow} is left out: {SLOW}",)
-
-
-def test_a_recording_that_fails_the_check_is_taken_if_all_are_asked_for(tmp_path: Path) -> None:
-    write(tmp_path / "0.npz", 0)
-    slow = write(tmp_path / "1.npz", 1, slow=True)
-    found = read(tmp_path, every=True)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz", "1.npz"]
-    assert found.notes == (f"{slow} is taken although it failed the check: {SLOW}",)
-
-
-def test_a_recording_whose_labels_are_all_repaired_away_is_left_out_and_said(
-    tmp_path: Path,
+@pytest.mark.parametrize(
+    ("change", "every", "taken", "note"),
+    [
+        ("slow", False, ["0.npz"], f"is left out: {SLOW}"),
+        ("slow", True, ["0.npz", "1.npz"], f"is taken although it failed the check: {SLOW}"),
+        ("unfelt", False, ["0.npz"],
+         "is left out: the sensor shows no touch where its button labels are"),
+    ],
+)  # fmt: skip
+def test_a_recording_that_is_left_out_is_noted_and_taken_if_all_are_asked_for(
+    change: str, every: bool, taken: list[str], note: str, tmp_path: Path
 ) -> None:
     write(tmp_path / "0.npz", 0)
-    unfelt = write(tmp_path / "1.npz", 1, unfelt=True)
-    found = read(tmp_path)
-    assert [Path(row.path).name for row in found.rows] == ["0.npz"]
-    assert found.notes == (
-        f"{unfelt} is left out: the sensor felt no touch where its button labels are",
-    )
+    other = write(tmp_path / "1.npz", 1, **{change: True})
+    found = read(tmp_path, every=every)
+    assert [Path(row.path).name for row in found.rows] == taken
+    assert found.notes == (f"{other} {note}",)
 
 
 def test_where_all_recordings_are_left_out_the_error_says_which_and_why(tmp_path: Path) -> None:

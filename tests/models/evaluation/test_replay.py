@@ -10,7 +10,7 @@ from controller.bundles.inference.networks import Recognizer
 from controller.recognition.event_metric import Answer
 from controller.recognition.pipeline import Pipeline
 from controller.recordings.recording import RecordingError
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from tests.support.recordings import of, origin, played
 
@@ -22,8 +22,8 @@ NETWORKS = replay.Batched(SHIPPED)
 @pytest.mark.parametrize("preset", ["nominal", "paper-snr"])
 def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) -> None:
     recording = played(preset, seed=1, minutes=1.5)
-    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
-    pipeline = Pipeline(SHIPPED, Recognizer(SHIPPED), SHIPPED.mapping)
+    stream = replay.run(SHIPPED, NETWORKS, recording, GroundTruth.of(recording, LABELS, "it"))
+    pipeline = Pipeline(SHIPPED.settings, Recognizer(SHIPPED), SHIPPED.mapping)
     steps = [
         pipeline.step(frame, float(t))
         for frame, t in zip(recording.frames, recording.t, strict=True)
@@ -40,7 +40,7 @@ def test_a_recording_played_at_once_is_what_the_device_makes_of_it(preset: str) 
 
 def test_without_places_the_answers_are_the_same() -> None:
     recording = played("nominal", seed=1, minutes=1.5)
-    known = know(recording, LABELS, "it")
+    known = GroundTruth.of(recording, LABELS, "it")
     whole = replay.run(SHIPPED, NETWORKS, recording, known)
     inputs = replay.network_inputs(recording.frames, SHIPPED.preprocess)
     answers = NETWORKS.probabilities(inputs.windows)
@@ -52,7 +52,7 @@ def test_without_places_the_answers_are_the_same() -> None:
 
 def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
     recording = of(np.full((5, 5, 5), 40.0), label=[0] * 5)
-    stream = replay.run(SHIPPED, NETWORKS, recording, know(recording, LABELS, "it"))
+    stream = replay.run(SHIPPED, NETWORKS, recording, GroundTruth.of(recording, LABELS, "it"))
     assert not stream.ready.any()
     assert (stream.probabilities[:, 0] == 1.0).all()
     assert stream.answers == ()
@@ -61,7 +61,7 @@ def test_a_recording_shorter_than_a_window_is_certainly_null() -> None:
 def test_a_recording_of_another_sensor_is_refused() -> None:
     small = of(np.full((30, 4, 5), 40.0), label=[0] * 30)
     with pytest.raises(RecordingError, match="4×5 sensor"):
-        replay.run(SHIPPED, NETWORKS, small, know(small, LABELS, "it"))
+        replay.run(SHIPPED, NETWORKS, small, GroundTruth.of(small, LABELS, "it"))
     other = of(np.full((30, 5, 5), 40.0), origin(unit="counts"), label=[0] * 30)
     with pytest.raises(RecordingError, match="counts"):
         replay.refuse(other, SHIPPED)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.data.examples import Examples
 from models.evaluation import scores
+from tests.support.model_commands import examples
 
 
 @given(hot=st.floats(0.4, 3.0), seed=st.integers(0, 2**32 - 1))
@@ -39,20 +39,6 @@ def test_calibration_is_the_distance_of_confidence_from_accuracy() -> None:
     assert (round(confidence, 9), accuracy, windows) == (0.75, 0.5, 100)
 
 
-def examples(label: list[int], session: list[int]) -> Examples:
-    """Frames of which only classes and sessions matter."""
-    count = len(label)
-    return Examples(
-        np.ones((count, 1, 1), dtype=np.float32),
-        np.array(label),
-        np.full((count, 2), np.nan, dtype=np.float32),
-        np.arange(count),
-        np.array(session, dtype=np.int32),
-        np.zeros(count, dtype=np.float32),
-        1,
-    )
-
-
 def test_an_event_is_named_by_its_mean_probability_and_null_has_no_vote() -> None:
     found = examples([0, 1, 1, 1, 0, 2, -1, 2, 2], [0] * 7 + [0, 1])
     sure = np.eye(3)
@@ -69,7 +55,7 @@ def test_an_event_is_named_by_its_mean_probability_and_null_has_no_vote() -> Non
 def test_honest_and_random_scores_stand_side_by_side_with_their_gap() -> None:
     found = examples([0, 1, 0, 1, 0, 1, 0, 1], [0, 0, 0, 0, 1, 1, 1, 1])
     check, random = np.array([4, 5, 6, 7]), np.array([0, 1])
-    honesty = scores.honest_share(
+    honesty = scores.score_windows(
         found, (check, np.array([0, 1, 0, 0])), (random, np.array([0, 1])), classes=5
     )
     assert (honesty.unseen, honesty.random, honesty.gap) == (0.75, 1.0, 0.25)

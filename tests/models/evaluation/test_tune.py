@@ -15,11 +15,12 @@ from controller.recognition.event_metric import Answer, Score, judge
 from controller.recordings import writer
 from controller.recordings.recording import Recording
 from models.__main__ import main
-from models.data.ground_truth import know
+from models.data.ground_truth import GroundTruth
 from models.evaluation import replay
 from models.evaluation.tune import Goal, choose, front, tune
 from models.reports import markdown, tables, terminal_plot
 from models.results.evaluation import Point, Tuning
+from tests.support.model_commands import refused
 from tests.support.recordings import of, origin, played
 
 PATH = bundle.default_path()
@@ -86,7 +87,7 @@ def found() -> Tuning:
 def _streams() -> list[replay.Stream]:
     networks = replay.Batched(SHIPPED)
     recordings = [played(preset, seed=2) for preset in ("nominal", "paper-snr")]
-    return [replay.run(SHIPPED, networks, r, know(r, LABELS, "it")) for r in recordings]
+    return [replay.run(SHIPPED, networks, r, GroundTruth.of(r, LABELS, "it")) for r in recordings]
 
 
 def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) -> None:
@@ -94,10 +95,10 @@ def test_a_point_is_what_the_debouncer_gives_at_these_thresholds(found: Tuning) 
         total, chosen = Score(), point.settings
         for stream in _streams():
             debouncer = Debouncer(LABELS, chosen)
-            steps = zip(stream.known.t.tolist(), stream.probabilities, strict=True)
+            steps = zip(stream.truth.t.tolist(), stream.probabilities, strict=True)
             fired = [(t, debouncer.step(p)) for t, p in steps]
             answers = [Answer(t, label) for t, label in fired if label]
-            total.add(judge(stream.known.events, answers))
+            total.add(judge(stream.truth.events, answers))
         assert point.recall == total.recall
         assert point.f1 == total.f1
         assert point.latency_s == pytest.approx(np.median(total.latencies_s), abs=1e-4)
@@ -116,7 +117,7 @@ def test_the_front_is_drawn_in_a_terminal_of_eighty_columns(found: Tuning) -> No
 
 def test_streams_without_gestures_are_refused() -> None:
     idle = of(np.full((30, 5, 5), 40.0), label=[0] * 30)
-    known = know(idle, LABELS, "it")
+    known = GroundTruth.of(idle, LABELS, "it")
     stream = replay.run(SHIPPED, replay.Batched(SHIPPED), idle, known)
     with pytest.raises(ValueError, match="no gestures"):
         tune("x.orb", LABELS, DebounceSettings(), [stream], Goal())
@@ -164,10 +165,7 @@ def test_seeds_that_are_for_tests_are_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     writer.write_beside(tmp_path / "one.npz", writer.pack(played("nominal", seed=3)))
-    assert main(["tune", str(PATH), str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert "for tests only" in error
-    assert error.count("\n") == 1
+    assert "for tests only" in refused(capsys, "tune", PATH, tmp_path)
 
 
 def test_recordings_of_another_sensor_are_refused_in_one_sentence(

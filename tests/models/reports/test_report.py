@@ -13,11 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from markupsafe import Markup
 
-from models import formatting, json_values
+from models import formatting
 from models.reports import figures, page, sections, tables
 from models.reports.page import ReportData, Section
+from models.results import storage
 from models.results.evaluation import LocationFigures
-from models.results.training import Calibration, ClassRow, Epoch, Honesty, Lateness
+from models.results.training import Calibration, ClassRow, Epoch, HeldOutScore, Lateness
 from tests.support.report_results import (
     LABELS,
     WHOLE,
@@ -122,7 +123,7 @@ def test_where_the_unseen_sessions_are_easier_nobody_is_told_of_a_leak() -> None
 
 def test_what_could_not_be_had_is_a_dash_and_never_nan() -> None:
     nothing = Lateness()
-    nan = Honesty(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
+    nan = HeldOutScore(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0, 0)
     gesture, location = training().gesture, training().location
     assert gesture is not None
     assert location is not None
@@ -228,11 +229,11 @@ def test_a_bundle_judged_on_what_it_learned_from_is_told_so() -> None:
 
 
 def test_a_page_of_an_older_version_still_gives_its_tuning_back() -> None:
-    plain = json_values.plain(WHOLE)
+    plain = storage.plain(WHOLE)
     points = [plain["tuning"]["before"], plain["tuning"]["chosen"], *plain["tuning"]["front"]]
     for point in points:  # the settings once stood among the figures
         point.update(point.pop("settings"))
-    assert json_values.read(ReportData, plain).tuning == tuning()
+    assert storage.from_plain(ReportData, plain).tuning == tuning()
 
 
 def test_drawings_are_the_same_every_time_and_take_the_colours_of_the_page() -> None:

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from models.results.storage import UserFileError
 from models.studies.information import channel, games
-from models.user_files import UserFileError
 
 LN2 = math.log(2)
 

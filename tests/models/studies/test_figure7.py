@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from models.reports import markdown
 from models.studies.figure7 import report
 from tests.support import ROOT
 
@@ -34,20 +35,18 @@ def test_the_papers_protocol_and_ours_stand_in_one_row() -> None:
 
 
 def test_tables_go_between_their_marks_and_nowhere_else() -> None:
-    found: dict[str, Any] = {"parts": {}, "labels": {}}
-    page = f"before {report.BEGIN} old {report.END} after"
-    once = report.into(page, found)
-    assert once.startswith(f"before {report.BEGIN}")
-    assert once.endswith(f"{report.END} after")
-    assert "old" not in once
-    assert report.into(once, found) == once
+    page = "before <!-- models figures --> old <!-- so far models figures --> after"
+    once = markdown.between(page, report.COMMAND, "new")
+    assert once == page.replace(" old ", "\n\nnew\n\n")
+    assert markdown.between(once, report.COMMAND, "new") == once
     with pytest.raises(ValueError, match="no place"):
-        report.into("no marks", found)
+        markdown.between("no marks", report.COMMAND, "new")
 
 
 def test_the_documentation_shows_what_was_measured() -> None:
     page = (ROOT / "docs/paper.md").read_text(encoding="utf-8")
-    assert report.into(page, json.loads(MEASURED.read_text(encoding="utf-8"))) == page
+    found = json.loads(MEASURED.read_text(encoding="utf-8"))
+    assert markdown.between(page, report.COMMAND, report.text(found)) == page
 
 
 @pytest.mark.train

@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 
 import tests.support.synthetic_people as look_alike
 from controller.recordings import import_description, importer
-from models import json_values
 from models.data import splits
-from models.data.examples import Examples
+from models.data.examples import Examples, run_starts
+from models.results import storage
 from models.studies import fold_card, fold_statistics, trajectory_baseline
 from models.studies.fold_statistics import Windows
 from tests.support import ROOT
+from tests.support.model_commands import examples
 
 WINDOW = 3
 DESCRIPTION = ROOT / "docs" / "people" / "capfingerid.toml"
@@ -33,7 +34,7 @@ def test_everybody_is_judged_once_and_nobody_who_is_judged_is_chosen_by(
     )
     judged: list[int] = []
     for fold in splits.by_group(ends, WINDOW, person, count):
-        inner = splits.within(fold, ends, WINDOW, person)
+        inner = fold_statistics.within(fold, ends, WINDOW, person)
         now = set(person[ends[fold.test]])
         learned, chosen = set(person[ends[inner.train]]), set(person[ends[inner.test]])
         assert learned
@@ -50,14 +51,15 @@ def test_a_fold_that_learns_from_one_person_has_nobody_to_choose_on() -> None:
     ends = np.array([2, 3, 4, 7, 8, 9])
     fold = splits.by_group(ends, WINDOW, person)[0]
     with pytest.raises(ValueError, match="nobody to choose on"):
-        splits.within(fold, ends, WINDOW, person)
+        fold_statistics.within(fold, ends, WINDOW, person)
 
 
 def test_a_stretch_ends_where_a_frame_is_missed_or_another_class_begins() -> None:
     ends = np.array([4, 5, 6, 8, 9, 10, 11])
     label = np.array([1, 1, 1, 1, 1, 2, 2])
     session = np.array([0, 0, 0, 0, 0, 0, 1])
-    assert fold_statistics.stretches(ends, label, session).tolist() == [0, 0, 0, 1, 1, 2, 3]
+    starts = run_starts(ends, label, session, gap=1)
+    assert (np.cumsum(starts) - 1).tolist() == [0, 0, 0, 1, 1, 2, 3]
 
 
 def rowed() -> Windows:
@@ -130,16 +132,12 @@ def test_the_report_names_everybody_and_json_has_no_nan() -> None:
     assert "| ada | 1.000 |" in told
     assert "+100.0 points (+100.0 … +100.0) | +100.0" in told
     assert "better for 3 of 3 people" in told
-    assert json.loads(json_values.text(asdict(found)))["models"][0]["cpu_s"] is None
+    assert json.loads(storage.json_text(asdict(found)))["models"][0]["cpu_s"] is None
 
 
 def windowed(images: np.ndarray) -> Examples:
     """Two windows of these six images."""
-    empty = np.zeros(6)
-    return Examples(
-        images, empty.astype(np.int64), np.full((6, 2), np.nan, dtype=np.float32),
-        np.array([2, 5]), empty.astype(np.int32), empty.astype(np.float32), WINDOW,
-    )  # fmt: skip
+    return examples([0] * 6, images=images, ends=[2, 5], window=WINDOW)
 
 
 X, Y = slice(0, WINDOW), slice(WINDOW, 2 * WINDOW)

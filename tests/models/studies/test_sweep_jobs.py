@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import models.studies.sweep
-from models.data import hold_out
-from models.data.hold_out import HoldOut
+from models.data import splits
+from models.data.splits import HoldOut
 from models.studies.sweep import run
 from models.studies.sweep.plan import Job, Plan, parse
 from models.studies.sweep.run import Answer, Sweep
@@ -109,7 +109,7 @@ def test_fewer_people_are_among_the_more_and_nobody_held_out_is_learned_from(
     session = np.arange(20)
 
     def chosen(count: int) -> set[int]:
-        mask = hold_out.learned(user, session, tested, count, 0, seed)
+        mask = splits.learned(user, session, tested, count, 0, seed)
         assert not (mask & tested).any()
         return set(user[mask].tolist())
 
@@ -120,12 +120,12 @@ def test_fewer_people_are_among_the_more_and_nobody_held_out_is_learned_from(
 def test_of_each_person_the_first_sessions_are_learned_from() -> None:
     user, session = np.repeat(np.arange(3), 3), np.arange(9)
     tested = user == 2
-    assert hold_out.learned(user, session, tested, 0, 2, 0).tolist() == [
+    assert splits.learned(user, session, tested, 0, 2, 0).tolist() == [
         True, True, False, True, True, False, False, False, False,
     ]  # fmt: skip
     for amounts, wanted in (((9, 0), "9 users"), ((0, 9), "9 sessions")):
         with pytest.raises(ValueError, match=wanted):
-            hold_out.learned(user, session, tested, *amounts, 0)
+            splits.learned(user, session, tested, *amounts, 0)
 
 
 def test_results_are_the_same_bytes_in_whatever_order_they_come(

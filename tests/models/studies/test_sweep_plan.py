@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from models.cli.sweep import EXAMPLES
-from models.data.hold_out import HoldOut
+from models.data.recipe import DEFAULT
+from models.data.splits import HoldOut
 from models.studies.sweep import plan
 from models.studies.sweep.plan import Plan, PlanError
 from tests.support import ROOT
+from tests.support.model_commands import refused
+
+OWN = DEFAULT.gesture
 
 
 def parsed(text: str) -> Plan:
@@ -131,6 +135,11 @@ def test_who_is_told_apart_is_judged_on_other_days_of_their_own() -> None:
          "simulations have such an axis"),
         (f"[axes]\nseed = {list(range(1000))}\nusers = {list(range(1, 9))}\nminutes = "
          f"{list(range(1, 90))}", "line 1: [axes]: these are 3,560,000 trainings"),
+        ("[train]\ngesture.rat = 1", "did you mean 'gesture.rate'?"),
+        ("[train]\ngesture.rate = 'fast'", f'a number, such as {OWN.rate}, found "fast"'),
+        ("[train]\ngesture.channels = [1]", f"a row, such as {list(OWN.channels)}, found [1]"),
+        ("[train]\ngesture.batch = 1.5", f"a whole number, such as {OWN.batch}, found 1.5"),
+        ("[train]\ngesture.strides = 1", "expected true or false, such as "),
         ("[axes\n", "people.toml, line 1: "),
     ],
 )  # fmt: skip
@@ -152,10 +161,7 @@ def test_a_file_that_is_not_there_or_is_no_text_is_one_sentence(tmp_path: Path) 
 def test_the_command_refuses_in_one_sentence_what_it_cannot_mean(
     command: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from models.__main__ import main
-
-    assert main(command) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert refused(capsys, *command)
 
 
 def test_the_command_prints_a_file_to_begin_with(capsys: pytest.CaptureFixture[str]) -> None:
@@ -176,12 +182,9 @@ def test_what_is_not_installed_is_asked_for_by_its_extra(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from models.__main__ import main
-    from models.cli import _extras as extras
+    from models.cli import _options as options
 
     found: Callable[[str], object] = lambda name: None if name == missing else object()  # noqa: E731
-    monkeypatch.setattr(extras, "find_spec", found)
-    assert main(["sweep", "x.toml", "--cluster", "127.0.0.1:1"]) == 2
-    error = capsys.readouterr().err
+    monkeypatch.setattr(options, "find_spec", found)
+    error = refused(capsys, "sweep", "x.toml", "--cluster", "127.0.0.1:1")
     assert f"pip install -e '.[{extra}]'" in error
-    assert error.count("\n") == 1

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support import ROOT
+from tests.support.model_commands import refused
 
 pytest.importorskip("torch", reason="needs the [train] extra")
 
@@ -66,16 +67,12 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def asked(out: Path, *words: str | Path) -> list[str | Path]:
+    return ["train", *words, "--epochs", "2", "--no-advice", "--out", out]
+
+
 def train(out: Path, *words: str | Path) -> int:
-    return main(["train", *map(str, words), "--epochs", "2", "--no-advice", "--out", str(out)])
-
-
-def refused(capsys: pytest.CaptureFixture[str], out: Path, *words: str | Path) -> str:
-    assert train(out, *words) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert not out.exists()
-    return error
+    return main([str(word) for word in asked(out, *words)])
 
 
 def test_recordings_become_a_bundle_that_the_device_accepts(data: Path, tmp_path: Path) -> None:
@@ -111,7 +108,7 @@ def test_a_bare_bundle_holds_the_gesture_network_and_nothing_else(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "my.orb"
-    assert "--bare is for gestures alone" in refused(capsys, out, data, "--bare")
+    assert "--bare is for gestures alone" in refused(capsys, *asked(out, data, "--bare"))
     assert train(out, data, "--task", "gesture", "--bare") == 0
     loaded = bundle.read(out)
     Recognizer(loaded)
@@ -161,23 +158,18 @@ def test_a_training_that_was_interrupted_gives_the_same_bytes(
     assert parts.with_suffix(".json").read_text() == whole.with_suffix(".json").read_text()
 
 
-def test_gestures_alone_borrow_the_shipped_location_where_it_fits(
-    data: Path, tmp_path: Path
+@pytest.mark.parametrize("trained", ["gesture", "location"])
+def test_a_network_alone_borrows_the_other_from_the_shipped_bundle(
+    trained: str, data: Path, tmp_path: Path
 ) -> None:
     ours = bundle.read(bundle.default_path())
-    assert train(tmp_path / "my.orb", data, "--task", "gesture", "--labels", "button") == 0
+    assert train(tmp_path / "my.orb", data, "--task", trained, "--labels", "button") == 0
     made = bundle.read(tmp_path / "my.orb")
-    assert made.location_onnx == ours.location_onnx
-    assert made.gesture_onnx != ours.gesture_onnx
-
-
-def test_places_alone_borrow_the_gestures(data: Path, tmp_path: Path) -> None:
-    ours = bundle.read(bundle.default_path())
-    assert train(tmp_path / "my.orb", data, "--task", "location") == 0
-    made = bundle.read(tmp_path / "my.orb")
-    assert made.gesture_onnx == ours.gesture_onnx
-    assert made.location_onnx != ours.location_onnx
-    assert (made.labels, made.mapping, made.debounce) == (ours.labels, ours.mapping, ours.debounce)
+    assert (made.location_onnx == ours.location_onnx) == (trained == "gesture")
+    assert (made.gesture_onnx == ours.gesture_onnx) == (trained == "location")
+    if trained == "location":
+        own = made.labels, made.mapping, made.debounce
+        assert own == (ours.labels, ours.mapping, ours.debounce)
 
 
 def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
@@ -189,8 +181,8 @@ def test_auxiliary_gestures_are_learned_beside_the_others_and_are_no_answers(
         assert main(["simulate", "--out", str(folder), *small, "--gestures", names]) == 0
     capsys.readouterr()
     out, gesture = tmp_path / "my.orb", ("--task", "gesture")
-    assert "add --task gesture" in refused(capsys, out, data, "--auxiliary", more)
-    assert "begin alike" in refused(capsys, out, other, *gesture, "--auxiliary", more)
+    assert "add --task gesture" in refused(capsys, *asked(out, data, "--auxiliary", more))
+    assert "begin alike" in refused(capsys, *asked(out, other, *gesture, "--auxiliary", more))
     assert train(out, data, *gesture, "--auxiliary", more) == 0
     made = bundle.read(out)
     Recognizer(made)
@@ -271,13 +263,14 @@ def test_what_cannot_be_done_is_one_sentence(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert sentence in refused(capsys, tmp_path / "my.orb", data, *words)
+    assert sentence in refused(capsys, *asked(tmp_path / "my.orb", data, *words))
+    assert not list(tmp_path.glob("my.*"))
 
 
 def test_a_missing_folder_is_one_sentence(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert "is no directory" in refused(capsys, tmp_path / "absent" / "x.orb", data)
+    assert "is no directory" in refused(capsys, *asked(tmp_path / "absent" / "x.orb", data))
 
 
 def test_nothing_that_shares_frames_is_on_both_sides(
@@ -290,5 +283,5 @@ def test_nothing_that_shares_frames_is_on_both_sides(
     (only / "a.npz").write_bytes(writer.pack(first))
     other = replace(first, origin=replace(first.origin, user="99", session="99"))
     (only / "b.npz").write_bytes(writer.pack(other))
-    error = refused(capsys, tmp_path / "my.orb", only, "--split", "session")
+    error = refused(capsys, *asked(tmp_path / "my.orb", only, "--split", "session"))
     assert "there is only one session" in error

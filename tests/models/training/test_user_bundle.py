@@ -12,41 +12,28 @@ import torch
 
 from controller.bundles import bundle
 from controller.bundles.inference.networks import Recognizer
-from controller.recognition.users import Users
+from controller.recognition.user_id import Users
 from models.__main__ import main
 from models.data.augment import vary_user_windows
-from models.data.examples import Examples
 from models.data.recipe import UNVARIED_USER, VARIED_USER
 from models.data.simulate import DataSet
 from models.evaluation import user_metrics
 from models.training.user_task import AFTER, UserGestures, event_means
 from tests.benchmarks.simulated_users import SimulatedUsers
+from tests.support.model_commands import examples, refused
 
 pytestmark = pytest.mark.train
 
 TWO = Users(("ann", "bob"), ("press",), temperature=1.0, accept=0.9, stay=0.98, forget_s=9.0)
 
 
-def examples(label: list[int], session: list[int] | None = None) -> Examples:
-    """Frames whose images are numbered."""
-    count = len(label)
-    images = np.broadcast_to(np.arange(count, dtype=np.float32)[:, None, None], (count, 2, 2))
-    return Examples(
-        images.copy(),
-        np.array(label),
-        np.full((count, 2), np.nan, dtype=np.float32),
-        np.arange(2, count),
-        np.array(session or [0] * count, dtype=np.int32),
-        np.zeros(count, dtype=np.float32),
-        3,
-    )
-
-
 # --- gestures and their windows -------------------------------------------------------------------
 
 
 def test_a_gesture_has_the_windows_of_its_frames_and_of_the_rest_behind_it() -> None:
-    touched = UserGestures.of(examples([0] * 5 + [1] * 3 + [0] * 9 + [2] * 2 + [0] * 2), [1, 2])
+    touched = UserGestures.of(
+        examples([0] * 5 + [1] * 3 + [0] * 9 + [2] * 2 + [0] * 2, window=3), [1, 2]
+    )
     assert touched.label.tolist() == [1, 2]
     assert touched.ends[touched.event == 0].tolist() == list(range(5, 8 + AFTER))
     assert touched.ends[touched.event == 1].tolist() == [17, 18, 19, 20]  # the recording's end
@@ -54,7 +41,7 @@ def test_a_gesture_has_the_windows_of_its_frames_and_of_the_rest_behind_it() -> 
 
 def test_gestures_in_a_row_share_no_window_and_sessions_part_them() -> None:
     label = [0, 0, 0, 1, 1, 0, 2, 2, 2, 2, 0]
-    touched = UserGestures.of(examples(label, [0] * 8 + [1] * 3), [1, 2])
+    touched = UserGestures.of(examples(label, [0] * 8 + [1] * 3, window=3), [1, 2])
     assert touched.label.tolist() == [1, 2, 2]
     assert touched.session.tolist() == [0, 0, 1]
     assert touched.ends.tolist() == [3, 4, 5, 6, 7, 8, 9, 10]
@@ -62,13 +49,15 @@ def test_gestures_in_a_row_share_no_window_and_sessions_part_them() -> None:
 
 
 def test_only_the_gestures_asked_for_tell() -> None:
-    touched = UserGestures.of(examples([0, 0, 1, 1, 0, 0, 0, 0, 2, 2]), [2])
+    touched = UserGestures.of(examples([0, 0, 1, 1, 0, 0, 0, 0, 2, 2], window=3), [2])
     assert touched.label.tolist() == [2]
     assert touched.some(np.array([False])).ends.tolist() == []
 
 
 def test_longer_windows_never_reach_into_another_recording() -> None:
-    touched = UserGestures.of(examples([0] * 3 + [1] * 3 + [0, 1, 1, 1], [0] * 6 + [1] * 4), [1])
+    touched = UserGestures.of(
+        examples([0] * 3 + [1] * 3 + [0, 1, 1, 1], [0] * 6 + [1] * 4, window=3), [1]
+    )
     longer = touched.longer(np.array([8]), 2)
     assert longer[0, :, 0, 0].tolist() == [6.0, 6.0, 6.0, 7.0, 8.0]
 
@@ -156,9 +145,12 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def asked(data: Path, out: Path, *words: str) -> list[str]:
+    return ["train", f"{data}/us", "--task", "user", "--epochs", "1", "--out", str(out), *words]
+
+
 def train(data: Path, out: Path, *words: str) -> int:
-    told = ["train", str(data / "us"), "--task", "user", "--epochs", "1", "--out", str(out)]
-    return main([*told, *words])
+    return main(asked(data, out, *words))
 
 
 def test_recordings_of_people_become_a_bundle_that_knows_them(data: Path, tmp_path: Path) -> None:
@@ -193,8 +185,7 @@ def test_people_s_own_rules_are_kept_in_the_bundle(
     meant = [known.users.mapping(who, known.mapping).command("pinch", None) for who in ("01", "02")]
     assert meant == ["drop", "hold"]
     file.write_text('[users.zoe]\npinch = "hold"\n')
-    capsys.readouterr()
-    error = refused(capsys, data, tmp_path / "x.orb", "--mapping", str(file))
+    error = refused(capsys, *asked(data, tmp_path / "x.orb", "--mapping", str(file)))
     assert "for 'zoe', but the bundle knows 01, 02" in error
 
 
@@ -204,29 +195,20 @@ def test_the_same_command_makes_the_same_network(data: Path, tmp_path: Path) -> 
     assert bundle.read(one).user_onnx == bundle.read(other).user_onnx
 
 
-def refused(capsys: pytest.CaptureFixture[str], data: Path, out: Path, *words: str) -> str:
-    assert train(data, out, *words) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert not out.exists()
-    return error
-
-
 def test_what_leaks_is_refused(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "x.orb"
     us, others = str(data / "us"), str(data / "others")
-    assert "share frames" in refused(capsys, data, out, "--split", "windows")
-    assert "session or time" in refused(capsys, data, out, "--split", "user")
-    assert main(["train", others, "--task", "user", "--out", str(out)]) == 2
-    assert "learn that day, not 01" in capsys.readouterr().err
-    assert "among the others as well" in refused(
-        capsys, data, out, "--others", f"{us}/sub-01_ses-01_run-01.npz"
-    )
-    assert "there is no gesture 'wave'" in refused(capsys, data, out, "--gestures", "wave")
-    assert main(["train", us, "--others", others, "--out", str(out)]) == 2
-    assert "add --task user" in capsys.readouterr().err
+    assert "share frames" in refused(capsys, *asked(data, out, "--split", "windows"))
+    assert "session or time" in refused(capsys, *asked(data, out, "--split", "user"))
+    plain = ("--task", "user", "--out", out)
+    assert "learn that day, not 01" in refused(capsys, "train", others, *plain)
+    known = f"{us}/sub-01_ses-01_run-01.npz"
+    assert "among the others as well" in refused(capsys, *asked(data, out, "--others", known))
+    assert "there is no gesture 'wave'" in refused(capsys, *asked(data, out, "--gestures", "wave"))
+    assert "add --task user" in refused(capsys, "train", us, "--others", others, "--out", out)
+    assert not out.exists()
 
 
 def test_what_cannot_be_learned_is_told_before_anything_is(
@@ -234,8 +216,8 @@ def test_what_cannot_be_learned_is_told_before_anything_is(
 ) -> None:
     out, empty = tmp_path / "x.orb", tmp_path / "empty"
     empty.mkdir()
-    assert "empty holds nothing" in refused(capsys, data, out, "--others", str(empty))
-    told = refused(capsys, data, out, "--others", str(data / "us"))
+    assert "empty holds nothing" in refused(capsys, *asked(data, out, "--others", str(empty)))
+    told = refused(capsys, *asked(data, out, "--others", str(data / "us")))
     assert "all recordings are of --others" in told
     small = ["--users", "2", "--minutes", "1", "--gestures", "twist_cw,swipe", "--workers", "1"]
     assert main(["simulate", "--out", str(tmp_path / "new"), *small]) == 0

@@ -8,8 +8,7 @@ from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.modes import MODES
 from tetris.engine.pieces import Piece
-from tetris.history.bot_game import play
-from tetris.history.replay import Player, Recorder
+from tetris.history.replay import Player, Recorder, play_bot
 
 
 def test_it_tucks_a_piece_under_an_overhang() -> None:
@@ -81,7 +80,7 @@ def test_a_dear_action_makes_a_near_landing_win() -> None:
 def test_it_plays_on_a_narrow_and_low_board_with_other_kicks() -> None:
     config = Config(columns=6, rows=9, kicks="srs+", randomiser="uniform", start_level=5)
     recorder = Recorder(3, config)
-    play(recorder, beam_search.plan, pieces=60)
+    play_bot(recorder, beam_search.plan, pieces=60)
     assert recorder.game.pieces_placed == 60
 
 
@@ -107,7 +106,7 @@ def test_it_clears_more_lines_than_the_bot_that_looks_one_piece_ahead() -> None:
 
     def lines(planner: object, seed: int) -> int:
         recorder = Recorder(seed, config)
-        play(recorder, planner, pieces=120)  # type: ignore[arg-type]
+        play_bot(recorder, planner, pieces=120)  # type: ignore[arg-type]
         return recorder.game.lines
 
     for seed in range(3):
@@ -123,7 +122,7 @@ def test_a_hint_is_the_strongest_bots_plan() -> None:
 @pytest.mark.parametrize("name", ["dig", "orb", "sprint"])
 def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
     recorder = Recorder(9, MODES[name].config(seed=9), name)
-    events = play(recorder, greedy.plan, pieces=30, action_s=0.05)
+    events = play_bot(recorder, greedy.plan, pieces=30, action_s=0.05)
     assert recorder.game.pieces_placed == 30
     player = Player(recorder.replay())
     assert player.first_events + player.advance(1e9) == events
@@ -131,6 +130,6 @@ def test_a_bot_plays_a_mode_through_inputs_that_replay(name: str) -> None:
 
 def test_a_generation_delay_is_waited_for() -> None:
     recorder = Recorder(9, Config(generation_delay_s=0.2))
-    play(recorder, greedy.plan, pieces=5)
+    play_bot(recorder, greedy.plan, pieces=5)
     assert recorder.game.pieces_placed == 5
     assert recorder.time_s == pytest.approx(0.8)

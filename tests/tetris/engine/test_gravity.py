@@ -103,12 +103,6 @@ def test_a_hard_drop_locks_at_once_and_pays_two_points_a_row() -> None:
 # -- lock delay ----------------------------------------------------------------------------
 
 
-def test_a_grounded_piece_locks_after_half_a_second() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    assert not of(game.update(0.499), Locked)
-    assert of(game.update(0.501), Locked)
-
-
 def test_a_shift_says_where_to() -> None:
     game = game_with("", Piece("O", 4, 5))
     moved = of(game.update(0.1, [Action.LEFT, Action.RIGHT]), Moved)
@@ -118,26 +112,23 @@ def test_a_shift_says_where_to() -> None:
     ]
 
 
-def test_a_shift_restarts_the_lock_delay() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    game.update(0.4, [Action.LEFT])
-    game.update(0.8, [Action.RIGHT])
-    assert not of(game.update(1.299), Locked)
-    assert of(game.update(1.301), Locked)
-
-
-def test_a_shift_onto_a_block_starts_the_lock_delay() -> None:
-    game = game_with("....J.....", Piece("O", 2, 1))
-    game.update(0.4, [Action.RIGHT])
-    assert not of(game.update(0.899), Locked)
-    assert of(game.update(0.901), Locked)
-
-
-def test_a_turn_onto_a_block_starts_the_lock_delay() -> None:
-    game = game_with("J.........\n..........", Piece("T", 0, 1, 1))
-    game.update(0.4, [Action.ROTATE_CW])
-    assert not of(game.update(0.899), Locked)
-    assert of(game.update(0.901), Locked)
+@pytest.mark.parametrize(
+    ("picture", "piece", "inputs", "locks_s"),
+    [
+        ("", Piece("T", 3, -1), {}, 0.5),  # lies on the ground
+        ("", Piece("T", 3, -1), {0.4: Action.LEFT, 0.8: Action.RIGHT}, 1.3),  # each restarts
+        ("....J.....", Piece("O", 2, 1), {0.4: Action.RIGHT}, 0.9),  # onto a block
+        ("J.........\n..........", Piece("T", 0, 1, 1), {0.4: Action.ROTATE_CW}, 0.9),
+    ],
+)
+def test_a_piece_locks_half_a_second_after_its_last_move_on_the_ground(
+    picture: str, piece: Piece, inputs: dict[float, Action], locks_s: float
+) -> None:
+    game = game_with(picture, piece)
+    for time_s, action in inputs.items():
+        game.update(time_s, [action])
+    assert not of(game.update(locks_s - 0.001), Locked)
+    assert of(game.update(locks_s + 0.001), Locked)
 
 
 def shuffle(game: Game, shifts: int) -> list[Event]:
@@ -145,16 +136,11 @@ def shuffle(game: Game, shifts: int) -> list[Event]:
     return game.update(0.0, actions[:shifts])
 
 
-def test_the_fifteenth_shift_on_the_ground_leaves_no_delay() -> None:
+@pytest.mark.parametrize(("shifts", "locked"), [(14, False), (15, True)])
+def test_the_fifteenth_shift_on_the_ground_leaves_no_delay(shifts: int, locked: bool) -> None:
     game = game_with("", Piece("T", 3, -1))
-    assert not of(shuffle(game, 15), Locked)
-    assert of(game.update(0.001), Locked)
-
-
-def test_after_fourteen_shifts_there_is_still_delay() -> None:
-    game = game_with("", Piece("T", 3, -1))
-    shuffle(game, 14)
-    assert not of(game.update(0.001), Locked)
+    assert not of(shuffle(game, shifts), Locked)
+    assert bool(of(game.update(0.001), Locked)) is locked
 
 
 @pytest.mark.parametrize(("turns", "locked"), [(14, False), (15, True)])

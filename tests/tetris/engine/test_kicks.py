@@ -6,8 +6,9 @@ fewest blocks that make it the place in its title.
 
 import pytest
 
-from tetris.engine import moves
+from tests.support.tetris_games import rotated
 from tetris.engine.board import Board
+from tetris.engine.events import Action
 from tetris.engine.kicks import Kicks
 from tetris.engine.pieces import KINDS, Kind, Piece
 
@@ -120,7 +121,7 @@ def entered(rows: list[str]) -> Piece:
 @pytest.mark.parametrize("title", DRAWINGS)
 def test_a_turn_takes_the_first_free_place_of_five(title: str) -> None:
     before, after = halves(DRAWINGS[title])
-    turned = moves.rotated(blocks(before).bits, entered(before), moves.CW)
+    turned = rotated(blocks(before).bits, entered(before))
     assert turned is not None
     piece, kick = turned
     assert set(piece.cells) == cells(after)
@@ -132,8 +133,8 @@ def test_in_a_mirror_the_guideline_turns_all_but_i_alike_and_srs_plus_i_too(titl
     table: Kicks = "srs+" if title[0] == "i" else "srs"
     before, _ = halves(DRAWINGS[title])
     mirror = [row[::-1].replace("l", "j") for row in before]  # l is j in a mirror
-    clockwise = moves.rotated(blocks(before).bits, entered(before), moves.CW, table)
-    other = moves.rotated(blocks(mirror).bits, entered(mirror), moves.CCW, table)
+    clockwise = rotated(blocks(before).bits, entered(before), kicks=table)
+    other = rotated(blocks(mirror).bits, entered(mirror), Action.ROTATE_CCW, table)
     assert clockwise is not None
     assert other is not None
     assert {(COLUMNS - 1 - x, y) for x, y in clockwise[0].cells} == set(other[0].cells)
@@ -141,4 +142,4 @@ def test_in_a_mirror_the_guideline_turns_all_but_i_alike_and_srs_plus_i_too(titl
 
 def test_where_all_five_are_taken_there_is_no_turn() -> None:
     shaft = blocks(["#.####"] * 6)
-    assert moves.rotated(shaft.bits, Piece("I", -1, 0, turn=1), moves.CW) is None
+    assert rotated(shaft.bits, Piece("I", -1, 0, turn=1)) is None

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.tetris_games import rotated
 from tetris.engine import moves
 from tetris.engine.board import Board
 from tetris.engine.events import Locked, Rotated
@@ -157,7 +158,7 @@ def test_only_t_spins_count() -> None:
 
 
 def test_an_upright_i_at_the_wall_kicks_away_from_it() -> None:
-    turned = moves.rotated(Board().bits, Piece("I", x=-2, y=5, turn=1), moves.CW)
+    turned = rotated(Board().bits, Piece("I", x=-2, y=5, turn=1))
     assert turned == (Piece("I", x=0, y=5, turn=2), 2)
 
 
@@ -171,7 +172,7 @@ def test_a_turn_with_no_room_for_any_kick_is_refused() -> None:
         JJJJ.JJJJJ
         JJJJ.JJJJJ
     """)
-    assert moves.rotated(board.bits, Piece("I", x=2, y=0, turn=1), moves.CW) is None
+    assert rotated(board.bits, Piece("I", x=2, y=0, turn=1)) is None
 
 
 @pytest.mark.parametrize(("dx", "free"), [(-1, False), (1, True)])

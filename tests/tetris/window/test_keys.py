@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tetris.engine.game import Action
 from tetris.window import bindings
 from tetris.window.keys import DueAction, Keys
-from tetris.window.menu_navigation import MenuStep, Repeater
+from tetris.window.menu import MenuStep, Repeater
 from tetris.window.pads import Pads, Press
 
 LEFT, RIGHT = Action.LEFT, Action.RIGHT
@@ -17,8 +17,13 @@ LEFT, RIGHT = Action.LEFT, Action.RIGHT
 # -- keys ----------------------------------------------------------------------------------
 
 
+def hands(das_s: float = 0.167, arr_s: float = 0.033, drop_guard: bool = False) -> Keys:
+    table = bindings.table(bindings.KEYS)
+    return Keys(table, das_s=das_s, arr_s=arr_s, drop_guard=drop_guard)
+
+
 def test_a_key_acts_once_when_it_is_pressed() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_UP, 0.0)
     keys.press(pygame.K_SPACE, 0.01)
     assert keys.poll(0.02) == [Action.ROTATE_CW, Action.HARD_DROP]
@@ -26,7 +31,7 @@ def test_a_key_acts_once_when_it_is_pressed() -> None:
 
 
 def test_a_held_shift_repeats_after_167_ms_and_then_every_33_ms() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_LEFT, 0.0)
     assert keys.poll(0.166) == [LEFT]
     assert keys.poll(0.168) == [LEFT]
@@ -38,7 +43,7 @@ def test_a_held_shift_repeats_after_167_ms_and_then_every_33_ms() -> None:
 
 
 def test_repeats_between_two_frames_are_not_lost_and_keep_their_moments() -> None:
-    keys = Keys(das_s=0.125, arr_s=0.0625)
+    keys = hands(das_s=0.125, arr_s=0.0625)
     keys.press(pygame.K_LEFT, 0.0)
     keys.release(pygame.K_LEFT, 0.1875)
     assert keys.due(0.5) == [
@@ -49,7 +54,7 @@ def test_repeats_between_two_frames_are_not_lost_and_keep_their_moments() -> Non
 
 
 def test_of_two_held_directions_the_later_rules_and_the_other_then_starts_afresh() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_LEFT, 0.0)
     keys.press(pygame.K_RIGHT, 0.1)
     assert keys.poll(0.26) == [LEFT, RIGHT]
@@ -60,14 +65,14 @@ def test_of_two_held_directions_the_later_rules_and_the_other_then_starts_afresh
 
 
 def test_without_a_repeat_time_a_held_direction_reaches_any_wall_at_once() -> None:
-    keys = Keys(das_s=0.1, arr_s=0.0)
+    keys = hands(das_s=0.1, arr_s=0.0)
     keys.press(pygame.K_LEFT, 0.0)
     assert keys.poll(0.05) == [LEFT]
     assert keys.poll(0.11) == [LEFT] * 9
 
 
 def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_DOWN, 0.0)
     assert keys.poll(0.0) == [Action.DOWN]
     assert keys.soft_drop
@@ -76,7 +81,7 @@ def test_held_down_is_one_row_and_then_a_soft_drop() -> None:
 
 
 def test_a_hard_drop_can_be_guarded_while_a_direction_is_held() -> None:
-    keys = Keys(drop_guard=True)
+    keys = hands(drop_guard=True)
     keys.press(pygame.K_LEFT, 0.0)
     keys.press(pygame.K_SPACE, 0.01)
     assert keys.poll(0.02) == [LEFT]
@@ -87,7 +92,7 @@ def test_a_hard_drop_can_be_guarded_while_a_direction_is_held() -> None:
 
 
 def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_LEFT, 0.0)
     keys.press(pygame.K_DOWN, 0.0)
     keys.release_all()
@@ -96,13 +101,13 @@ def test_a_window_that_loses_the_focus_lets_go_of_everything() -> None:
 
 
 def test_what_is_held_is_known_for_the_next_piece() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_z, 0.0)
     assert keys.held == {Action.ROTATE_CCW}
 
 
 def test_each_action_knows_what_was_held_at_its_moment_and_not_what_came_after() -> None:
-    keys = Keys()
+    keys = hands()
     keys.press(pygame.K_SPACE, 0.0)
     keys.press(pygame.K_UP, 0.0)
     keys.release(pygame.K_SPACE, 0.0)
@@ -123,14 +128,14 @@ def test_unknown_keys_do_nothing() -> None:
 
 def test_impossible_repeat_times_are_refused() -> None:
     with pytest.raises(ValueError, match="0 or above"):
-        Keys(arr_s=-0.1)
+        hands(arr_s=-0.1)
 
 
 @given(
     st.lists(st.tuples(st.booleans(), st.sampled_from([pygame.K_LEFT, pygame.K_RIGHT])), max_size=9)
 )
 def test_all_repeats_come_in_the_order_of_time(steps: list[tuple[bool, int]]) -> None:
-    keys, now_s = Keys(das_s=0.02, arr_s=0.01), 0.0
+    keys, now_s = hands(das_s=0.02, arr_s=0.01), 0.0
     for down, key in steps:
         now_s += 0.03
         (keys.press if down else keys.release)(key, now_s)

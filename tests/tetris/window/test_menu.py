@@ -3,8 +3,7 @@
 import pygame
 import pytest
 
-from tetris.window.menu import Cursor, Item, Menu, Row
-from tetris.window.menu_navigation import MenuStep
+from tetris.window.menu import Cursor, Item, Menu, MenuStep, Row
 from tetris.window.menu_view import MenuView, wrapped
 from tetris.window.theme_choice import ThemeChoice
 

@@ -6,25 +6,15 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tests.support.tetris_player import FRAME_S, Player, open_app, opened
+from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Phase
 from tetris.history.replay import Player as ReplayPlayer
 from tetris.history.video import VideoError
-from tetris.window import video_export
+from tetris.window import video
 from tetris.window.app import App, Start
 from tetris.window.screens.play_screen import READY_S, RESUME_S, PlayScreen
 from tetris.window.screens.replay_screen import ReplayScreen
 from tetris.window.settings import Settings
-
-
-@pytest.fixture
-def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
-    yield from opened(monkeypatch)
-
-
-@pytest.fixture
-def player(window: pygame.Surface, tmp_path: Path) -> Player:
-    return open_app(window, config=tmp_path / "config", data=tmp_path / "data")
 
 
 def test_nothing_falls_before_the_player_is_ready(player: Player) -> None:
@@ -119,9 +109,7 @@ def watching(player: Player) -> ReplayScreen:
 def test_a_film_is_made_while_the_replay_goes_on(
     player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        video_export, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)])
-    )
+    monkeypatch.setattr(video, "export", lambda *_, **__: iter([0.02 * n for n in range(1, 51)]))
     screen = watching(player)
     player.choose("Save as a film")
     (share,) = (item.share for item in screen.menu.items if item.share)
@@ -138,7 +126,7 @@ def test_a_film_that_cannot_be_made_is_a_sentence(
         raise VideoError("no library for films")
         yield
 
-    monkeypatch.setattr(video_export, "export", refuse)
+    monkeypatch.setattr(video, "export", refuse)
     screen = watching(player)
     player.choose("Save as a film")
     player.wait(0.1)

@@ -1,29 +1,18 @@
 """Screens: what leads where, by which hands; and that each is drawn in every size."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pygame
 import pytest
 
-from tests.support.tetris_player import FRAME_S, Player, open_app, opened
+from tests.support.tetris_player import FRAME_S, Player, open_app
 from tetris.engine.game import Action
-from tetris.window.screens.binding_screen import WAIT_S, BindingScreen
 from tetris.window.screens.menu_screen import MenuScreen
+from tetris.window.screens.pages import WAIT_S, BindingScreen
 from tetris.window.screens.play_screen import READY_S, PlayScreen
 from tetris.window.settings import Settings
 
 DOWN, UP, DROP = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HARD_DROP
-
-
-@pytest.fixture
-def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[pygame.Surface]:
-    yield from opened(monkeypatch)
-
-
-@pytest.fixture
-def player(window: pygame.Surface, tmp_path: Path) -> Player:
-    return open_app(window, config=tmp_path / "config", data=tmp_path / "data")
 
 
 # -- menus ---------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import pygame
 import pytest
 
 from tetris.engine.pieces import KINDS
-from tetris.window.palettes import DEBRIS, PALETTES, SAFE, Palette
+from tetris.window.palettes import DEBRIS, PALETTES, Palette
 from tetris.window.theme import Colour
 from tetris.window.tiles import Tiles
 
@@ -93,7 +93,7 @@ def test_blocks_stand_out_from_the_empty_board(palette: Palette) -> None:
 @pytest.mark.parametrize("eye", EYES)
 def test_the_safe_themes_pieces_are_told_apart_by_any_eye(eye: str) -> None:
     distances = {
-        f"{a}{b}": round(apart(SAFE.pieces[a], SAFE.pieces[b], eye), 1)
+        f"{a}{b}": round(apart(PALETTES["safe"].pieces[a], PALETTES["safe"].pieces[b], eye), 1)
         for a, b in itertools.combinations(KINDS, 2)
     }
     assert min(distances.values()) >= TOLD_APART, distances
@@ -112,11 +112,11 @@ def test_patterns_tell_pieces_apart_without_colours(palette: Palette) -> None:
 
 
 def test_a_mark_that_is_no_piece_is_drawn_as_debris() -> None:
-    assert Tiles(SAFE).colour("#") == SAFE.pieces[DEBRIS]
+    assert Tiles(PALETTES["safe"]).colour("#") == PALETTES["safe"].pieces[DEBRIS]
 
 
 def test_pictures_are_kept_but_not_without_end() -> None:
-    tiles = Tiles(SAFE)
+    tiles = Tiles(PALETTES["safe"])
     assert tiles.mino("T", 20) is tiles.mino("T", 20)
     for size in range(4, 300):
         tiles.ghost("T", size)

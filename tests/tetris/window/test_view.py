@@ -74,7 +74,7 @@ def test_a_game_of_the_bot_is_drawn_in_any_size(view: GameView) -> None:
     game = Game(seed=5, config=Config(start_level=20))
     now_s = 0.0
     for size in ((640, 480), (300, 900), (64, 48), (1280, 720)):
-        view.resize(pygame.Rect((0, 0), size))
+        view = GameView(pygame.Rect((0, 0), size))
         for _ in range(10):
             now_s += 0.1
             view.show(game.update(now_s, [*greedy.plan(game).actions, Action.HOLD]))

@@ -5,16 +5,12 @@ from typing import Final
 
 import pygame
 
-from tetris.window import menu_navigation
-from tetris.window.attract_mode import AttractMode
+from tetris.window.bot_player import AttractMode
 from tetris.window.keys import Code
-from tetris.window.logo import draw_logo
-from tetris.window.menu import Cursor, Menu
-from tetris.window.menu_navigation import MenuStep, Repeater
+from tetris.window.menu import OF_CODE, Cursor, Menu, MenuStep, Repeater
 from tetris.window.menu_view import MenuView
-from tetris.window.scenery import draw_card
-from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.screen import Screen
+from tetris.window.scenery import draw_card, draw_logo
+from tetris.window.screen_stack import Screen, ScreenStack
 
 _COLUMN: Final = 560  # width of the menu beside the bot's game, design units
 _LEAST_BESIDE: Final = 0.45  # of the height: a narrower rest of the window shows no game
@@ -43,13 +39,13 @@ class MenuScreen(Screen):
 
         Args:
             stage: Where it is seen.
-            build: Makes the menu, anew after every step.
+            build: Makes the menu, after every step.
             attract: The bot's game to show beside it.
             behind: The screen over which it is a panel; without one it fills the window.
             logo: Whether the program's name stands above it.
             back: What a step back does; None goes to the screen below.
-            quiet_s: For how long nothing is taken at first: who drums on the keys of a game
-                that has just ended means the game.
+            quiet_s: For how long input is ignored at first: it was meant for the game that
+                has just ended.
         """
         self._stage, self._build = stage, build
         self._attract, self._behind, self._logo = attract, behind, logo
@@ -88,7 +84,7 @@ class MenuScreen(Screen):
 
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or button by its fixed meaning in menus."""
-        nav = menu_navigation.OF_CODE.get(code)
+        nav = OF_CODE.get(code)
         if nav:
             self._repeater.press(nav, time_s)
             self.nav(nav, time_s)

@@ -6,6 +6,7 @@ from typing import Final
 
 import pygame
 
+from tetris.bots.registry import hint
 from tetris.engine import moves
 from tetris.engine.events import Action, Event, Spawned
 from tetris.engine.game import Phase
@@ -14,9 +15,9 @@ from tetris.window import bindings, theme
 from tetris.window.bot_player import BotPlayer
 from tetris.window.figures import figures_of
 from tetris.window.game_session import Session
-from tetris.window.keys import Code, DueAction, Keys
-from tetris.window.screen_stack import ScreenStack
-from tetris.window.screens.screen import Screen
+from tetris.window.keys import Code, DueAction
+from tetris.window.screen_stack import Screen, ScreenStack
+from tetris.window.settings import hands
 from tetris.window.view import GameView
 
 READY_S: Final = 0.9  # before the first piece moves
@@ -24,8 +25,6 @@ RESUME_S: Final = 0.6  # after a pause, to find one's way
 _REST_S: Final = 1.2  # after the end, before a menu covers the board
 _INITIAL: Final = (Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD)
 _OURS: Final = (Action.PAUSE, Action.RESTART)  # the screen sees to these itself
-
-Advise = Callable[..., Piece | None]
 
 
 class PlayScreen(Screen):
@@ -45,7 +44,6 @@ class PlayScreen(Screen):
         paused: Callable[["PlayScreen", str], None],
         over: Callable[["PlayScreen"], None],
         restart: Callable[["PlayScreen"], None],
-        advise: Advise,
         bot: BotPlayer | None = None,
     ) -> None:
         """Show a game that has not begun.
@@ -55,14 +53,13 @@ class PlayScreen(Screen):
             session: What is played.
             paused: What to do when the game pauses, and a sentence why, "" by the player.
             over: What to do when it is over.
-            restart: What to do when the player wants to begin anew.
-            advise: Where the piece would lie well.
-            bot: Who plays in the player's place.
+            restart: What to do when the player wants to restart.
+            bot: Plays in the player's place.
         """
         self._stage, self.session = stage, session
         self._paused, self._over, self._restart = paused, over, restart
-        self._advise, self._bot = advise, bot
-        self._view = GameView(stage.area, look=stage.look, hints={})
+        self._bot = bot
+        self._view = GameView(stage.area, look=stage.look)
         # A game has a clock of its own: one that was taken over goes on where it was.
         self._offset_s = session.recorder.time_s - stage.time_s
         self._time_s = session.recorder.time_s
@@ -74,12 +71,7 @@ class PlayScreen(Screen):
 
     def _take_over_hands(self) -> None:
         settings = self._stage.settings
-        self._keys = Keys(
-            bindings.table(settings.keys, settings.pads),
-            das_s=settings.das_ms / 1000,
-            arr_s=settings.arr_ms / 1000,
-            drop_guard=settings.drop_guard,
-        )
+        self._keys = hands(settings)
         self._hint_codes = bindings.codes(bindings.HINT, settings.keys, settings.pads)
 
     # -- what comes in -----------------------------------------------------------------
@@ -87,7 +79,7 @@ class PlayScreen(Screen):
     def press(self, code: Code, time_s: float) -> None:
         """Take a key or a button that went down."""
         if code in self._hint_codes and self.session.game.in_play:
-            self._hint = self._advise(self.session.game)
+            self._hint = hint(self.session.game).landing
         self._keys.press(code, time_s + self._offset_s)
 
     def release(self, code: Code, time_s: float) -> None:
@@ -105,7 +97,7 @@ class PlayScreen(Screen):
             self.pause(self._stage.look.words(reason))
 
     def pause(self, reason: str = "") -> None:
-        """Stop time, and say why."""
+        """Stop time, and show why."""
         game = self.session.game
         if game.phase is Phase.OVER:
             return
@@ -121,7 +113,7 @@ class PlayScreen(Screen):
 
     def refresh(self) -> None:
         """Take over another look, or another size."""
-        self._view = GameView(self._stage.area, look=self._stage.look, hints={})
+        self._view = GameView(self._stage.area, look=self._stage.look)
 
     # -- time --------------------------------------------------------------------------
 

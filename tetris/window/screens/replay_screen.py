@@ -14,7 +14,7 @@ from tetris.window.keys import Code
 from tetris.window.menu import Item, Menu
 from tetris.window.screen_stack import ScreenStack
 from tetris.window.screens.menu_screen import MenuScreen
-from tetris.window.video_export import VideoExport
+from tetris.window.video import VideoExport
 from tetris.window.view import GameView
 
 _SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -143,7 +143,7 @@ class ReplayScreen(MenuScreen):
             self._film = VideoExport(self._player.replay, path, self._stage.look)
 
     def _said(self) -> str:
-        """What there is to say of a film that is over."""
+        """Return the sentence about a film that is over."""
         film = self._film
         if film is None or film.going_on:
             return ""
@@ -159,7 +159,7 @@ class ReplayScreen(MenuScreen):
         beside = pygame.Rect(column.right, 0, area.width - column.right, 0)
         beside.height = area.height - round(46 * unit)
         if self._game_view is None or self._game_area != beside:
-            self._game_view = GameView(beside, look=stage.look, hints={})
+            self._game_view = GameView(beside, look=stage.look)
             self._game_area = beside
         game = self._player.game
         mode = MODES.get(self._player.replay.mode)

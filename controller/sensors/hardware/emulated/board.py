@@ -1,7 +1,8 @@
-"""An orb on a bench, emulated: the same board as a real one's, and what may break on it."""
+"""An emulated board with an orb: the same interface as a real one's, and its faults."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -55,9 +56,9 @@ class EmulatedBoard:
     """Emulated hardware.
 
     Attributes:
-        board: What a driver gets; closing it is up to whoever does.
-        circuit: What it is soldered to.
-        wiring: How.
+        board: The board for a driver, which closes it.
+        circuit: The circuit on the board.
+        wiring: The wiring of the board.
         kpa: The orb's pressure.
     """
 
@@ -103,7 +104,7 @@ class EmulatedBoard:
         factory = CircuitFactory(self.circuit, frozenset(electrodes), self._model.pin_s)
         self.factory = factory
         self._chips = [
-            FakeChip(find(wiring.converter.type).bits, self._eye(i))
+            FakeChip(find(wiring.converter.type).bits, partial(self.look, i))
             for i in range(len(wiring.converter.devices))
         ]
         self.kpa = 0.0 if wiring.pump is None else wiring.pump.target_kpa
@@ -138,7 +139,7 @@ class EmulatedBoard:
             fingers: How much finger lies over each row, 0 ... 1, (rows,).
         """
         self._taxels = np.array(picofarads, dtype=np.float64)
-        for fault in self._faults if hasattr(self, "_faults") else ():
+        for fault in self._faults:
             if fault.kind == "stiff":
                 place = fault.row, fault.column
                 self._taxels[place] = self._first[place]
@@ -200,11 +201,8 @@ class EmulatedBoard:
             return bytes(len(data))
         return chip.transfer(data)
 
-    def _eye(self, converter: int) -> "_Eye":
-        return _Eye(self, converter)
-
     def look(self, converter: int, input_: int) -> float:
-        """Return what an input sees, of full scale."""
+        """Return the voltage at a converter's input, of full scale."""
         channel = converter * find(self.wiring.converter.type).channels + input_
         row = self._row_of.get(channel)
         noise = 1.0 if row is None else self._model.noise_lsb
@@ -232,9 +230,8 @@ class EmulatedBoard:
             return self.circuit.hold(0.0, converter)
         pump = self.wiring.pump
         if pump is not None and channel == pump.channel:
-            sees = 0.0 if self._has("no_pressure_sensor") else self.kpa
-            volts = 0.0 if self._has("no_pressure_sensor") else pump.zero_v
-            return self.circuit.hold(volts + pump.v_per_kpa * sees, converter)
+            volts = pump.zero_v + pump.v_per_kpa * self.kpa
+            return self.circuit.hold(0.0 if self._has("no_pressure_sensor") else volts, converter)
         return self.circuit.held(converter)
 
     def _has(self, kind: str) -> bool:
@@ -242,17 +239,6 @@ class EmulatedBoard:
 
     def _size(self, kind: str, otherwise: float) -> float:
         return next((fault.size for fault in self._faults if fault.kind == kind), otherwise)
-
-
-@dataclass(frozen=True, slots=True)
-class _Eye:
-    """One converter's inputs."""
-
-    bench: EmulatedBoard
-    converter: int
-
-    def __call__(self, input_: int) -> float:
-        return self.bench.look(self.converter, input_)
 
 
 @dataclass(frozen=True, slots=True)

@@ -201,7 +201,7 @@ class Circuit:
         return driven
 
     def _current(self) -> Array:
-        """Return what flows into each node, V/MOhm."""
+        """Return the current into each node, (nodes,), V/MOhm."""
         current = self._source.copy()
         for node, high in self._driven().items():
             current[node] += self.supply_v / self._model.pin_mohm if high else 0.0
@@ -280,7 +280,7 @@ class Circuit:
 
     @staticmethod
     def _join(matrix: Array, one: int, other: int, value: float) -> None:
-        """Put a part of this value between two nodes."""
+        """Put a part of this value between two nodes of a matrix, (nodes, nodes)."""
         matrix[one, one] += value
         matrix[other, other] += value
         matrix[one, other] -= value

@@ -5,29 +5,10 @@ WiringFault.parse("short_taxel:1,3")     # row 1 touches column 3 through the ru
 WiringFault.parse("leaky:0,0=5")         # a taxel that conducts, here with 5 MOhm
 """
 
-import re
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Mapping
+from typing import ClassVar, Final
 
-from controller.sensors.hardware import HardwareError
-
-_TEXT: Final = re.compile(r"([a-z_]+)(?::(\d+)(?:,(\d+))?)?(?:=([0-9.]+))?")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What a fault does.
-
-    Attributes:
-        place: "taxel", "row", "rows" (it and the next one), "column", "columns", or "".
-        size: How bad it usually is.
-        meaning: In words, with the unit of its size.
-    """
-
-    place: str
-    size: float
-    meaning: str
-
+from controller.simulator.faults import Fault, Kind
 
 KINDS: Final[dict[str, Kind]] = {
     "open_row": Kind("row", 1.0, "a row's lead is off"),
@@ -74,47 +55,7 @@ KINDS: Final[dict[str, Kind]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class WiringFault:
-    """One fault.
+class WiringFault(Fault):
+    """One fault of the wiring."""
 
-    Attributes:
-        kind: A key of `KINDS`.
-        row: Row electrode, -1 where it has none.
-        column: Column electrode, -1 where it has none.
-        size: How bad it is, in the unit of its kind.
-    """
-
-    kind: str
-    row: int = -1
-    column: int = -1
-    size: float = 1.0
-
-    @classmethod
-    def parse(cls, text: str, rows: int = 5, columns: int = 5) -> "WiringFault":
-        """Return the fault that `text` names, as in this module's docstring.
-
-        Raises:
-            HardwareError: The kind is unknown, or its place is not on the grid.
-        """
-        match = _TEXT.fullmatch(text)
-        if match is None or match[1] not in KINDS:
-            raise HardwareError(f"there is no fault {text!r}; there are {', '.join(KINDS)}")
-        name, kind = match[1], KINDS[match[1]]
-        places = tuple(int(number) for number in match.groups()[1:3] if number is not None)
-        limits = {
-            "taxel": (rows, columns), "row": (rows,), "rows": (rows - 1,),
-            "column": (columns,), "columns": (columns - 1,), "": (),
-        }[kind.place]  # fmt: skip
-        if len(places) != len(limits):
-            form = (name, f"{name}:NUMBER", f"{name}:ROW,COLUMN")[len(limits)]
-            raise HardwareError(f"{text!r} does not say where; write {form}")
-        if any(place >= limit for place, limit in zip(places, limits, strict=True)):
-            raise HardwareError(f"{text!r} is not on a grid of {rows} rows and {columns} columns")
-        try:
-            size = kind.size if match[4] is None else float(match[4])
-        except ValueError:
-            raise HardwareError(f"{text!r} has a size that is no number") from None
-        row = places[0] if kind.place in ("taxel", "row", "rows") else -1
-        column = places[-1] if kind.place in ("taxel", "column", "columns") else -1
-        return cls(name, row, column, size)
+    kinds: ClassVar[Mapping[str, Kind]] = KINDS

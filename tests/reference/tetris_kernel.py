@@ -1,4 +1,4 @@
-"""The bare game for bots and searches: pieces and blocks, without time, points and events.
+"""Reference game of pieces and blocks, without time, points and events.
 
 With the same seed, rules and actions it deals, turns, drops, clears and tops out as
 `engine.Game` does while no time passes, which tests check move by move.
@@ -10,7 +10,7 @@ from typing import Final
 from tetris.engine.board import Board, full_rows, without_rows
 from tetris.engine.events import Action
 from tetris.engine.moves import TABLES, lowered, rows_to_fall
-from tetris.engine.pieces import COLUMNS, KINDS, STRIDE, Kind, Piece
+from tetris.engine.pieces import KINDS, STRIDE, Kind, Piece
 from tetris.engine.randomizer import Randomizer
 from tetris.engine.rules import Config
 
@@ -18,22 +18,6 @@ from tetris.engine.rules import Config
 _LEFT, _RIGHT, _DOWN, _HARD_DROP = Action.LEFT, Action.RIGHT, Action.DOWN, Action.HARD_DROP
 _ROTATE_CW, _ROTATE_CCW, _HOLD = Action.ROTATE_CW, Action.ROTATE_CCW, Action.HOLD
 _STANDARD: Final = Config()
-
-
-def lock(bits: int, piece: Piece, columns: int = COLUMNS) -> tuple[int, int]:
-    """Turn a piece into blocks and take full rows away.
-
-    Args:
-        bits: The board.
-        piece: Where it locks; all four cells are free.
-        columns: Of the board.
-
-    Returns:
-        The board after it, and how many rows were full.
-    """
-    bits |= piece.mask
-    rows = full_rows(bits, piece.lowest_row, piece.highest_row)
-    return (without_rows(bits, rows, columns), len(rows)) if rows else (bits, 0)
 
 
 class Kernel:

